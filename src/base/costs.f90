@@ -1,0 +1,76 @@
+!> The cost table: how often each kind of work was done, and how long it took.
+!!
+!! Tests read the counts from the log: a scene does not pay for what it does not need.
+module costs
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  implicit none
+  private
+  public :: cost_t, begin_cost, end_cost, count_cost, cost_names, wall_seconds, n_costs
+  public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
+    cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
+    cost_output
+
+  !> Kinds of work.
+  integer, parameter :: cost_reading = 1
+  integer, parameter :: cost_search = 2
+  integer, parameter :: cost_pattern = 3
+  integer, parameter :: cost_bulk_tangent = 4
+  integer, parameter :: cost_contact_tangent = 5
+  integer, parameter :: cost_residual = 6
+  integer, parameter :: cost_symbolic = 7
+  integer, parameter :: cost_unsymmetric_factor = 8
+  integer, parameter :: cost_symmetric_factor = 9
+  integer, parameter :: cost_solve = 10
+  integer, parameter :: cost_output = 11
+  integer, parameter :: n_costs = 11
+
+  !> Names of the rows, in the order of the constants.
+  character(28), parameter :: cost_names(n_costs) = [character(28) :: 'reading and meshing', &
+    'contact search', 'matrix pattern', 'bulk tangent', 'contact tangent', 'residual', &
+    'symbolic factorisation', 'unsymmetric factorisation', 'symmetric factorisation', 'solve', &
+    'output']
+
+  !> Counts and wall-clock seconds of one run.
+  type :: cost_t
+    integer(int64) :: count(n_costs) = 0_int64 !! how often
+    real(wp) :: seconds(n_costs) = 0.0_wp !! how long [s]
+    real(wp) :: started(n_costs) = 0.0_wp !! clock at the last begin_cost [s]
+  end type cost_t
+
+contains
+
+  !> Wall clock [s] from an arbitrary start.
+  real(wp) function wall_seconds() result(t)
+    integer(int64) :: ticks, rate
+
+    call system_clock(ticks, rate)
+    t = real(ticks, wp)/real(rate, wp)
+  end function wall_seconds
+
+  !> Starts the clock of one kind of work.
+  subroutine begin_cost(costs, what)
+    type(cost_t), intent(inout) :: costs !! the table
+    integer, intent(in) :: what !! kind of work
+
+    costs%started(what) = wall_seconds()
+  end subroutine begin_cost
+
+  !> Stops the clock of one kind of work and counts it.
+  subroutine end_cost(costs, what)
+    type(cost_t), intent(inout) :: costs !! the table
+    integer, intent(in) :: what !! kind of work
+
+    costs%count(what) = costs%count(what) + 1
+    costs%seconds(what) = costs%seconds(what) + wall_seconds() - costs%started(what)
+  end subroutine end_cost
+
+  !> Counts work without a clock.
+  subroutine count_cost(costs, what, n)
+    type(cost_t), intent(inout) :: costs !! the table
+    integer, intent(in) :: what !! kind of work
+    integer, intent(in) :: n !! how often
+
+    costs%count(what) = costs%count(what) + n
+  end subroutine count_cost
+end module costs

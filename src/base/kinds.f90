@@ -1,0 +1,14 @@
+!> Kinds of numbers and the few constants that every layer shares.
+module kinds
+  use, intrinsic :: iso_c_binding, only: c_double, c_long
+  implicit none
+  private
+  public :: wp, long, pi, machine_epsilon
+
+  !> Working precision: double, because LAPACK, SuiteSparse and HDF5 are called with it.
+  integer, parameter :: wp = c_double
+  !> SuiteSparse's long integer (factors of 3-D meshes pass 2^31 entries).
+  integer, parameter :: long = c_long
+  real(wp), parameter :: pi = 3.141592653589793238462643383279503_wp
+  real(wp), parameter :: machine_epsilon = epsilon(1.0_wp)
+end module kinds

@@ -1,0 +1,75 @@
+!> What a contact pair is: what the deck asks for, and the points and facets built from it.
+module contact_types
+  use kinds, only: wp
+  use deck_types, only: location_t
+  implicit none
+  private
+  public :: pair_t, contact_point_t
+  public :: form_node_to_surface, form_quadrature_to_surface
+  public :: penalty_nodal, penalty_area, penalty_auto
+  public :: direction_vector, direction_circumferential, direction_radial
+  public :: status_open, status_stick, status_slip, status_off
+
+  !> Forms of contact: NTOS and GTOS.
+  integer, parameter :: form_node_to_surface = 1
+  integer, parameter :: form_quadrature_to_surface = 2
+
+  !> Ways to give the penalty: force per length and node; pressure per length; from the stiffness.
+  integer, parameter :: penalty_nodal = 1
+  integer, parameter :: penalty_area = 2
+  integer, parameter :: penalty_auto = 3
+
+  !> Ways to give the principal friction axis.
+  integer, parameter :: direction_vector = 1
+  integer, parameter :: direction_circumferential = 2
+  integer, parameter :: direction_radial = 3
+
+  !> Status of a contact point. Off: no facet lies under it.
+  integer, parameter :: status_off = -1
+  integer, parameter :: status_open = 0
+  integer, parameter :: status_stick = 1
+  integer, parameter :: status_slip = 2
+
+  !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
+  !! converged state and at the current one, swapped when an increment is accepted.
+  type :: contact_point_t
+    integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
+    integer :: status = status_off !! one of the status constants
+    real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
+  end type contact_point_t
+
+  !> One contact pair.
+  type :: pair_t
+    ! What the deck says
+    integer :: number = 0 !! the deck's pair number
+    character(:), allocatable :: name !! its name, or its number as text
+    type(location_t) :: at !! where the deck defines it
+    integer :: form = form_node_to_surface !! NTOS or GTOS
+    character(:), allocatable :: slave !! name of the slave set or surface
+    character(:), allocatable :: master !! name of the master surface
+    type(location_t) :: slave_at !! where the deck names the slave
+    type(location_t) :: master_at !! where the deck names the master
+    integer :: penalty_kind = penalty_auto !! one of the penalty constants
+    real(wp) :: penalty = 10.0_wp !! its value, or the factor of AUTO
+    real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
+    integer :: direction = direction_vector !! one of the direction constants
+    type(location_t) :: direction_at !! where the deck gives the direction
+    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! the vector, or the axis of turning
+    real(wp) :: point(3) = 0.0_wp !! a point on the axis of turning
+    real(wp) :: angle = 0.0_wp !! turn about the facet normal [degree]
+    logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
+    integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
+    real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
+
+    ! What is built from it when the mesh is complete
+    integer, allocatable :: nodes(:) !! (points) slave nodes
+    real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
+    real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
+    integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
+    integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
+    integer, allocatable :: neighbours(:, :) !! (3, facets) facet across the edge facing corner k, 0: rim
+    real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
+    type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
+    type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+  end type pair_t
+end module contact_types

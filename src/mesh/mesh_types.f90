@@ -1,0 +1,48 @@
+!> What a mesh is: nodes, elements, and the named sets, regions and surfaces of them.
+module mesh_types
+  use kinds, only: wp
+  use deck_types, only: location_t
+  implicit none
+  private
+  public :: mesh_t, node_set_t, region_t, surface_t
+  public :: max_element_nodes
+
+  !> Most nodes a bulk element can have (T10).
+  integer, parameter :: max_element_nodes = 10
+
+  !> A named set of nodes.
+  type :: node_set_t
+    character(:), allocatable :: name !! its name
+    type(location_t) :: at !! where the deck defines it
+    integer, allocatable :: nodes(:) !! node numbers, ascending, no doubles
+  end type node_set_t
+
+  !> A named group of elements (a BLOCk, a physical volume of a mesh file).
+  type :: region_t
+    character(:), allocatable :: name !! its name; empty for a block without one
+    type(location_t) :: at !! where the deck defines it
+  end type region_t
+
+  !> A named set of exterior facets.
+  type :: surface_t
+    character(:), allocatable :: name !! its name
+    type(location_t) :: at !! where the deck defines it
+    integer, allocatable :: facets(:, :) !! (3, n) corner nodes, counter-clockwise seen from outside
+    integer, allocatable :: elements(:) !! (n) the element behind each facet
+  end type surface_t
+
+  !> The mesh as the deck describes it. Node and element numbers are the deck's own.
+  type :: mesh_t
+    integer :: nodes = 0 !! highest node number
+    integer :: elements = 0 !! highest element number
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates
+    logical, allocatable :: defined(:) !! (nodes) the deck gave this node coordinates
+    logical, allocatable :: used(:) !! (nodes) an element holds this node
+    integer, allocatable :: ix(:, :) !! (max_element_nodes, elements) nodes; zeros behind the last
+    integer, allocatable :: material(:) !! (elements) material number
+    integer, allocatable :: region(:) !! (elements) index into regions, 0 for none
+    type(region_t), allocatable :: regions(:) !! regions in the order of the deck
+    type(node_set_t), allocatable :: sets(:) !! node sets in the order of the deck
+    type(surface_t), allocatable :: surfaces(:) !! surfaces in the order of the deck
+  end type mesh_t
+end module mesh_types

@@ -1,0 +1,84 @@
+!> What a problem is: materials, conditions, loads, contact pairs, and what is to be written.
+module model_types
+  use kinds, only: wp
+  use deck_types, only: location_t
+  use text, only: string_t
+  use mesh_types, only: mesh_t
+  use contact_types, only: pair_t
+  implicit none
+  private
+  public :: model_t, material_t, conditions_t, load_table_t, output_request_t, history_request_t
+  public :: law_linear, law_neohooke, law_svk
+  public :: state_all, state_last, state_none
+
+  !> Constitutive laws.
+  integer, parameter :: law_linear = 1
+  integer, parameter :: law_neohooke = 2
+  integer, parameter :: law_svk = 3
+
+  !> How many states are kept for restarts.
+  integer, parameter :: state_all = 1
+  integer, parameter :: state_last = 2
+  integer, parameter :: state_none = 3
+
+  !> One material.
+  type :: material_t
+    integer :: number = 0 !! the deck's material number
+    character(:), allocatable :: label !! its label, may be empty
+    type(location_t) :: at !! where the deck defines it
+    integer :: law = law_linear !! constitutive law
+    real(wp) :: youngs_modulus = 0.0_wp !! E
+    real(wp) :: poissons_ratio = 0.0_wp !! nu
+    real(wp) :: density = 0.0_wp !! rho
+    logical :: rigid = .false. !! its regions have no degrees of freedom of their own
+  end type material_t
+
+  !> What is prescribed at the nodes.
+  type :: conditions_t
+    logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
+    real(wp), allocatable :: displacement(:, :) !! (3, nodes) prescribed values, load factor 1
+    real(wp), allocatable :: force(:, :) !! (3, nodes) nodal forces before the load factor
+    integer, allocatable :: load(:, :) !! (3, nodes) proportional load number, 0 for the sum of all
+  end type conditions_t
+
+  !> A proportional load: piecewise linear, or FEAP's type 1 function.
+  type :: load_table_t
+    integer :: number = 0 !! its number
+    logical :: function_form = .false. !! FEAP type 1: a0 + a1 t + a2 sin(a3 (t - tmin))^a4
+    real(wp), allocatable :: t(:) !! times; tmin and tmax for the function
+    real(wp), allocatable :: p(:) !! factors; a0 .. a4 for the function
+  end type load_table_t
+
+  !> A dof whose displacement goes to the history table.
+  type :: history_request_t
+    integer :: node = 0 !! node number
+    integer :: dof = 0 !! 1, 2 or 3
+  end type history_request_t
+
+  !> What the OUTPut data set asks for.
+  type :: output_request_t
+    type(string_t), allocatable :: reactions(:) !! names of sets, in the order of the rows
+    logical :: displacement = .true. !! write the field
+    logical :: reaction = .true. !! write the field
+    logical :: stress = .true. !! write the field
+    logical :: strain = .false. !! write the field
+    logical :: contact = .true. !! write the contact points
+    integer :: every = 1 !! fields and state at each n-th end time
+    integer :: state = state_all !! states kept for restarts
+    type(history_request_t), allocatable :: history(:) !! dofs of the history table
+  end type output_request_t
+
+  !> The whole problem, as read and checked; nothing in it changes while it is solved but the
+  !! history inside its pairs.
+  type :: model_t
+    character(:), allocatable :: title !! title of the deck
+    type(mesh_t) :: mesh !! nodes, elements, sets
+    type(material_t), allocatable :: materials(:) !! materials in the order of the deck
+    integer, allocatable :: element_material(:) !! (elements) index into materials
+    type(conditions_t) :: conditions !! supports and loads
+    type(load_table_t), allocatable :: loads(:) !! proportional loads
+    type(pair_t), allocatable :: pairs(:) !! contact pairs in the order of the deck
+    type(output_request_t) :: output !! what is written
+    type(string_t), allocatable :: notes(:) !! remarks for the log (reordered elements, ...)
+  end type model_t
+end module model_types
