@@ -67,7 +67,7 @@ module contact_types
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
-    integer, allocatable :: neighbours(:, :) !! (3, facets) facet across the edge facing corner k, 0: rim
+    integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
