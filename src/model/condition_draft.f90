@@ -65,7 +65,7 @@ contains
       draft%conditions%force(:, node) = values
     case (quantity_load)
       draft%conditions%load(:, node) = nint(values)
-    case (quantity_displacement)
+    case default
       draft%conditions%displacement(:, node) = values
       do k = 1, 3
         draft%displacement_at(k, node) = record%at

@@ -30,23 +30,21 @@ contains
     allocate (drafts(count_pairs(deck)))
     n = 0
     do i = 1, size(deck%mesh)
-      associate (set => deck%mesh(i))
-        select case (set%command)
-        case ('cont', 'pair')
-          if (set%command == 'pair') call start_pair(set%head, diagnostics, drafts, n)
-          do k = 1, set%count
-            if (is_word(set%records(k)%items(1), 'pair')) then
-              call start_pair(set%records(k), diagnostics, drafts, n)
-            else if (n == 0) then
-              call report_error(diagnostics, set%records(k)%at, 'no PAIR is open here', &
-                'write PAIR and its number first')
-              exit
-            else
-              call read_word(set%records(k), diagnostics, drafts(n))
-            end if
-          end do
-        end select
-      end associate
+      if (deck%mesh(i)%command == 'pair') call start_pair(deck%mesh(i)%head, diagnostics, drafts, n)
+      if (deck%mesh(i)%command /= 'cont' .and. deck%mesh(i)%command /= 'pair') cycle
+      do k = 1, deck%mesh(i)%count
+        associate (record => deck%mesh(i)%records(k))
+          if (is_word(record%items(1), 'pair')) then
+            call start_pair(record, diagnostics, drafts, n)
+          else if (n == 0) then
+            call report_error(diagnostics, record%at, 'no PAIR is open here', &
+              'write PAIR and its number first')
+            exit
+          else
+            call read_word(record, diagnostics, drafts(n))
+          end if
+        end associate
+      end do
     end do
     do i = 1, n
       call check_pair(drafts, i, diagnostics)

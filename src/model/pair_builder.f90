@@ -152,21 +152,21 @@ contains
     end do
     n = count(master(pair%nodes))
     if (n == 0) return
-    i = findloc_first(master(pair%nodes))
+    i = first_true(master(pair%nodes))
     call report_error(diagnostics, pair%slave_at, 'slave '''//pair%slave//''' and master '''// &
       pair%master//''' share '//count_noun(n, 'node')//', the first is '// &
       to_text(pair%nodes(i)), 'name sets that have no node in common')
   end subroutine check_common_nodes
 
   !> Index of the first true value, 0 if there is none.
-  pure integer function findloc_first(mask) result(first)
+  pure integer function first_true(mask) result(first)
     logical, intent(in) :: mask(:) !! any values
 
     do first = 1, size(mask)
       if (mask(first)) return
     end do
     first = 0
-  end function findloc_first
+  end function first_true
 
   !> Checks the lay direction on each master facet, and keeps it where it is convected.
   !!
@@ -230,7 +230,7 @@ contains
         ' force per length and node')
     else if (pair%penalty_kind == penalty_area) then
       call report_error(diagnostics, pair%slave_at, 'slave node '// &
-        to_text(pair%nodes(findloc_first(pair%area <= 0.0_wp)))//' of '''//pair%slave// &
+        to_text(pair%nodes(first_true(pair%area <= 0.0_wp)))//' of '''//pair%slave// &
         ''' has no area: no exterior facet around it lies in the set', &
         'name a surface as slave, or give the penalty per node')
     else

@@ -2,8 +2,7 @@
 module batch_reader
   use kinds, only: wp
   use text, only: to_text, lower
-  use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number, item_word, &
-    item_quoted
+  use deck_types, only: deck_t, data_set_t, record_t, location_t, item_word, item_quoted
   use records, only: item_count
   use diagnostics, only: diagnostics_t, report_error
   use batch_types, only: batch_command_t
@@ -38,14 +37,15 @@ contains
 
     command%command = set%command
     command%at = set%head%at
-    do i = 2, min(5, item_count(set%head))
-      associate (item => set%head%items(i))
-        if (item%kind == item_number) then
-          if (i > 2) command%v(i - 2) = item%value
-        else if (i == 2 .and. (item%kind == item_word .or. item%kind == item_quoted)) then
+    if (item_count(set%head) > 1) then
+      associate (item => set%head%items(2))
+        if (item%kind == item_word .or. item%kind == item_quoted) then
           command%option = lower(item%text)
         end if
       end associate
+    end if
+    do i = 1, min(3, item_count(set%head) - 2)
+      command%v(i) = set%head%items(i + 2)%value
     end do
   end function command_of
 
@@ -78,6 +78,8 @@ contains
       if (command%v(1) > 0.0_wp) return
       call report_error(diagnostics, value_at(head), 'the tolerance is '// &
         to_text(command%v(1)), 'write TOL,, or TOL,RESI, and a value above 0')
+    case default
+      return
     end select
   end subroutine check_command
 
@@ -104,28 +106,28 @@ contains
   subroutine pair_loops(diagnostics, commands)
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(batch_command_t), intent(inout) :: commands(:) !! the commands
-    integer, allocatable :: open(:)
+    integer, allocatable :: started(:)
     integer :: i, depth
 
-    allocate (open(size(commands)))
+    allocate (started(size(commands)))
     depth = 0
     do i = 1, size(commands)
       if (commands(i)%command == 'loop') then
         depth = depth + 1
-        open(depth) = i
+        started(depth) = i
       else if (commands(i)%command == 'next') then
         if (depth == 0) then
           call report_error(diagnostics, commands(i)%at, 'NEXT without LOOP', &
             'write LOOP,,n before it, or delete it')
           cycle
         end if
-        commands(i)%partner = open(depth)
-        commands(open(depth))%partner = i
+        commands(i)%partner = started(depth)
+        commands(started(depth))%partner = i
         depth = depth - 1
       end if
     end do
     do i = 1, depth
-      call report_error(diagnostics, commands(open(i))%at, 'LOOP without NEXT', &
+      call report_error(diagnostics, commands(started(i))%at, 'LOOP without NEXT', &
         'write NEXT behind the commands to repeat')
     end do
   end subroutine pair_loops
