@@ -1,0 +1,259 @@
+!> Reads the contact pairs: CONTact with its PAIR records.
+module contact_reader
+  use kinds, only: wp
+  use text, only: to_text
+  use deck_types, only: deck_t, data_set_t, record_t, location_t
+  use records, only: item_count, item_integer, item_real, item_name, is_word
+  use diagnostics, only: diagnostics_t, report_error
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
+    form_node_to_surface
+  implicit none
+  private
+  public :: read_pairs, pair_draft_t
+
+  !> A pair while the deck is being read.
+  type :: pair_draft_t
+    type(pair_t) :: pair !! what the deck says so far
+    logical :: has_form = .false. !! NTOS has been given
+    logical :: has_direction = .false. !! DIREction has been given
+  end type pair_draft_t
+
+contains
+
+  !> Reads all pairs of the deck, in its order.
+  subroutine read_pairs(deck, diagnostics, drafts)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), allocatable, intent(out) :: drafts(:) !! the pairs
+    integer :: i, k, n
+
+    allocate (drafts(count_pairs(deck)))
+    n = 0
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command == 'pair') call start_pair(deck%mesh(i)%head, diagnostics, drafts, n)
+      if (deck%mesh(i)%command /= 'cont' .and. deck%mesh(i)%command /= 'pair') cycle
+      do k = 1, deck%mesh(i)%count
+        associate (record => deck%mesh(i)%records(k))
+          if (is_word(record%items(1), 'pair')) then
+            call start_pair(record, diagnostics, drafts, n)
+          else if (n == 0) then
+            call report_error(diagnostics, record%at, 'no PAIR is open here', &
+              'write PAIR and its number first')
+            exit
+          else
+            call read_word(record, diagnostics, drafts(n))
+          end if
+        end associate
+      end do
+    end do
+    do i = 1, n
+      call check_pair(drafts, i, diagnostics)
+    end do
+  end subroutine read_pairs
+
+  !> How many PAIR records the deck has.
+  pure integer function count_pairs(deck) result(n)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i, k
+
+    n = 0
+    do i = 1, size(deck%mesh)
+      associate (set => deck%mesh(i))
+        if (set%command == 'pair') n = n + 1
+        if (set%command /= 'cont' .and. set%command /= 'pair') cycle
+        do k = 1, set%count
+          if (is_word(set%records(k)%items(1), 'pair')) n = n + 1
+        end do
+      end associate
+    end do
+  end function count_pairs
+
+  !> PAIR n [name].
+  subroutine start_pair(record, diagnostics, drafts, n)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs
+    integer, intent(inout) :: n !! how many have been started
+
+    n = n + 1
+    associate (pair => drafts(n)%pair)
+      pair%at = record%at
+      pair%number = item_integer(record, 2)
+      if (item_count(record) > 2) then
+        pair%name = item_name(record, 3)
+      else
+        pair%name = to_text(pair%number)
+      end if
+      pair%slave = ''
+      pair%master = ''
+      if (pair%number < 1) then
+        call report_error(diagnostics, record%items(2)%at, 'pair number '// &
+          to_text(pair%number), 'number the pairs from 1')
+      end if
+    end associate
+  end subroutine start_pair
+
+  !> One record of a pair.
+  subroutine read_word(record, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+
+    associate (word => record%items(1))
+      if (is_word(word, 'ntos')) then
+        call read_form(record, diagnostics, draft)
+      else if (is_word(word, 'penalty')) then
+        call read_penalty(record, diagnostics, draft%pair)
+      else if (is_word(word, 'friction')) then
+        call read_friction(record, diagnostics, draft)
+      else if (is_word(word, 'direction')) then
+        call read_direction(record, diagnostics, draft)
+      else if (is_word(word, 'slip')) then
+        if (is_word(record%items(2), 'collinear')) draft%pair%slip_rule = 0
+        if (is_word(record%items(2), 'tensor')) draft%pair%slip_rule = 1
+        if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
+      else if (is_word(word, 'search')) then
+        draft%pair%search_radius = item_real(record, 2)
+        call check_positive(record, 2, 'the search radius', diagnostics)
+      end if
+    end associate
+  end subroutine read_word
+
+  !> NTOS slave master.
+  subroutine read_form(record, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+
+    if (draft%has_form) then
+      call report_error(diagnostics, record%at, 'the pair has its surfaces already', &
+        'start another PAIR, or delete one of the two records')
+      return
+    end if
+    draft%has_form = .true.
+    draft%pair%form = form_node_to_surface
+    draft%pair%slave = item_name(record, 2)
+    draft%pair%master = item_name(record, 3)
+    draft%pair%slave_at = record%items(2)%at
+    draft%pair%master_at = record%items(3)%at
+  end subroutine read_form
+
+  !> PENAlty value, PENAlty AREA value or PENAlty AUTO [factor].
+  subroutine read_penalty(record, diagnostics, pair)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_t), intent(inout) :: pair !! the pair
+    integer :: i
+
+    i = 3
+    if (is_word(record%items(2), 'auto')) then
+      pair%penalty_kind = penalty_auto
+    else if (is_word(record%items(2), 'area')) then
+      pair%penalty_kind = penalty_area
+    else
+      pair%penalty_kind = penalty_nodal
+      i = 2
+    end if
+    pair%penalty = 10.0_wp
+    if (item_count(record) < i) return
+    pair%penalty = item_real(record, i)
+    call check_positive(record, i, 'the penalty', diagnostics)
+  end subroutine read_penalty
+
+  !> Reports an item that is not above 0.
+  subroutine check_positive(record, i, what, diagnostics)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! the item
+    character(*), intent(in) :: what !! what it is
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (item_real(record, i) > 0.0_wp) return
+    call report_error(diagnostics, record%items(i)%at, what//' is '// &
+      to_text(item_real(record, i)), 'write a value above 0')
+  end subroutine check_positive
+
+  !> FRICtion NONE, COULomb mu or ELLIptic mu1 mu2.
+  subroutine read_friction(record, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+    integer :: i
+
+    associate (pair => draft%pair)
+      pair%mu = 0.0_wp
+      if (is_word(record%items(2), 'coulomb')) then
+        pair%mu = item_real(record, 3)
+      else if (is_word(record%items(2), 'elliptic')) then
+        pair%mu = [item_real(record, 3), item_real(record, 4)]
+      end if
+      do i = 3, item_count(record)
+        if (item_real(record, i) >= 0.0_wp) cycle
+        call report_error(diagnostics, record%items(i)%at, 'the coefficient of friction is '// &
+          to_text(item_real(record, i)), 'write 0 or more')
+      end do
+      if (.not. draft%has_direction) pair%direction_at = record%at
+    end associate
+  end subroutine read_friction
+
+  !> DIREction [MATErial] [ANGLe phi] vx vy vz.
+  subroutine read_direction(record, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+    integer :: i
+
+    draft%has_direction = .true.
+    associate (pair => draft%pair)
+      pair%direction_at = record%at
+      pair%direction = direction_vector
+      i = 2
+      pair%convected = is_word(record%items(i), 'material')
+      if (pair%convected) i = i + 1
+      pair%angle = 0.0_wp
+      if (i <= item_count(record)) then
+        if (is_word(record%items(i), 'angle')) then
+          pair%angle = item_real(record, i + 1)
+          i = i + 2
+        end if
+      end if
+      if (item_count(record) < i + 2) return
+      pair%direction_at = record%items(i)%at
+      pair%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, i + 2)]
+      if (all(abs(pair%axis) <= 0.0_wp)) then
+        call report_error(diagnostics, record%items(i)%at, 'the direction has no length', &
+          'write a vector other than 0 0 0')
+        pair%axis = [1.0_wp, 0.0_wp, 0.0_wp]
+        draft%has_direction = .false.
+      else
+        pair%axis = pair%axis/maxval(abs(pair%axis))
+        pair%axis = pair%axis/norm2(pair%axis)
+      end if
+    end associate
+  end subroutine read_direction
+
+  !> A pair needs its surfaces, a number of its own and a name of its own.
+  subroutine check_pair(drafts, i, diagnostics)
+    type(pair_draft_t), intent(in) :: drafts(:) !! the pairs
+    integer, intent(in) :: i !! the pair to check
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: k
+
+    associate (pair => drafts(i)%pair)
+      if (.not. drafts(i)%has_form) then
+        call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
+          'write NTOS slave master')
+      end if
+      do k = 1, i - 1
+        if (drafts(k)%pair%number == pair%number) then
+          call report_error(diagnostics, pair%at, 'pair '//to_text(pair%number)// &
+            ' is defined twice', 'give the second one another number')
+          exit
+        else if (drafts(k)%pair%name == pair%name) then
+          call report_error(diagnostics, pair%at, 'two pairs are called '''//pair%name//'''', &
+            'give the second one another name')
+          exit
+        end if
+      end do
+    end associate
+  end subroutine check_pair
+end module contact_reader
