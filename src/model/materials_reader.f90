@@ -1,4 +1,4 @@
-!> Reads the MATErial data sets and finds the material of each element.
+!> Reads the MATErial data sets, and finds the material of each element.
 module materials_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
@@ -8,11 +8,11 @@ module materials_reader
   use model_types, only: model_t, material_t, law_linear
   implicit none
   private
-  public :: read_materials
+  public :: read_materials, assign_materials
 
 contains
 
-  !> Fills model%materials and model%element_material; the mesh has been read.
+  !> Fills model%materials.
   subroutine read_materials(deck, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -27,7 +27,6 @@ contains
       n = n + 1
       call read_material(deck%mesh(i), model%materials(:n - 1), diagnostics, model%materials(n))
     end do
-    call assign_materials(deck, diagnostics, model)
   end subroutine read_materials
 
   !> Reads one data set.
@@ -107,7 +106,7 @@ contains
     end if
   end subroutine read_elastic
 
-  !> Finds the material of each element.
+  !> Fills model%element_material; mesh and materials have been read.
   subroutine assign_materials(deck, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors

@@ -6,11 +6,13 @@ module node_queries
   use records, only: item_name
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_lookup, only: find_nodes, nearest_name
+  use mesh_building, only: model_size
+  use mesh_names, only: find_nodes, name_hint
+  use node_sets, only: default_tolerance
   implicit none
   private
   public :: node_exists, report_missing_node, nodes_of_item, report_unknown_name
-  public :: model_size, plane_tolerance, nearest_node
+  public :: plane_tolerance, nearest_node
 
 contains
 
@@ -41,13 +43,9 @@ contains
     type(location_t), intent(in) :: at !! where it stands
     character(*), intent(in) :: name !! the name
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: near, remedy
 
-    near = nearest_name(mesh, name)
-    remedy = 'define it with SET, SURFace or BLOCk'
-    if (len(near) > 0) remedy = 'is '''//near//''' meant?'
-    call report_error(diagnostics, at, 'no set, region or surface is called '''//name//'''', &
-      remedy)
+    call report_error(diagnostics, at, 'there is no set, region or surface '//name, &
+      name_hint(mesh, name))
   end subroutine report_unknown_name
 
   !> Nodes of the set, region or surface that item `i` names; none, and an error, if unknown.
@@ -65,28 +63,11 @@ contains
     if (.not. allocated(nodes)) allocate (nodes(0))
   end subroutine nodes_of_item
 
-  !> Longest edge of the box around all nodes.
-  pure real(wp) function model_size(mesh)
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    real(wp) :: low(3), high(3)
-    integer :: i
-
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    do i = 1, mesh%nodes
-      if (.not. mesh%defined(i)) cycle
-      low = min(low, mesh%x(:, i))
-      high = max(high, mesh%x(:, i))
-    end do
-    model_size = 0.0_wp
-    if (any(mesh%defined)) model_size = maxval(high - low)
-  end function model_size
-
   !> How far from a plane a node may lie and still be on it.
   pure real(wp) function plane_tolerance(mesh)
     type(mesh_t), intent(in) :: mesh !! the mesh
 
-    plane_tolerance = 1.0e-8_wp*model_size(mesh)
+    plane_tolerance = default_tolerance*model_size(mesh)
   end function plane_tolerance
 
   !> The node nearest to a point, the lowest number among equals; 0 without nodes.

@@ -7,7 +7,7 @@ module output_reader
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
     state_none
   use node_queries, only: node_exists, report_missing_node, report_unknown_name
-  use mesh_lookup, only: find_nodes
+  use mesh_names, only: find_nodes
   implicit none
   private
   public :: read_output

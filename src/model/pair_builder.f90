@@ -5,7 +5,7 @@ module pair_builder
   use deck_types, only: location_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use mesh_lookup, only: find_nodes, find_surface, find_region
+  use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal, penalty_auto
   use contact_reader, only: pair_draft_t

@@ -1,0 +1,49 @@
+!> The mesh of a deck: nodes, elements, and the named parts of them.
+module mesh_reader
+  use deck_types, only: deck_t
+  use diagnostics, only: diagnostics_t, error_count
+  use mesh_types, only: mesh_t
+  use mesh_building, only: element_origin_t, start_mesh, finish_mesh
+  use mesh_checks, only: check_elements, check_numbers
+  use coordinates_reader, only: read_coordinates
+  use elements_reader, only: read_elements
+  use block_reader, only: read_block
+  use named_parts, only: gather_names, evaluate_parts
+  implicit none
+  private
+  public :: read_mesh
+
+contains
+
+  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. After an error the mesh must not be
+  !! used, but the names of its parts can still be looked up.
+  subroutine read_mesh(deck, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(mesh_t), intent(out) :: mesh !! the mesh
+    type(element_origin_t) :: origin
+    integer :: errors, i, region, material
+
+    call start_mesh(mesh, origin, deck%control(1), deck%control(2))
+    call gather_names(deck, diagnostics, mesh)
+    errors = error_count(diagnostics)
+    region = 0
+    material = 0
+    do i = 1, size(deck%mesh)
+      select case (deck%mesh(i)%command)
+      case ('coor')
+        call read_coordinates(deck%mesh(i), mesh, diagnostics)
+      case ('elem')
+        call read_elements(deck%mesh(i), i, mesh, origin, diagnostics)
+      case ('bloc')
+        region = region + 1
+        call read_block(deck%mesh(i), i, region, material, mesh, origin, diagnostics)
+      end select
+    end do
+    call finish_mesh(mesh, origin)
+    ! numbers are compared only if nothing was left out because of an error
+    if (error_count(diagnostics) == errors) call check_numbers(deck, origin, diagnostics, mesh)
+    call check_elements(deck, origin, diagnostics, mesh)
+    call evaluate_parts(deck, error_count(diagnostics) == errors, diagnostics, mesh)
+  end subroutine read_mesh
+end module mesh_reader
