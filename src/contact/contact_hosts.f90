@@ -12,7 +12,7 @@ module contact_hosts
     edge_is_flat, facet_size
   implicit none
   private
-  public :: start_pair, begin_increment, follow_tips, settle_points, find_facet
+  public :: start_pair, begin_increment, follow_tips, settle_points, find_facet, touches
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
@@ -70,7 +70,8 @@ contains
   end subroutine begin_increment
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
-  !! outside its facet than `tolerance` (flat edges) or at all (kinked edges).
+  !! outside its facet than `tolerance` (flat edges) or at all (kinked edges). A new host counts as
+  !! a change only where the point touches the old or the new facet.
   subroutine follow_tips(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! new: hosts and start tips may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -78,19 +79,36 @@ contains
     real(wp), intent(in) :: tolerance !! in shape functions
     integer, intent(inout) :: changes !! grows by the number of points with a new host
     integer :: p, host
+    logical :: touched
 
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         host = point%host
+        touched = touches(pair, x, p, host)
         if (host == 0) then
           call seek(pair, x_old, x, p, point)
         else
           call follow_tip(pair, x_old, x, tolerance, p, point)
         end if
-        if (point%host /= host) changes = changes + 1
+        if (point%host == host) cycle
+        if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
       end associate
     end do
   end subroutine follow_tips
+
+  !> A point lies on or below the plane of a facet.
+  pure logical function touches(pair, x, p, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: facet !! the facet, 0 for none
+    real(wp) :: xi(2), gap
+
+    touches = .false.
+    if (facet == 0) return
+    call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
+    touches = gap <= 0.0_wp
+  end function touches
 
   !> Walks with one tip.
   subroutine follow_tip(pair, x_old, x, tolerance, p, point)
