@@ -19,18 +19,21 @@ module blas_info
     !> openblas_get_config
     function text_i() bind(c) result(text)
       import :: c_ptr
+      implicit none
       type(c_ptr) :: text
     end function text_i
 
     !> openblas_set_num_threads
     subroutine set_i(n) bind(c)
       import :: c_int
+      implicit none
       integer(c_int), value :: n !! number of threads
     end subroutine set_i
 
     !> openblas_get_num_threads
     function get_i() bind(c) result(n)
       import :: c_int
+      implicit none
       integer(c_int) :: n
     end function get_i
   end interface
@@ -39,6 +42,7 @@ module blas_info
     !> C's dlsym: the address of a symbol, null if no library has it.
     function c_dlsym(handle, name) bind(c, name='dlsym') result(address)
       import :: c_ptr, c_funptr, c_char
+      implicit none
       type(c_ptr), value :: handle !! null: all libraries
       character(kind=c_char), intent(in) :: name(*) !! the symbol
       type(c_funptr) :: address
@@ -47,6 +51,7 @@ module blas_info
     !> C's dladdr: the library that holds an address; 0 if none does.
     function c_dladdr(address, symbol) bind(c, name='dladdr') result(found)
       import :: c_funptr, c_int, symbol_t
+      implicit none
       type(c_funptr), value :: address !! any address
       type(symbol_t), intent(out) :: symbol !! what is there
       integer(c_int) :: found
@@ -55,6 +60,7 @@ module blas_info
     !> C's strlen.
     pure function c_strlen(text) bind(c, name='strlen') result(length)
       import :: c_ptr, c_size_t
+      implicit none
       type(c_ptr), value :: text !! a string that ends with a null
       integer(c_size_t) :: length
     end function c_strlen

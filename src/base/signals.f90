@@ -18,6 +18,7 @@ module signals
     !> C's signal: sets the handler and returns the one before.
     function c_signal(number, handler) bind(c, name='signal') result(before)
       import :: c_int, c_funptr
+      implicit none
       integer(c_int), value :: number !! signal number
       type(c_funptr), value :: handler !! new handler
       type(c_funptr) :: before

@@ -25,6 +25,7 @@ module terminal
     !> C's isatty: 1 when the file descriptor is a terminal.
     function c_isatty(descriptor) bind(c, name='isatty') result(yes)
       import :: c_int
+      implicit none
       integer(c_int), value :: descriptor !! file descriptor
       integer(c_int) :: yes
     end function c_isatty
