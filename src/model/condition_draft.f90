@@ -3,7 +3,7 @@ module condition_draft
   use kinds, only: wp
   use deck_types, only: location_t, record_t
   use model_types, only: conditions_t
-  use records, only: item_count, item_real
+  use records, only: item_location, item_real
   implicit none
   private
   public :: condition_draft_t, start_draft, set_values, record_values
@@ -42,9 +42,8 @@ contains
     real(wp) :: values(3)
     integer :: k
 
-    values = 0.0_wp
     do k = 1, 3
-      if (before + k <= item_count(record)) values(k) = item_real(record, before + k)
+      values(k) = item_real(record, before + k)
     end do
   end function record_values
 
@@ -68,10 +67,7 @@ contains
     case default
       draft%conditions%displacement(:, node) = values
       do k = 1, 3
-        draft%displacement_at(k, node) = record%at
-        if (before + k <= item_count(record)) then
-          draft%displacement_at(k, node) = record%items(before + k)%at
-        end if
+        draft%displacement_at(k, node) = item_location(record, before + k)
       end do
     end select
   end subroutine set_values

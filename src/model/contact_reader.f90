@@ -3,7 +3,7 @@ module contact_reader
   use kinds, only: wp
   use text, only: to_text
   use deck_types, only: deck_t, data_set_t, record_t, location_t
-  use records, only: item_count, item_integer, item_real, item_name, is_word
+  use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
     form_node_to_surface
@@ -87,7 +87,7 @@ contains
       pair%slave = ''
       pair%master = ''
       if (pair%number < 1) then
-        call report_error(diagnostics, record%items(2)%at, 'pair number '// &
+        call report_error(diagnostics, item_location(record, 2), 'pair number '// &
           to_text(pair%number), 'number the pairs from 1')
       end if
     end associate
@@ -134,8 +134,8 @@ contains
     draft%pair%form = form_node_to_surface
     draft%pair%slave = item_name(record, 2)
     draft%pair%master = item_name(record, 3)
-    draft%pair%slave_at = record%items(2)%at
-    draft%pair%master_at = record%items(3)%at
+    draft%pair%slave_at = item_location(record, 2)
+    draft%pair%master_at = item_location(record, 3)
   end subroutine read_form
 
   !> PENAlty value, PENAlty AREA value or PENAlty AUTO [factor].
@@ -168,7 +168,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
     if (item_real(record, i) > 0.0_wp) return
-    call report_error(diagnostics, record%items(i)%at, what//' is '// &
+    call report_error(diagnostics, item_location(record, i), what//' is '// &
       to_text(item_real(record, i)), 'write a value above 0')
   end subroutine check_positive
 
@@ -188,8 +188,8 @@ contains
       end if
       do i = 3, item_count(record)
         if (item_real(record, i) >= 0.0_wp) cycle
-        call report_error(diagnostics, record%items(i)%at, 'the coefficient of friction is '// &
-          to_text(item_real(record, i)), 'write 0 or more')
+        call report_error(diagnostics, item_location(record, i), &
+          'the coefficient of friction is '//to_text(item_real(record, i)), 'write 0 or more')
       end do
       if (.not. draft%has_direction) pair%direction_at = record%at
     end associate
@@ -217,10 +217,10 @@ contains
         end if
       end if
       if (item_count(record) < i + 2) return
-      pair%direction_at = record%items(i)%at
+      pair%direction_at = item_location(record, i)
       pair%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, i + 2)]
       if (all(abs(pair%axis) <= 0.0_wp)) then
-        call report_error(diagnostics, record%items(i)%at, 'the direction has no length', &
+        call report_error(diagnostics, item_location(record, i), 'the direction has no length', &
           'write a vector other than 0 0 0')
         pair%axis = [1.0_wp, 0.0_wp, 0.0_wp]
         draft%has_direction = .false.

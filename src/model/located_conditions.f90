@@ -3,7 +3,7 @@ module located_conditions
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: data_set_t, record_t
-  use records, only: item_integer, item_real, item_count
+  use records, only: item_location, item_integer, item_real, item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use node_queries, only: plane_tolerance, nearest_node
@@ -40,7 +40,7 @@ contains
 
     direction = item_integer(record, 1)
     if (direction < 1 .or. direction > 3) then
-      call report_error(diagnostics, record%items(1)%at, 'direction '//to_text(direction)// &
+      call report_error(diagnostics, item_location(record, 1), 'direction '//to_text(direction)// &
         ' does not exist', 'write 1, 2 or 3: the axis that the plane is normal to')
       return
     end if
@@ -76,7 +76,7 @@ contains
       end if
     end do
     if (nearest == 0) return
-    call report_error(diagnostics, record%items(2)%at, 'no node has x'//to_text(direction)// &
+    call report_error(diagnostics, item_location(record, 2), 'no node has x'//to_text(direction)// &
       ' = '//to_text(coordinate, 10), 'the nearest coordinate is '// &
       to_text(mesh%x(direction, nearest), 10)//' (node '//to_text(nearest)//')')
   end subroutine report_empty_plane

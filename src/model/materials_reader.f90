@@ -3,7 +3,7 @@ module materials_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number
-  use records, only: item_count, item_integer, item_real, item_name, is_word
+  use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
   use model_types, only: model_t, material_t, law_linear
   implicit none
@@ -44,10 +44,10 @@ contains
     if (item_count(set%head) > 1) material%number = item_integer(set%head, 2)
     if (item_count(set%head) > 2) material%label = item_name(set%head, 3)
     if (material%number < 1) then
-      call report_error(diagnostics, set%head%items(2)%at, 'material number '// &
+      call report_error(diagnostics, item_location(set%head, 2), 'material number '// &
         to_text(material%number), 'number the materials from 1')
     else if (any(others%number == material%number)) then
-      call report_error(diagnostics, set%head%items(min(2, item_count(set%head)))%at, &
+      call report_error(diagnostics, item_location(set%head, min(2, item_count(set%head))), &
         'material '//to_text(material%number)//' is defined twice', &
         'give the second one another number')
     end if
@@ -74,7 +74,7 @@ contains
     else if (is_word(record%items(1), 'density')) then
       material%density = item_real(record, 2)
       if (material%density < 0.0_wp) then
-        call report_error(diagnostics, record%items(2)%at, 'the density is negative', &
+        call report_error(diagnostics, item_location(record, 2), 'the density is negative', &
           'write a density of 0 or more')
       end if
     else if (is_word(record%items(1), 'elastic')) then
@@ -95,13 +95,13 @@ contains
 
     material%youngs_modulus = item_real(record, 3)
     if (material%youngs_modulus <= 0.0_wp) then
-      call report_error(diagnostics, record%items(3)%at, 'Young''s modulus is '// &
+      call report_error(diagnostics, item_location(record, 3), 'Young''s modulus is '// &
         to_text(material%youngs_modulus), 'write a modulus above 0')
     end if
     material%poissons_ratio = 0.0_wp
     if (item_count(record) > 3) material%poissons_ratio = item_real(record, 4)
     if (material%poissons_ratio <= -1.0_wp .or. material%poissons_ratio >= 0.5_wp) then
-      call report_error(diagnostics, record%items(4)%at, 'Poisson''s ratio is '// &
+      call report_error(diagnostics, item_location(record, 4), 'Poisson''s ratio is '// &
         to_text(material%poissons_ratio, 10), 'write a ratio above -1 and below 0.5')
     end if
   end subroutine read_elastic
@@ -196,7 +196,7 @@ contains
         k = material_item(set%command, record)
         if (k == 0) cycle
         if (record%items(k)%kind /= item_number) cycle
-        if (nint(record%items(k)%value) == number) at = record%items(k)%at
+        if (nint(record%items(k)%value) == number) at = item_location(record, k)
       end associate
     end do
   end subroutine find_material_item

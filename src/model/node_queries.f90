@@ -3,7 +3,7 @@ module node_queries
   use kinds, only: wp
   use text, only: to_text
   use deck_types, only: location_t, record_t
-  use records, only: item_name
+  use records, only: item_location, item_name
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use mesh_building, only: model_size
@@ -59,7 +59,7 @@ contains
 
     call find_nodes(mesh, item_name(record, i), nodes, found)
     if (found) return
-    call report_unknown_name(mesh, record%items(i)%at, item_name(record, i), diagnostics)
+    call report_unknown_name(mesh, item_location(record, i), item_name(record, i), diagnostics)
     if (.not. allocated(nodes)) allocate (nodes(0))
   end subroutine nodes_of_item
 

@@ -3,7 +3,7 @@ module numbered_conditions
   use kinds, only: wp
   use text, only: to_text
   use deck_types, only: data_set_t, record_t, item_word, item_quoted
-  use records, only: item_integer
+  use records, only: item_location, item_integer
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use node_queries, only: node_exists, report_missing_node, nodes_of_item
@@ -72,7 +72,7 @@ contains
 
     this%node = item_integer(record, 1)
     if (.not. node_exists(mesh, this%node)) then
-      call report_missing_node(mesh, record%items(1)%at, this%node, diagnostics)
+      call report_missing_node(mesh, item_location(record, 1), this%node, diagnostics)
       previous = generation_t()
       return
     end if
@@ -107,7 +107,7 @@ contains
     do i = 1, steps - 1
       node = first%node + i*step
       if (.not. node_exists(mesh, node)) then
-        call report_error(diagnostics, record%items(1)%at, 'node '//to_text(node)// &
+        call report_error(diagnostics, item_location(record, 1), 'node '//to_text(node)// &
           ', generated between '//to_text(first%node)//' and '//to_text(last%node)// &
           ', does not exist', 'change the increment of the record before')
         return

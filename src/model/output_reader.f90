@@ -2,7 +2,7 @@
 module output_reader
   use text, only: to_text, string_t
   use deck_types, only: deck_t, record_t, item_number
-  use records, only: item_count, item_integer, item_name, is_word
+  use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
     state_none
@@ -49,7 +49,7 @@ contains
       model%output%every = item_integer(record, 2)
       if (model%output%every < 1) then
         model%output%every = 1
-        call report_error(diagnostics, record%items(2)%at, 'fields each '// &
+        call report_error(diagnostics, item_location(record, 2), 'fields each '// &
           to_text(item_integer(record, 2))//' end times', 'write 1 or more')
       end if
     else if (is_word(record%items(1), 'state')) then
@@ -71,10 +71,10 @@ contains
     do i = 2, item_count(record)
       call find_nodes(model%mesh, item_name(record, i), nodes, found)
       if (.not. found) then
-        call report_unknown_name(model%mesh, record%items(i)%at, item_name(record, i), &
+        call report_unknown_name(model%mesh, item_location(record, i), item_name(record, i), &
           diagnostics)
       else if (is_requested(model%output, item_name(record, i))) then
-        call report_error(diagnostics, record%items(i)%at, 'reactions of '''// &
+        call report_error(diagnostics, item_location(record, i), 'reactions of '''// &
           item_name(record, i)//''' are asked for twice', 'name each set once')
       else
         call add_reactions(model%output, item_name(record, i))
@@ -153,9 +153,9 @@ contains
     request%node = item_integer(record, first)
     request%dof = item_integer(record, first + 1)
     if (.not. node_exists(model%mesh, request%node)) then
-      call report_missing_node(model%mesh, record%items(first)%at, request%node, diagnostics)
+      call report_missing_node(model%mesh, item_location(record, first), request%node, diagnostics)
     else if (request%dof < 1 .or. request%dof > 3) then
-      call report_error(diagnostics, record%items(first + 1)%at, 'degree of freedom '// &
+      call report_error(diagnostics, item_location(record, first + 1), 'degree of freedom '// &
         to_text(request%dof)//' does not exist', 'write 1, 2 or 3')
     else
       model%output%history = [model%output%history, request]

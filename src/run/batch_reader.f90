@@ -3,7 +3,7 @@ module batch_reader
   use kinds, only: wp
   use text, only: to_text, lower
   use deck_types, only: deck_t, data_set_t, record_t, location_t, item_word, item_quoted
-  use records, only: item_count
+  use records, only: item_location, item_count
   use diagnostics, only: diagnostics_t, report_error
   use batch_types, only: batch_command_t
   implicit none
@@ -88,7 +88,7 @@ contains
     type(record_t), intent(in) :: head !! the command's record
 
     at = head%at
-    if (item_count(head) > 2) at = head%items(3)%at
+    if (item_count(head) > 2) at = item_location(head, 3)
   end function value_at
 
   !> Time can advance only when DT has been given.
