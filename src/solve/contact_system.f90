@@ -24,25 +24,22 @@ module contact_system
 contains
 
   !> Working points of all pairs at the start of an increment.
-  subroutine restart_points(model, system, x_old)
+  subroutine restart_points(model, system)
     type(model_t), intent(inout) :: model !! pairs: new is set
     type(system_t), intent(inout) :: system !! cost table
-    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     integer :: k
 
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
-      call begin_increment(model%pairs(k), x_old)
+      call begin_increment(model%pairs(k), system%x_old)
     end do
     call end_cost(system%costs, cost_search)
   end subroutine restart_points
 
   !> Lets the hosts of all pairs follow the tips.
-  subroutine move_hosts(model, system, x_old, x, tolerance, changes)
+  subroutine move_hosts(model, system, tolerance, changes)
     type(model_t), intent(inout) :: model !! pairs: hosts may change
     type(system_t), intent(inout) :: system !! cost table
-    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! extrapolation allowed at flat edges
     integer, intent(out) :: changes !! points with a new host
     integer :: k
@@ -50,51 +47,48 @@ contains
     changes = 0
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
-      call follow_tips(model%pairs(k), x_old, x, tolerance, changes)
-      changes = changes + overlooked(model%pairs(k), system, system%first_point(k), x)
+      call follow_tips(model%pairs(k), system%x_old, system%x_now, tolerance, changes)
+      changes = changes + overlooked(model%pairs(k), system, system%first_point(k))
     end do
     call end_cost(system%costs, cost_search)
   end subroutine move_hosts
 
   !> Points that have come through the surface although their elements are idle.
-  pure integer function overlooked(pair, system, first, x) result(n)
+  pure integer function overlooked(pair, system, first) result(n)
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(in) :: system !! contact elements
     integer, intent(in) :: first !! first element of the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer :: p
 
     n = 0
     do p = 1, size(pair%nodes)
       if (system%contact%routine(first + p - 1) /= routine_none) cycle
-      if (touches(pair, x, p, pair%new(p)%host)) n = n + 1
+      if (touches(pair, system%x_now, p, pair%new(p)%host)) n = n + 1
     end do
   end function overlooked
 
   !> Makes the contact elements of the present hosts; points far above the surface stay idle.
-  subroutine load_contact(model, system, x)
+  subroutine load_contact(model, system)
     type(model_t), intent(in) :: model !! pairs with their hosts
     type(system_t), intent(inout) :: system !! gets contact
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which to judge gaps [length]
     integer :: k, p
 
     do k = 1, size(model%pairs)
       do p = 1, size(model%pairs(k)%nodes)
-        call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system, x)
+        call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
       end do
     end do
   end subroutine load_contact
 
   !> Makes one contact element.
-  subroutine load_point(pair, p, element, system, x)
+  subroutine load_point(pair, p, element, system)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     integer, intent(in) :: element !! its place in the list
-    type(system_t), intent(inout) :: system !! gets contact
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
     real(wp) :: xi(2), gap
 
-    associate (list => system%contact, point => pair%new(p))
+    associate (list => system%contact, point => pair%new(p), x => system%x_now)
       list%routine(element) = routine_none
       list%status(element) = status_off
       if (point%host == 0) return
@@ -169,15 +163,14 @@ contains
   end subroutine keep_status
 
   !> Commits the history of an accepted increment.
-  subroutine settle_contact(model, system, x)
+  subroutine settle_contact(model, system)
     type(model_t), intent(inout) :: model !! pairs: new becomes old
     type(system_t), intent(in) :: system !! contact elements at the converged state
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
     integer :: k
 
     call keep_status(model, system)
     do k = 1, size(model%pairs)
-      call settle_points(model%pairs(k), x)
+      call settle_points(model%pairs(k), system%x_now)
     end do
   end subroutine settle_contact
 end module contact_system

@@ -12,7 +12,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, begin_at, accept
+  public :: solve_increment, begin_at, choose_start, accept
 
 contains
 
@@ -26,19 +26,18 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
     integer :: pass, changes
-    real(wp), allocatable :: x_old(:, :)
 
-    x_old = model%mesh%x + state%u
+    system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
-    call choose_start(model, system, state, x_old, monitor)
+    call choose_start(model, system, state, monitor)
     do pass = 1, settings%most_passes
-      call load_contact(model, system, model%mesh%x + system%u)
+      call load_contact(model, system)
       call couple(system)
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit
-      call move_hosts(model, system, x_old, model%mesh%x + system%u, settings%extrapolation, &
-        changes)
+      system%x_now = model%mesh%x + system%u
+      call move_hosts(model, system, settings%extrapolation, changes)
       if (changes == 0) exit
       call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
     end do
@@ -70,41 +69,39 @@ contains
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
   !! smaller residual; chooses the hosts there.
-  subroutine choose_start(model, system, state, x_old, monitor)
+  subroutine choose_start(model, system, state, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
     type(state_t), intent(in) :: state !! last converged state
-    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp), allocatable :: carried(:, :), left(:, :)
     real(wp) :: norm_left, norm_carried
 
-    left = system%u
-    carried = system%u
+    system%left = system%u
+    system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
-      carried)
-    call start_here(model, system, x_old, norm_left)
-    if (all(abs(carried - left) <= 0.0_wp)) return
-    system%u = carried
-    call start_here(model, system, x_old, norm_carried)
+      system%carried)
+    call start_here(model, system, norm_left)
+    if (all(abs(system%carried - system%left) <= 0.0_wp)) return
+    system%u = system%carried
+    call start_here(model, system, norm_carried)
     if (norm_carried <= norm_left) return
-    system%u = left
-    call start_here(model, system, x_old, norm_left)
+    system%u = system%left
+    call start_here(model, system, norm_left)
     call monitor%event('  predictor dropped: it does not lower the residual')
   end subroutine choose_start
 
   !> Hosts and residual at the present u.
-  subroutine start_here(model, system, x_old, norm)
+  subroutine start_here(model, system, norm)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; residual formed
-    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
+    system%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
-      call restart_points(model, system, x_old)
-      call move_hosts(model, system, x_old, model%mesh%x + system%u, 0.0_wp, changes)
-      call load_contact(model, system, model%mesh%x + system%u)
+      call restart_points(model, system)
+      call move_hosts(model, system, 0.0_wp, changes)
+      call load_contact(model, system)
     end if
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
@@ -113,7 +110,7 @@ contains
   !> Takes the converged iterate as the new state.
   subroutine accept(model, system, state, time)
     type(model_t), intent(inout) :: model !! history is committed
-    type(system_t), intent(in) :: system !! converged
+    type(system_t), intent(inout) :: system !! converged
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
 
@@ -124,6 +121,7 @@ contains
     elsewhere
       state%reaction = 0.0_wp
     end where
-    call settle_contact(model, system, model%mesh%x + state%u)
+    system%x_now = model%mesh%x + state%u
+    call settle_contact(model, system)
   end subroutine accept
 end module increments

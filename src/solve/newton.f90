@@ -12,7 +12,7 @@ module newton
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: newton_t, solve_frozen, iterate
+  public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped
 
