@@ -23,6 +23,7 @@ contains
     type(mesh_t), intent(out) :: mesh !! the mesh
     type(element_origin_t) :: origin
     integer :: errors, i, region, material
+    logical :: complete
 
     call start_mesh(mesh, origin, deck%control(1), deck%control(2))
     call gather_names(deck, diagnostics, mesh)
@@ -41,9 +42,23 @@ contains
       end select
     end do
     call finish_mesh(mesh, origin)
-    ! numbers are compared only if nothing was left out because of an error
-    if (error_count(diagnostics) == errors) call check_numbers(deck, origin, diagnostics, mesh)
-    call check_elements(deck, origin, diagnostics, mesh)
-    call evaluate_parts(deck, error_count(diagnostics) == errors, diagnostics, mesh)
+    ! what was left out because of an error must not give rise to others
+    complete = all_read(deck) .and. error_count(diagnostics) == errors
+    if (complete) call check_numbers(deck, origin, diagnostics, mesh)
+    call check_elements(deck, origin, complete, diagnostics, mesh)
+    complete = complete .and. error_count(diagnostics) == errors
+    call evaluate_parts(deck, complete, diagnostics, mesh)
   end subroutine read_mesh
+
+  !> True if no record of a mesh command was left out because of an error.
+  pure logical function all_read(deck)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i
+
+    all_read = .true.
+    do i = 1, size(deck%mesh)
+      if (all(deck%mesh(i)%command /= ['coor', 'elem', 'bloc', 'set ', 'surf'])) cycle
+      all_read = all_read .and. deck%mesh(i)%complete
+    end do
+  end function all_read
 end module mesh_reader

@@ -233,8 +233,7 @@ contains
     call find_region(mesh, item%text, region)
     if (region > 0) return
     if (only_region) then
-      call report_error(diagnostics, item%at, 'there is no region '//item%text, &
-        name_hint(mesh, item%text)//'; a region is a named BLOCk')
+      call report_error(diagnostics, item%at, 'there is no region '//item%text, region_hint(mesh))
       good = .false.
       return
     end if
@@ -259,4 +258,20 @@ contains
     call visit(deck, mesh, i, diagnostics, list)
     good = good .and. list%parts(i)%state == state_good
   end subroutine follow
+
+  !> The remedy for a region that does not exist: the names of those that do.
+  pure function region_hint(mesh) result(hint)
+    type(mesh_t), intent(in) :: mesh !! the mesh, for its names
+    character(:), allocatable :: hint
+    integer :: i, n
+
+    hint = 'the regions are'
+    n = 0
+    do i = 1, size(mesh%regions)
+      if (mesh%regions(i)%name == '' .or. n > 7) cycle
+      hint = hint//' '//mesh%regions(i)%name
+      n = n + 1
+    end do
+    if (n == 0) hint = 'give a BLOCk a name: it becomes a region'
+  end function region_hint
 end module named_parts
