@@ -147,8 +147,8 @@ contains
     end do
     materials = 0
     do i = 1, size(deck%mesh)
-      if (deck%mesh(i)%command == 'mate') &
-        materials = max(materials, item_integer(deck%mesh(i)%head, 2))
+      if (deck%mesh(i)%command /= 'mate') cycle
+      materials = max(materials, item_integer(deck%mesh(i)%head, 2))
     end do
     call check_control(deck, 1, 'numnp', mesh%nodes, 'the highest node number is', diagnostics)
     call check_control(deck, 2, 'numel', mesh%elements, 'the highest element number is', &
