@@ -111,8 +111,8 @@ contains
     call write_long(file, root//'NumberOfConnectivityIds', [offsets(n + 1)], &
       'length of the list of points of cells', error)
     if (allocated(error)) return
-    call write_long(file, root//'Connectivity', list(:offsets(n + 1)), 'points of the cells, from 0', &
-      error)
+    call write_long(file, root//'Connectivity', list(:offsets(n + 1)), &
+      'points of the cells, from 0', error)
     if (allocated(error)) return
     call write_long(file, root//'Offsets', offsets, 'start of each cell in Connectivity', error)
     if (allocated(error)) return
@@ -203,8 +203,8 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, description, &
-      error)
+    call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, &
+      description, error)
     if (allocated(error)) return
     call make_series(file, root//'Steps/'//group//'Offsets/'//name, stored_long, [integer ::], 1, &
       '1', 'first entry of each end time', error)
@@ -219,8 +219,8 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//group//'/'//name, stored_integer, [integer ::], size(values), '1', &
-      description, error)
+    call make_series(file, root//group//'/'//name, stored_integer, [integer ::], size(values), &
+      '1', description, error)
     if (allocated(error)) return
     call write_block(file, root//group//'/'//name, values, at_end, error)
     if (allocated(error)) return
