@@ -12,6 +12,7 @@ module libc
     !> Opens a stream; a null pointer says that it failed.
     function c_fopen(path, mode) result(stream) bind(c, name='fopen')
       import :: c_char, c_ptr
+      implicit none
       character(kind=c_char), intent(in) :: path(*) !! file name, closed by a null character
       character(kind=c_char), intent(in) :: mode(*) !! 'w' and a null character
       type(c_ptr) :: stream
@@ -20,6 +21,7 @@ module libc
     !> Writes items to a stream; returns how many were taken.
     function c_fwrite(buffer, size, count, stream) result(written) bind(c, name='fwrite')
       import :: c_char, c_ptr, c_size_t
+      implicit none
       character(kind=c_char), intent(in) :: buffer(*) !! what to write
       integer(c_size_t), value :: size !! bytes of an item
       integer(c_size_t), value :: count !! items
@@ -30,6 +32,7 @@ module libc
     !> Hands the buffer to the system; 0 is success.
     function c_fflush(stream) result(status) bind(c, name='fflush')
       import :: c_int, c_ptr
+      implicit none
       type(c_ptr), value :: stream !! open stream
       integer(c_int) :: status
     end function c_fflush
@@ -37,6 +40,7 @@ module libc
     !> Closes a stream; 0 is success.
     function c_fclose(stream) result(status) bind(c, name='fclose')
       import :: c_int, c_ptr
+      implicit none
       type(c_ptr), value :: stream !! open stream
       integer(c_int) :: status
     end function c_fclose
@@ -44,6 +48,7 @@ module libc
     !> Makes a folder; 0 is success.
     function c_mkdir(path, mode) result(status) bind(c, name='mkdir')
       import :: c_char, c_int
+      implicit none
       character(kind=c_char), intent(in) :: path(*) !! folder, closed by a null character
       integer(c_int), value :: mode !! permission bits
       integer(c_int) :: status

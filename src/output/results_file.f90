@@ -9,7 +9,8 @@ module results_file
   use model_types, only: model_t, output_request_t
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
-  use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, stored_real
+  use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
+    stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
   use results_tables, only: create_history_part, append_history, create_contact_part, &
     append_contact
@@ -140,7 +141,36 @@ contains
     call write_text(file, '/run/settings', settings, 'command line and settings', error)
     if (allocated(error)) return
     call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
+    if (allocated(error)) return
+    call write_sets(file, model, error)
   end subroutine write_run
+
+  !> Writes /run/sets: the nodes of each set, so that postprocessing can use the deck's names.
+  subroutine write_sets(file, model, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call make_group(file, '/run/sets', error)
+    do i = 1, size(model%mesh%sets)
+      if (allocated(error)) return
+      call write_set(file, '/run/sets/'//model%mesh%sets(i)%name, model%mesh%sets(i)%nodes, error)
+    end do
+  end subroutine write_sets
+
+  !> Writes the nodes of one set.
+  subroutine write_set(file, path, nodes, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(in), contiguous :: nodes(:) !! node numbers
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, path, stored_integer, [integer ::], size(nodes), '1', &
+      'node numbers of the set', error)
+    if (allocated(error)) return
+    call write_block(file, path, nodes, at_end, error)
+  end subroutine write_set
 
   !> Writes a text as a data set of one string.
   subroutine write_text(file, path, value, description, error)

@@ -106,18 +106,20 @@ contains
     integer, intent(in) :: slot !! place of the state in the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: tip(2, size(state%pairs(pair)%points))
-    integer :: i
+    integer :: host(size(tip, 2)), status(size(tip, 2)), i
 
     associate (points => state%pairs(pair)%points)
       do i = 1, size(points)
+        host(i) = points(i)%host
+        status(i) = points(i)%status
         tip(:, i) = points(i)%tip
       end do
-      call write_block(file, pair_group(number)//'/host', points%host, slot, error)
-      if (allocated(error)) return
-      call write_block(file, pair_group(number)//'/status', points%status, slot, error)
-      if (allocated(error)) return
-      call write_block(file, pair_group(number)//'/tip', tip, slot, error)
     end associate
+    call write_block(file, pair_group(number)//'/host', host, slot, error)
+    if (allocated(error)) return
+    call write_block(file, pair_group(number)//'/status', status, slot, error)
+    if (allocated(error)) return
+    call write_block(file, pair_group(number)//'/tip', tip, slot, error)
   end subroutine write_pair
 
   !> Reads the state of one end time from a results file.

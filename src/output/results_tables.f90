@@ -79,6 +79,7 @@ contains
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(name_length) :: sets(size(reactions, 2)), pairs(size(rows))
+    real(wp) :: column(size(reactions, 2))
     integer :: i
 
     do i = 1, size(sets)
@@ -87,8 +88,8 @@ contains
     call append_keys(file, '/history/reactions/', 'set', step, time, sets, error)
     do i = 1, size(reaction_columns)
       if (allocated(error)) return
-      call write_block(file, '/history/reactions/'//reaction_columns(i), reactions(i, :), at_end, &
-        error)
+      column = reactions(i, :)
+      call write_block(file, '/history/reactions/'//reaction_columns(i), column, at_end, error)
     end do
     if (allocated(error)) return
     do i = 1, size(pairs)
@@ -106,7 +107,7 @@ contains
     character(*), intent(in) :: key !! name of the column of names
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
-    character(*), intent(in) :: names(:) !! names of the rows
+    character(*), intent(in), contiguous :: names(:) !! names of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call write_block(file, group//'step', spread(step, 1, size(names)), at_end, error)

@@ -69,15 +69,18 @@ contains
     type(hdf5_file_t), intent(in) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp), allocatable :: x(:, :)
     integer :: n
 
     n = size(part%nodes)
+    allocate (x(3, n))
+    x(:, :) = mesh%x(:, part%nodes)
     call write_long(file, root//'NumberOfPoints', [n], 'number of points', error)
     if (allocated(error)) return
     call make_series(file, root//'Points', stored_real, [3], n, 'length', &
       'reference coordinates', error)
     if (allocated(error)) return
-    call write_block(file, root//'Points', mesh%x(:, part%nodes), at_end, error)
+    call write_block(file, root//'Points', x, at_end, error)
   end subroutine write_points
 
   !> Writes the cells.
@@ -108,8 +111,8 @@ contains
     call write_long(file, root//'NumberOfConnectivityIds', [offsets(n + 1)], &
       'length of the list of points of cells', error)
     if (allocated(error)) return
-    call write_long(file, root//'Connectivity', list(:offsets(n + 1)), 'points of the cells, from 0', &
-      error)
+    call write_long(file, root//'Connectivity', list(:offsets(n + 1)), &
+      'points of the cells, from 0', error)
     if (allocated(error)) return
     call write_long(file, root//'Offsets', offsets, 'start of each cell in Connectivity', error)
     if (allocated(error)) return
@@ -155,22 +158,25 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(22), parameter :: groups(4) = [character(22) :: 'PointData', 'CellData', &
       'Steps/PointDataOffsets', 'Steps/CellDataOffsets']
+    integer, allocatable :: listed(:)
     integer :: i
 
     do i = 1, size(groups)
       call make_group(file, root//trim(groups(i)), error)
       if (allocated(error)) return
     end do
+    allocate (listed(size(part%elements)))
     call write_constant(file, 'PointData', 'node_number', part%nodes, 'node number of the deck', &
       error)
     if (allocated(error)) return
     call write_constant(file, 'CellData', 'element_number', part%elements, &
       'element number of the deck', error)
     if (allocated(error)) return
-    call write_constant(file, 'CellData', 'material', mesh%material(part%elements), &
-      'material number of the deck', error)
+    listed(:) = mesh%material(part%elements)
+    call write_constant(file, 'CellData', 'material', listed, 'material number of the deck', error)
     if (allocated(error)) return
-    call write_constant(file, 'CellData', 'region', mesh%region(part%elements), &
+    listed(:) = mesh%region(part%elements)
+    call write_constant(file, 'CellData', 'region', listed, &
       'region, from 1 in the order of the deck, 0 for none; names in /run/regions', error)
     if (allocated(error)) return
     if (part%displacement) call make_field(file, 'PointData', 'displacement', 3, &
@@ -197,8 +203,8 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, description, &
-      error)
+    call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, &
+      description, error)
     if (allocated(error)) return
     call make_series(file, root//'Steps/'//group//'Offsets/'//name, stored_long, [integer ::], 1, &
       '1', 'first entry of each end time', error)
@@ -209,12 +215,12 @@ contains
     type(hdf5_file_t), intent(in) :: file !! open file
     character(*), intent(in) :: group !! PointData or CellData
     character(*), intent(in) :: name !! name of the field
-    integer, intent(in) :: values(:) !! its values
+    integer, intent(in), contiguous :: values(:) !! its values
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//group//'/'//name, stored_integer, [integer ::], size(values), '1', &
-      description, error)
+    call make_series(file, root//group//'/'//name, stored_integer, [integer ::], size(values), &
+      '1', description, error)
     if (allocated(error)) return
     call write_block(file, root//group//'/'//name, values, at_end, error)
     if (allocated(error)) return
@@ -226,7 +232,7 @@ contains
   subroutine write_long(file, path, values, description, error)
     type(hdf5_file_t), intent(in) :: file !! open file
     character(*), intent(in) :: path !! data set
-    integer, intent(in) :: values(:) !! its values
+    integer, intent(in), contiguous :: values(:) !! its values
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
@@ -288,8 +294,11 @@ contains
     integer, intent(in) :: list(:) !! nodes or elements that are written
     real(wp), intent(in) :: values(:, :) !! (components, all nodes or elements) the field
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp), allocatable :: listed(:, :)
 
-    call write_block(file, root//group//'/'//name, values(:, list), frames*size(list) + 1, error)
+    allocate (listed(size(values, 1), size(list)))
+    listed(:, :) = values(:, list)
+    call write_block(file, root//group//'/'//name, listed, frames*size(list) + 1, error)
     if (allocated(error)) return
     call write_block(file, root//'Steps/'//group//'Offsets/'//name, [frames*size(list)], &
       frames + 1, error)

@@ -1,7 +1,7 @@
 !> The log (.log): what the run is, one line per iteration, one per increment, and what it cost.
 !!
-!! Nothing is created before the deck has been accepted: the run layer calls `create_log` then. A log
-!! that is not open takes every line and drops it.
+!! Nothing is created before the deck has been accepted: the run layer calls `create_log` then. A
+!! log that is not open takes every line and drops it.
 module run_log
   use, intrinsic :: iso_c_binding, only: c_associated
   use kinds, only: wp

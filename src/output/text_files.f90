@@ -29,7 +29,7 @@ contains
     open (newunit=unit, file=file%path, action='write', status='unknown', iostat=status, &
       iomsg=reason)
     if (status == 0) then
-      close (unit, iostat=status)
+      close (unit)
       file%stream = c_fopen(file%path//c_null_char, 'w'//c_null_char)
     end if
     if (.not. c_associated(file%stream)) then
