@@ -15,7 +15,7 @@ PFUNIT_DIR :=
 MULTIARCH = $(shell $(FC) -print-multiarch 2>/dev/null)
 HDF5_INCLUDE ?= /usr/include/hdf5/serial
 HDF5_LIB ?= /usr/lib/$(MULTIARCH)/hdf5/serial
-LIBS = -lopenblas -lumfpack -lcholmod -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 -ldl
+LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 -ldl
 
 STANDARD := -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion
 CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan
