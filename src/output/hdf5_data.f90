@@ -1,0 +1,363 @@
+!> HDF5 in three layers, the middle one: data sets that grow along their last dimension.
+!!
+!! All are chunked, the large ones shuffled and deflated; they carry a unit and a description, and
+!! record no times, so that equal runs give equal files. Fortran's (3, n) is (n, 3) for C and Python.
+module hdf5_data
+  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
+    h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
+    h5dopen_f, h5dclose_f, h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
+    h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5tclose_f, &
+    h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f, h5t_std_i32le, h5t_std_i64le, &
+    h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double
+  use kinds, only: wp
+  use errors, only: error_t
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type
+  implicit none
+  private
+  public :: make_series, make_text_series, write_block, read_block, series_shape
+  public :: stored_real, stored_integer, stored_long, stored_byte, at_end
+
+  !> How numbers are stored: 64-bit real, 32-bit integer, 64-bit integer, unsigned byte.
+  integer, parameter :: stored_real = 1
+  integer, parameter :: stored_integer = 2
+  integer, parameter :: stored_long = 3
+  integer, parameter :: stored_byte = 4
+
+  !> In place of a first entry: behind the last one.
+  integer, parameter :: at_end = 0
+  !> Most dimensions a data set here has.
+  integer, parameter :: max_rank = 3
+  !> Numbers a chunk holds at most, and at least. A chunk that is filled in several goes is left
+  !! uncompressed, so that it keeps its place in the file.
+  integer, parameter :: chunk_limit = 131072
+  integer, parameter :: chunk_least = 64
+  !> Level of compression: higher ones cost time and gain next to nothing.
+  integer, parameter :: deflate_level = 1
+
+  !> Writes a block of whole entries of the last dimension: behind the last one, or from the entry
+  !! `first` on.
+  interface write_block
+    module procedure write_reals
+    module procedure write_real_columns
+    module procedure write_integers
+    module procedure write_integer_columns
+    module procedure write_texts
+  end interface write_block
+
+  !> Reads a block of whole entries of the last dimension, from the entry `first` on.
+  interface read_block
+    module procedure read_reals
+    module procedure read_real_columns
+    module procedure read_integers
+  end interface read_block
+
+contains
+
+  !> Makes an empty data set of numbers; its last dimension grows.
+  subroutine make_series(file, path, stored, leading, block, unit, description, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! name with its groups
+    integer, intent(in) :: stored !! one of the stored constants
+    integer, intent(in) :: leading(:) !! dimensions before the last
+    integer, intent(in) :: block !! entries of the last dimension that come in one go
+    character(*), intent(in) :: unit !! unit of the numbers, '1' for none
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: type_id
+
+    select case (stored)
+    case (stored_integer)
+      type_id = h5t_std_i32le
+    case (stored_long)
+      type_id = h5t_std_i64le
+    case (stored_byte)
+      type_id = h5t_std_u8le
+    case default
+      type_id = h5t_ieee_f64le
+    end select
+    call make_data_set(file, path, type_id, leading, block, error)
+    if (allocated(error)) return
+    call describe(file, path, unit, description, error)
+  end subroutine make_series
+
+  !> Makes an empty data set of strings of one length.
+  subroutine make_text_series(file, path, length, description, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! name with its groups
+    integer, intent(in) :: length !! length of the strings
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: type_id
+    integer :: status, none(0)
+
+    call string_type(length, type_id, status)
+    call make_data_set(file, path, type_id, none, 1, error)
+    call h5tclose_f(type_id, status)
+    if (allocated(error)) return
+    call describe(file, path, '1', description, error)
+  end subroutine make_text_series
+
+  !> Writes the two attributes that every data set carries.
+  subroutine describe(file, path, unit, description, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    character(*), intent(in) :: unit !! unit of the numbers
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_attribute(file, path, 'unit', unit, error)
+    if (allocated(error)) return
+    call write_attribute(file, path, 'description', description, error)
+  end subroutine describe
+
+  !> Makes an empty data set of any type.
+  subroutine make_data_set(file, path, type_id, leading, block, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! name with its groups
+    integer(hid_t), intent(in) :: type_id !! type in the file
+    integer, intent(in) :: leading(:) !! dimensions before the last
+    integer, intent(in) :: block !! entries of the last dimension that come in one go
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
+    integer(hid_t) :: space, creation, data_set
+    integer :: s(9), rank, width
+
+    s = 0
+    space = -1_hid_t
+    creation = -1_hid_t
+    data_set = -1_hid_t
+    rank = size(leading) + 1
+    width = max(1, product(leading))
+    dims(:rank) = [int(leading, hsize_t), 0_hsize_t]
+    limits(:rank) = [int(leading, hsize_t), h5s_unlimited_f]
+    chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, block)])
+    call h5screate_simple_f(rank, dims, space, s(1), limits)
+    call h5pcreate_f(h5p_dataset_create_f, creation, s(2))
+    call h5pset_chunk_f(creation, rank, chunk, s(3))
+    if (width*block >= chunk_least) then
+      call h5pset_shuffle_f(creation, s(4))
+      call h5pset_deflate_f(creation, deflate_level, s(5))
+    end if
+    call h5pset_obj_track_times_f(creation, .false., s(6))
+    call h5dcreate_f(file%id, path, type_id, space, data_set, s(7), dcpl_id=creation)
+    call h5dclose_f(data_set, s(8))
+    call h5pclose_f(creation, s(9))
+    if (any(s < 0)) call raise_hdf5(error, file, 'making the data set '//path)
+    call h5sclose_f(space, s(1))
+  end subroutine make_data_set
+
+  !> Entries of the last dimension in a chunk: whole blocks while they are small, so that a block
+  !! does not touch a chunk that is already written; parts of a large one.
+  pure integer(hsize_t) function chunk_entries(width, block) result(n)
+    integer, intent(in) :: width !! numbers in an entry of the last dimension
+    integer, intent(in) :: block !! entries that come in one go
+    integer :: parts
+
+    n = int(max(1, block), hsize_t)
+    if (n*width > chunk_limit) then
+      parts = int((n*width + chunk_limit - 1)/chunk_limit)
+      n = (n + parts - 1)/parts
+    else if (n*width < chunk_least) then
+      n = n*(chunk_least/(n*width))
+    end if
+  end function chunk_entries
+
+  !> Shape of a data set; zeros if it is not there.
+  subroutine series_shape(file, path, dims, rank)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(out) :: dims(max_rank) !! its dimensions, zeros behind the last
+    integer, intent(out) :: rank !! number of dimensions, 0 if it is not there
+    integer(hsize_t) :: extent(max_rank), limits(max_rank)
+    integer(hid_t) :: data_set, space
+    integer :: status
+
+    dims = 0
+    rank = 0
+    call h5dopen_f(file%id, path, data_set, status)
+    if (status < 0) return
+    call h5dget_space_f(data_set, space, status)
+    call h5sget_simple_extent_ndims_f(space, rank, status)
+    if (rank <= max_rank) call h5sget_simple_extent_dims_f(space, extent, limits, status)
+    if (rank <= max_rank .and. status >= 0) dims(:rank) = int(extent(:rank))
+    call h5sclose_f(space, status)
+    call h5dclose_f(data_set, status)
+  end subroutine series_shape
+
+  !> Selects a block of a data set: opens it, makes it long enough, and gives the two spaces.
+  subroutine select_block(file, path, n_numbers, first, data_set, spaces, status)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(in) :: n_numbers !! numbers in the block
+    integer, intent(in) :: first !! first entry from 1, or at_end
+    integer(hid_t), intent(out) :: data_set !! handle of the data set
+    integer(hid_t), intent(out) :: spaces(2) !! in memory, in the file
+    integer, intent(out) :: status !! negative: failed
+    integer(hsize_t) :: extent(max_rank), limits(max_rank), start(max_rank), n(max_rank)
+    integer :: s(6), rank
+
+    s = 0
+    data_set = -1_hid_t
+    spaces = -1_hid_t
+    rank = 0
+    status = -1
+    call h5dopen_f(file%id, path, data_set, s(1))
+    call h5dget_space_f(data_set, spaces(2), s(2))
+    call h5sget_simple_extent_ndims_f(spaces(2), rank, s(3))
+    if (any(s < 0) .or. rank < 1 .or. rank > max_rank) return
+    call h5sget_simple_extent_dims_f(spaces(2), extent, limits, s(4))
+    if (s(4) < 0) return
+    start = 0_hsize_t
+    start(rank) = merge(extent(rank), int(first - 1, hsize_t), first == at_end)
+    n = extent
+    n(rank) = n_numbers/max(1_hsize_t, product(extent(:rank - 1)))
+    if (start(rank) + n(rank) > extent(rank)) then
+      extent(rank) = start(rank) + n(rank)
+      call h5dset_extent_f(data_set, extent(:rank), s(1))
+      call h5sclose_f(spaces(2), s(2))
+      call h5dget_space_f(data_set, spaces(2), s(3))
+    end if
+    call h5screate_simple_f(rank, n(:rank), spaces(1), s(5))
+    call h5sselect_hyperslab_f(spaces(2), h5s_select_set_f, start(:rank), n(:rank), s(6))
+    status = minval([s(1:3), s(5:6)])
+  end subroutine select_block
+
+  !> Writes a block that lies anywhere in memory.
+  subroutine write_any(file, path, type_id, address, n_numbers, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer(hid_t), intent(in) :: type_id !! type in memory
+    type(c_ptr), intent(in) :: address !! the numbers
+    integer, intent(in) :: n_numbers !! how many
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: data_set, spaces(2)
+    integer :: s(5)
+
+    if (n_numbers == 0) return
+    s = 0
+    call select_block(file, path, n_numbers, first, data_set, spaces, s(1))
+    if (s(1) >= 0) call h5dwrite_f(data_set, type_id, address, s(2), spaces(1), spaces(2))
+    call h5sclose_f(spaces(1), s(3))
+    call h5sclose_f(spaces(2), s(4))
+    call h5dclose_f(data_set, s(5))
+    if (any(s < 0)) call raise_hdf5(error, file, 'writing the data set '//path)
+  end subroutine write_any
+
+  !> Reads a block to anywhere in memory.
+  subroutine read_any(file, path, type_id, address, n_numbers, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer(hid_t), intent(in) :: type_id !! type in memory
+    type(c_ptr), intent(in) :: address !! where the numbers go
+    integer, intent(in) :: n_numbers !! how many
+    integer, intent(in) :: first !! first entry
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: data_set, spaces(2)
+    type(c_ptr) :: target_address
+    integer :: s(5)
+
+    if (n_numbers == 0) return
+    s = 0
+    target_address = address
+    call select_block(file, path, n_numbers, first, data_set, spaces, s(1))
+    if (s(1) >= 0) call h5dread_f(data_set, type_id, target_address, s(2), spaces(1), spaces(2))
+    call h5sclose_f(spaces(1), s(3))
+    call h5sclose_f(spaces(2), s(4))
+    call h5dclose_f(data_set, s(5))
+    if (any(s < 0)) call raise_hdf5(error, file, 'reading the data set '//path)
+  end subroutine read_any
+
+  !> Writes a list of reals.
+  subroutine write_reals(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    real(wp), intent(in), target, contiguous :: values(:) !! the numbers
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+  end subroutine write_reals
+
+  !> Writes columns of reals.
+  subroutine write_real_columns(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    real(wp), intent(in), target, contiguous :: values(:, :) !! the numbers
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+  end subroutine write_real_columns
+
+  !> Writes a list of integers.
+  subroutine write_integers(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(in), target, contiguous :: values(:) !! the numbers
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+  end subroutine write_integers
+
+  !> Writes columns of integers.
+  subroutine write_integer_columns(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(in), target, contiguous :: values(:, :) !! the numbers
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+  end subroutine write_integer_columns
+
+  !> Writes strings.
+  subroutine write_texts(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    character(*), intent(in), target, contiguous :: values(:) !! strings, as long as the data set's
+    integer, intent(in) :: first !! first entry, or at_end
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: type_id
+    integer :: status
+
+    call string_type(len(values), type_id, status)
+    call write_any(file, path, type_id, c_loc(values), size(values), first, error)
+    call h5tclose_f(type_id, status)
+  end subroutine write_texts
+
+  !> Reads a list of reals.
+  subroutine read_reals(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    real(wp), intent(out), target, contiguous :: values(:) !! the numbers
+    integer, intent(in) :: first !! first entry
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call read_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+  end subroutine read_reals
+
+  !> Reads columns of reals.
+  subroutine read_real_columns(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    real(wp), intent(out), target, contiguous :: values(:, :) !! the numbers
+    integer, intent(in) :: first !! first entry
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call read_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+  end subroutine read_real_columns
+
+  !> Reads a list of integers.
+  subroutine read_integers(file, path, values, first, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(out), target, contiguous :: values(:) !! the numbers
+    integer, intent(in) :: first !! first entry
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call read_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+  end subroutine read_integers
+end module hdf5_data

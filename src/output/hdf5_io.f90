@@ -1,0 +1,257 @@
+!> HDF5 in three layers, the lowest: files, groups and attributes, with every status checked.
+!!
+!! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
+module hdf5_io
+  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, &
+    h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, h5acreate_f, &
+    h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, h5screate_simple_f, h5screate_f, &
+    h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5tclose_f, h5lexists_f, h5pcreate_f, &
+    h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, &
+    h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, h5t_ieee_f64le, &
+    h5t_c_s1, h5t_str_nullpad_f, h5p_file_create_f
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_resources
+  implicit none
+  private
+  public :: hdf5_file_t, create_hdf5, open_hdf5, flush_hdf5, close_hdf5, make_group, &
+    write_attribute, read_attribute, exists_in, raise_hdf5, string_type
+
+  !> An HDF5 file.
+  type :: hdf5_file_t
+    integer(hid_t) :: id = -1_hid_t !! handle, negative while closed
+    character(:), allocatable :: path !! name of the file
+  end type hdf5_file_t
+
+  !> Writes an attribute of a group or data set; integers are stored with 64 bits. An attribute that
+  !! is there is overwritten.
+  interface write_attribute
+    module procedure write_text_attribute
+    module procedure write_integer_attribute
+    module procedure write_integers_attribute
+    module procedure write_real_attribute
+  end interface write_attribute
+
+contains
+
+  !> Creates a file, or empties the one that is there.
+  subroutine create_hdf5(file, path, error)
+    type(hdf5_file_t), intent(out) :: file !! the file, open
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
+    integer(hid_t) :: creation
+    integer :: s(4), status
+
+    s = 0
+    file%path = trim(path)
+    call h5open_f(s(1))
+    call h5eset_auto_f(0, s(2))
+    call h5pcreate_f(h5p_file_create_f, creation, s(3))
+    call h5pset_obj_track_times_f(creation, .false., s(4))
+    call h5fcreate_f(file%path, h5f_acc_trunc_f, file%id, status, creation_prp=creation)
+    if (any(s < 0) .or. status < 0) call raise_hdf5(error, file, 'creating')
+    call h5pclose_f(creation, status)
+  end subroutine create_hdf5
+
+  !> Opens a file for reading.
+  subroutine open_hdf5(file, path, error)
+    type(hdf5_file_t), intent(out) :: file !! the file, open
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(out) :: error !! no such file, no HDF5 file
+    integer :: s(3)
+
+    s = 0
+    file%path = trim(path)
+    call h5open_f(s(1))
+    call h5eset_auto_f(0, s(2))
+    call h5fopen_f(file%path, h5f_acc_rdonly_f, file%id, s(3))
+    if (any(s < 0)) call raise_hdf5(error, file, 'opening')
+  end subroutine open_hdf5
+
+  !> Hands everything written so far to the system.
+  subroutine flush_hdf5(file, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    integer :: status
+
+    call h5fflush_f(file%id, h5f_scope_global_f, status)
+    if (status < 0) call raise_hdf5(error, file, 'flushing')
+  end subroutine flush_hdf5
+
+  !> Closes the file; a file that is not open is left alone.
+  subroutine close_hdf5(file, error)
+    type(hdf5_file_t), intent(inout) :: file !! the file
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    integer :: status
+
+    if (file%id < 0) return
+    call h5fclose_f(file%id, status)
+    if (status < 0) call raise_hdf5(error, file, 'closing')
+    file%id = -1_hid_t
+  end subroutine close_hdf5
+
+  !> Makes a group.
+  subroutine make_group(file, path, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! group; those above it are there
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: group
+    integer :: s(2)
+
+    group = -1_hid_t
+    call h5gcreate_f(file%id, path, group, s(1))
+    call h5gclose_f(group, s(2))
+    if (any(s < 0)) call raise_hdf5(error, file, 'making the group '//path)
+  end subroutine make_group
+
+  !> Whether a group or data set is there; those above it are.
+  logical function exists_in(file, path) result(there)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! group or data set
+    integer :: status
+
+    call h5lexists_f(file%id, path, there, status)
+    if (status < 0) there = .false.
+  end function exists_in
+
+  !> A type for strings of one length, without a null at the end; to be closed by the caller.
+  subroutine string_type(length, type_id, status)
+    integer, intent(in) :: length !! length of the strings
+    integer(hid_t), intent(out) :: type_id !! handle of the type
+    integer, intent(out) :: status !! negative: failed
+    integer :: s(3)
+
+    call h5tcopy_f(h5t_c_s1, type_id, s(1))
+    call h5tset_size_f(type_id, int(max(1, length), size_t), s(2))
+    call h5tset_strpad_f(type_id, h5t_str_nullpad_f, s(3))
+    status = minval(s)
+  end subroutine string_type
+
+  !> Opens an attribute, after creating it if it is not there.
+  subroutine open_attribute(file, object, name, type_id, n, attribute, status)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    integer(hid_t), intent(in) :: type_id !! type in the file
+    integer, intent(in) :: n !! number of values, 0 for a scalar
+    integer(hid_t), intent(out) :: attribute !! handle of the attribute
+    integer, intent(out) :: status !! negative: failed
+    integer(hid_t) :: owner, space
+    logical :: there
+    integer :: s(6)
+
+    s = 0
+    attribute = -1_hid_t
+    space = -1_hid_t
+    owner = -1_hid_t
+    there = .false.
+    call h5oopen_f(file%id, object, owner, s(1))
+    call h5aexists_f(owner, name, there, s(2))
+    if (there) then
+      call h5aopen_f(owner, name, attribute, s(3))
+    else
+      if (n == 0) call h5screate_f(h5s_scalar_f, space, s(3))
+      if (n > 0) call h5screate_simple_f(1, [int(n, hsize_t)], space, s(3))
+      call h5acreate_f(owner, name, type_id, space, attribute, s(4))
+      call h5sclose_f(space, s(5))
+    end if
+    call h5oclose_f(owner, s(6))
+    status = minval(s)
+  end subroutine open_attribute
+
+  !> Writes a string as an attribute.
+  subroutine write_text_attribute(file, object, name, value, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    character(*), intent(in) :: value !! its value
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: attribute, type_id
+    integer :: s(5)
+
+    call string_type(len(value), type_id, s(1))
+    call open_attribute(file, object, name, type_id, 0, attribute, s(2))
+    call h5awrite_f(attribute, type_id, value, [1_hsize_t], s(3))
+    call h5aclose_f(attribute, s(4))
+    call h5tclose_f(type_id, s(5))
+    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
+  end subroutine write_text_attribute
+
+  !> Writes an integer as an attribute.
+  subroutine write_integer_attribute(file, object, name, value, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    integer, intent(in) :: value !! its value
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: attribute
+    integer :: s(3)
+
+    call open_attribute(file, object, name, h5t_std_i64le, 0, attribute, s(1))
+    call h5awrite_f(attribute, h5t_native_integer, value, [1_hsize_t], s(2))
+    call h5aclose_f(attribute, s(3))
+    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
+  end subroutine write_integer_attribute
+
+  !> Writes integers as an attribute.
+  subroutine write_integers_attribute(file, object, name, values, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    integer, intent(in) :: values(:) !! its values, at least one
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: attribute
+    integer :: s(3)
+
+    call open_attribute(file, object, name, h5t_std_i64le, size(values), attribute, s(1))
+    call h5awrite_f(attribute, h5t_native_integer, values, [size(values, kind=hsize_t)], s(2))
+    call h5aclose_f(attribute, s(3))
+    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
+  end subroutine write_integers_attribute
+
+  !> Writes a real number as an attribute.
+  subroutine write_real_attribute(file, object, name, value, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    real(wp), intent(in) :: value !! its value
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(hid_t) :: attribute
+    integer :: s(3)
+
+    call open_attribute(file, object, name, h5t_ieee_f64le, 0, attribute, s(1))
+    call h5awrite_f(attribute, h5t_native_double, value, [1_hsize_t], s(2))
+    call h5aclose_f(attribute, s(3))
+    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
+  end subroutine write_real_attribute
+
+  !> Reads an integer attribute.
+  subroutine read_attribute(file, object, name, value, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: object !! group or data set
+    character(*), intent(in) :: name !! name of the attribute
+    integer, intent(out) :: value !! its value
+    type(error_t), allocatable, intent(out) :: error !! no such attribute
+    integer(hid_t) :: owner, attribute
+    integer :: s(5)
+
+    value = 0
+    owner = -1_hid_t
+    attribute = -1_hid_t
+    call h5oopen_f(file%id, object, owner, s(1))
+    call h5aopen_f(owner, name, attribute, s(2))
+    call h5aread_f(attribute, h5t_native_integer, value, [1_hsize_t], s(3))
+    call h5aclose_f(attribute, s(4))
+    call h5oclose_f(owner, s(5))
+    if (any(s < 0)) call raise_hdf5(error, file, 'reading the attribute '//object//':'//name)
+  end subroutine read_attribute
+
+  !> The error of an HDF5 call that failed.
+  subroutine raise_hdf5(error, file, what)
+    type(error_t), allocatable, intent(out) :: error !! filled
+    type(hdf5_file_t), intent(in) :: file !! the file
+    character(*), intent(in) :: what !! what was tried, as in 'closing'
+
+    call raise(error, exit_resources, 'error: '//what//' failed in the HDF5 file '//file%path// &
+      new_line('a')//'  Is the folder there, may you write to it, and is there room on the disk?')
+  end subroutine raise_hdf5
+end module hdf5_io

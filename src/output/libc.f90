@@ -1,0 +1,52 @@
+!> Prototypes of the few C library calls that Fortran has no word for, and nothing else.
+!!
+!! Text output goes through C streams because gfortran 12 loses the error when a buffer cannot be
+!! written (disk full): neither write nor flush nor close report it.
+module libc
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
+  implicit none
+  private
+  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir
+
+  interface
+    !> Opens a stream; a null pointer says that it failed.
+    function c_fopen(path, mode) result(stream) bind(c, name='fopen')
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*) !! file name, closed by a null character
+      character(kind=c_char), intent(in) :: mode(*) !! 'w' and a null character
+      type(c_ptr) :: stream
+    end function c_fopen
+
+    !> Writes items to a stream; returns how many were taken.
+    function c_fwrite(buffer, size, count, stream) result(written) bind(c, name='fwrite')
+      import :: c_char, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: buffer(*) !! what to write
+      integer(c_size_t), value :: size !! bytes of an item
+      integer(c_size_t), value :: count !! items
+      type(c_ptr), value :: stream !! open stream
+      integer(c_size_t) :: written
+    end function c_fwrite
+
+    !> Hands the buffer to the system; 0 is success.
+    function c_fflush(stream) result(status) bind(c, name='fflush')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream !! open stream
+      integer(c_int) :: status
+    end function c_fflush
+
+    !> Closes a stream; 0 is success.
+    function c_fclose(stream) result(status) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream !! open stream
+      integer(c_int) :: status
+    end function c_fclose
+
+    !> Makes a folder; 0 is success.
+    function c_mkdir(path, mode) result(status) bind(c, name='mkdir')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*) !! folder, closed by a null character
+      integer(c_int), value :: mode !! permission bits
+      integer(c_int) :: status
+    end function c_mkdir
+  end interface
+end module libc

@@ -1,0 +1,55 @@
+!> What a converged end time hands to the files: plain arrays, whatever solver made them.
+module result_types
+  use kinds, only: wp
+  use contact_types, only: contact_point_t
+  implicit none
+  private
+  public :: contact_row_t, point_fields_t, frame_t, pair_history_t, state_t
+
+  !> One row of the contact table: sums over the points of one pair.
+  type :: contact_row_t
+    integer :: active = 0 !! points in contact
+    integer :: stick = 0 !! of these, sticking
+    integer :: slip = 0 !! of these, slipping
+    real(wp) :: normal = 0.0_wp !! sum of the magnitudes of the normal forces [force]
+    real(wp) :: tangential = 0.0_wp !! sum of the magnitudes of the tangential forces [force]
+    real(wp) :: force(3) = 0.0_wp !! resultant on the slave side [force]
+    real(wp) :: moment(3) = 0.0_wp !! its moment about the origin [force length]
+    real(wp) :: max_penetration = 0.0_wp !! deepest penetration [length]
+    real(wp) :: max_elastic_slip = 0.0_wp !! longest tangential part of the gap vector [length]
+    real(wp) :: max_criterion = 0.0_wp !! largest sqrt(sum (s_i/mu_i)^2) - abs(g_N) [length]
+  end type contact_row_t
+
+  !> The contact points of one pair at one time.
+  type :: point_fields_t
+    integer, allocatable :: host(:) !! (points) facet of the pair that holds the tip, 0 for none
+    integer, allocatable :: status(:) !! (points) one of the status constants
+    real(wp), allocatable :: traction(:, :) !! (3, points) contact force on the slave [force]
+    real(wp), allocatable :: gap(:) !! (points) normal gap g_N [length]
+    real(wp), allocatable :: tip(:, :) !! (2, points) (xi, eta) of the tip in the host facet
+    real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
+  end type point_fields_t
+
+  !> The fields of one end time; what is not allocated is not written.
+  type :: frame_t
+    real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
+    real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
+    real(wp), allocatable :: strain(:, :) !! (6, elements) xx yy zz xy yz zx, xy = half of gamma
+    type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair
+  end type frame_t
+
+  !> The contact history of one pair.
+  type :: pair_history_t
+    type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
+  end type pair_history_t
+
+  !> What a run needs to go on from an end time.
+  type :: state_t
+    integer :: step = 0 !! number of the end time
+    real(wp) :: time = 0.0_wp !! its time [time]
+    real(wp) :: increment = 0.0_wp !! increment size to go on with [time]
+    real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
+    type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
+  end type state_t
+end module result_types

@@ -1,0 +1,180 @@
+!> The results file (.h5), HDF5 in three layers, the highest: what a run hands over goes where
+!! deck.md 6 says, and what is in the file stays valid when the run is killed.
+!!
+!! /VTKHDF fields for ParaView; /history tables; /contact points; /state restart; /run the deck.
+module results_file
+  use kinds, only: wp
+  use errors, only: error_t
+  use costs, only: cost_t, cost_names, n_costs
+  use model_types, only: model_t, output_request_t
+  use result_types, only: contact_row_t, frame_t, state_t
+  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
+  use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, stored_real
+  use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
+  use results_tables, only: create_history_part, append_history, create_contact_part, &
+    append_contact
+  use results_state, only: create_state_part, write_state
+  implicit none
+  private
+  public :: results_t, create_results, append_results, close_results, fields_due
+
+  !> A results file open for writing.
+  type :: results_t
+    type(hdf5_file_t) :: file !! the HDF5 file
+    type(vtk_part_t) :: vtk !! what stands in /VTKHDF
+    integer :: states = 0 !! states written
+  end type results_t
+
+contains
+
+  !> Creates the file with all that is known before the first increment.
+  subroutine create_results(results, path, model, deck_text, version, settings, error)
+    type(results_t), intent(out) :: results !! the file, open
+    character(*), intent(in) :: path !! its name
+    type(model_t), intent(in) :: model !! the problem
+    character(*), intent(in) :: deck_text !! the deck as read, includes and all
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call create_hdf5(results%file, path, error)
+    if (allocated(error)) return
+    call write_run(results%file, model, deck_text, version, settings, error)
+    if (allocated(error)) return
+    call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
+    if (allocated(error)) return
+    call create_history_part(results%file, error)
+    if (allocated(error)) return
+    if (model%output%contact) call create_contact_part(results%file, model, error)
+    if (allocated(error)) return
+    call create_state_part(results%file, model, error)
+    if (allocated(error)) return
+    call flush_hdf5(results%file, error)
+  end subroutine create_results
+
+  !> Whether fields and state are written at this end time; if not they need not be computed.
+  pure logical function fields_due(request, step) result(due)
+    type(output_request_t), intent(in) :: request !! the OUTPut data set
+    integer, intent(in) :: step !! number of the end time
+
+    due = mod(step, max(1, request%every)) == 0
+  end function fields_due
+
+  !> Writes one end time, the fields and the state if they are given, and hands it to the system.
+  subroutine append_results(results, model, step, time, reactions, rows, frame, state, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
+    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
+    type(state_t), intent(in), optional :: state !! state for a restart
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call append_history(results%file, model, step, time, reactions, rows, error)
+    if (allocated(error)) return
+    if (present(frame)) call append_frame(results, model, step, time, frame, error)
+    if (allocated(error)) return
+    if (present(state)) then
+      call write_state(results%file, model, results%states, state, error)
+      if (allocated(error)) return
+      results%states = results%states + 1
+    end if
+    call flush_hdf5(results%file, error)
+    if (allocated(error) .or. .not. present(frame)) return
+    call end_vtk_frame(results%vtk, results%file, error)
+    if (allocated(error)) return
+    call flush_hdf5(results%file, error)
+  end subroutine append_results
+
+  !> Writes the fields of one end time.
+  subroutine append_frame(results, model, step, time, frame, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    type(frame_t), intent(in) :: frame !! the fields
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call append_vtk_frame(results%vtk, results%file, time, frame, error)
+    if (allocated(error) .or. .not. model%output%contact) return
+    call append_contact(results%file, model, step, time, frame%pairs, error)
+  end subroutine append_frame
+
+  !> Writes the cost table and closes the file; a file that is not open is left alone.
+  subroutine close_results(results, costs, error)
+    type(results_t), intent(inout) :: results !! the file
+    type(cost_t), intent(in) :: costs !! what the run cost
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    if (results%file%id < 0) return
+    call write_costs(results%file, costs, error)
+    if (allocated(error)) return
+    call close_hdf5(results%file, error)
+  end subroutine close_results
+
+  !> Writes /run: what made this file.
+  subroutine write_run(file, model, deck_text, version, settings, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    character(*), intent(in) :: deck_text !! the deck as read
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: settings !! command line and settings
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: regions
+    integer :: i
+
+    regions = ''
+    do i = 1, size(model%mesh%regions)
+      regions = regions//model%mesh%regions(i)%name//new_line('a')
+    end do
+    call make_group(file, '/run', error)
+    if (allocated(error)) return
+    call write_text(file, '/run/title', model%title, 'title of the deck', error)
+    if (allocated(error)) return
+    call write_text(file, '/run/deck', deck_text, 'the deck as read', error)
+    if (allocated(error)) return
+    call write_text(file, '/run/version', version, 'version of the program', error)
+    if (allocated(error)) return
+    call write_text(file, '/run/settings', settings, 'command line and settings', error)
+    if (allocated(error)) return
+    call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
+  end subroutine write_run
+
+  !> Writes a text as a data set of one string.
+  subroutine write_text(file, path, value, description, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    character(*), intent(in) :: value !! the text
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(max(1, len(value))) :: one(1)
+
+    one(1) = value
+    call make_text_series(file, path, len(one), description, error)
+    if (allocated(error)) return
+    call write_block(file, path, one, at_end, error)
+  end subroutine write_text
+
+  !> Writes the cost table.
+  subroutine write_costs(file, costs, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(cost_t), intent(in) :: costs !! what the run cost
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_text_series(file, '/run/cost_names', len(cost_names), 'kinds of work', error)
+    if (allocated(error)) return
+    call write_block(file, '/run/cost_names', cost_names, at_end, error)
+    if (allocated(error)) return
+    call make_series(file, '/run/cost_counts', stored_long, [integer ::], n_costs, '1', &
+      'how often each was done', error)
+    if (allocated(error)) return
+    call write_block(file, '/run/cost_counts', int(costs%count), at_end, error)
+    if (allocated(error)) return
+    call make_series(file, '/run/cost_seconds', stored_real, [integer ::], n_costs, 's', &
+      'wall-clock time of each', error)
+    if (allocated(error)) return
+    call write_block(file, '/run/cost_seconds', costs%seconds, at_end, error)
+  end subroutine write_costs
+end module results_file

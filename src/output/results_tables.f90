@@ -1,0 +1,252 @@
+!> The tables of a results file: /history, one data set a column, and /contact, the contact points.
+module results_tables
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: to_text
+  use deck_types, only: name_length
+  use contact_types, only: pair_t
+  use model_types, only: model_t
+  use result_types, only: contact_row_t, point_fields_t
+  use hdf5_io, only: hdf5_file_t, make_group, write_attribute
+  use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
+    stored_integer
+  implicit none
+  private
+  public :: create_history_part, append_history, create_contact_part, append_contact
+
+  !> Columns of /history/reactions and /history/contact.
+  character(2), parameter :: reaction_columns(3) = ['R1', 'R2', 'R3']
+  character(6), parameter :: count_columns(3) = [character(6) :: 'active', 'stick', 'slip']
+  character(16), parameter :: contact_columns(11) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', &
+    'F3', 'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion']
+  character(12), parameter :: contact_units(11) = [character(12) :: 'force', 'force', 'force', &
+    'force', 'force', 'force length', 'force length', 'force length', 'length', 'length', 'length']
+
+contains
+
+  !> Makes the empty columns of the reaction and contact tables.
+  subroutine create_history_part(file, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call make_group(file, '/history', error)
+    if (allocated(error)) return
+    call create_keys(file, '/history/reactions/', 'set', error)
+    do i = 1, size(reaction_columns)
+      if (allocated(error)) return
+      call make_series(file, '/history/reactions/'//reaction_columns(i), stored_real, &
+        [integer ::], 1, 'force', 'force the support exerts on the structure', error)
+    end do
+    if (allocated(error)) return
+    call create_keys(file, '/history/contact/', 'pair', error)
+    do i = 1, size(count_columns)
+      if (allocated(error)) return
+      call make_series(file, '/history/contact/'//trim(count_columns(i)), stored_integer, &
+        [integer ::], 1, '1', 'number of points', error)
+    end do
+    do i = 1, size(contact_columns)
+      if (allocated(error)) return
+      call make_series(file, '/history/contact/'//trim(contact_columns(i)), stored_real, &
+        [integer ::], 1, trim(contact_units(i)), 'as in the .con table', error)
+    end do
+  end subroutine create_history_part
+
+  !> Makes a group with the empty columns that say what a row is about.
+  subroutine create_keys(file, group, key, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: group !! group, with a slash at its end
+    character(*), intent(in) :: key !! name of the column of names
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_group(file, group(:len(group) - 1), error)
+    if (allocated(error)) return
+    call make_series(file, group//'step', stored_integer, [integer ::], 1, '1', &
+      'number of the end time', error)
+    if (allocated(error)) return
+    call make_series(file, group//'time', stored_real, [integer ::], 1, 'time', 'its time', error)
+    if (allocated(error)) return
+    call make_text_series(file, group//key, name_length, 'name of the '//key, error)
+  end subroutine create_keys
+
+  !> Writes the rows of one end time.
+  subroutine append_history(file, model, step, time, reactions, rows, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
+    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(name_length) :: sets(size(reactions, 2)), pairs(size(rows))
+    integer :: i
+
+    do i = 1, size(sets)
+      sets(i) = model%output%reactions(i)%s
+    end do
+    call append_keys(file, '/history/reactions/', 'set', step, time, sets, error)
+    do i = 1, size(reaction_columns)
+      if (allocated(error)) return
+      call write_block(file, '/history/reactions/'//reaction_columns(i), reactions(i, :), at_end, &
+        error)
+    end do
+    if (allocated(error)) return
+    do i = 1, size(pairs)
+      pairs(i) = model%pairs(i)%name
+    end do
+    call append_keys(file, '/history/contact/', 'pair', step, time, pairs, error)
+    if (allocated(error)) return
+    call append_contact_columns(file, rows, error)
+  end subroutine append_history
+
+  !> Writes the columns that say what a row is about.
+  subroutine append_keys(file, group, key, step, time, names, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: group !! group, with a slash at its end
+    character(*), intent(in) :: key !! name of the column of names
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    character(*), intent(in) :: names(:) !! names of the rows
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_block(file, group//'step', spread(step, 1, size(names)), at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'time', spread(time, 1, size(names)), at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//key, names, at_end, error)
+  end subroutine append_keys
+
+  !> Writes the columns of the contact table.
+  subroutine append_contact_columns(file, rows, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: counts(size(rows), size(count_columns)), i
+    real(wp) :: values(size(rows), size(contact_columns))
+
+    do i = 1, size(rows)
+      counts(i, :) = [rows(i)%active, rows(i)%stick, rows(i)%slip]
+      values(i, :) = [rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
+        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion]
+    end do
+    do i = 1, size(count_columns)
+      call write_block(file, '/history/contact/'//trim(count_columns(i)), counts(:, i), at_end, &
+        error)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(contact_columns)
+      call write_block(file, '/history/contact/'//trim(contact_columns(i)), values(:, i), at_end, &
+        error)
+      if (allocated(error)) return
+    end do
+  end subroutine append_contact_columns
+
+  !> Makes the empty data sets of the contact points, and writes what does not change.
+  subroutine create_contact_part(file, model, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call make_group(file, '/contact', error)
+    if (allocated(error)) return
+    call make_series(file, '/contact/step', stored_integer, [integer ::], 1, '1', &
+      'number of the end time', error)
+    if (allocated(error)) return
+    call make_series(file, '/contact/time', stored_real, [integer ::], 1, 'time', 'its time', error)
+    do i = 1, size(model%pairs)
+      if (allocated(error)) return
+      call create_pair(file, model%pairs(i), error)
+    end do
+  end subroutine create_contact_part
+
+  !> Makes the group of one pair.
+  subroutine create_pair(file, pair, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: group
+
+    group = '/contact/'//to_text(pair%number)
+    call make_group(file, group, error)
+    if (allocated(error)) return
+    call write_attribute(file, group, 'name', pair%name, error)
+    if (allocated(error)) return
+    call make_series(file, group//'/node', stored_integer, [integer ::], size(pair%nodes), '1', &
+      'slave node of each point', error)
+    if (allocated(error)) return
+    call write_block(file, group//'/node', pair%nodes, at_end, error)
+    if (allocated(error)) return
+    call make_series(file, group//'/facets', stored_integer, [3], size(pair%facets, 2), '1', &
+      'corner nodes of the master facets, counter-clockwise seen from outside', error)
+    if (allocated(error)) return
+    call write_block(file, group//'/facets', pair%facets, at_end, error)
+    if (allocated(error)) return
+    call create_point_fields(file, group, size(pair%nodes), error)
+  end subroutine create_pair
+
+  !> Makes the empty data sets of the points of one pair.
+  subroutine create_point_fields(file, group, points, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    integer, intent(in) :: points !! number of points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, group//'/host', stored_integer, [points], 1, '1', &
+      'master facet that holds the tip, from 1, 0 for none', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/status', stored_integer, [points], 1, '1', &
+      '-1 off, 0 open, 1 stick, 2 slip', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/traction', stored_real, [3, points], 1, 'force', &
+      'contact traction times tributary area: the force on the slave point', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/gap', stored_real, [points], 1, 'length', &
+      'normal gap g_N, negative in contact', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/tip', stored_real, [2, points], 1, '1', &
+      '(xi, eta) of the tip of the friction cone in its facet', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/lay', stored_real, [3, points], 1, '1', &
+      'unit principal axis of mu1 in the current facet', error)
+  end subroutine create_point_fields
+
+  !> Writes the contact points of one end time.
+  subroutine append_contact(file, model, step, time, pairs, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    type(point_fields_t), intent(in) :: pairs(:) !! the points of each pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(pairs)
+      call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), error)
+      if (allocated(error)) return
+    end do
+    call write_block(file, '/contact/time', [time], at_end, error)
+    if (allocated(error)) return
+    call write_block(file, '/contact/step', [step], at_end, error)
+  end subroutine append_contact
+
+  !> Writes the points of one pair.
+  subroutine append_points(file, group, points, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    type(point_fields_t), intent(in) :: points !! the points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_block(file, group//'/host', points%host, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/status', points%status, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/traction', points%traction, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/gap', points%gap, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/tip', points%tip, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/lay', points%lay, at_end, error)
+  end subroutine append_points
+end module results_tables

@@ -1,0 +1,260 @@
+!> The log (.log): what the run is, one line per iteration, one per increment, and what it cost.
+!!
+!! Nothing is created before the deck has been accepted: the run layer calls `create_log` then. A log
+!! that is not open takes every line and drops it.
+module run_log
+  use, intrinsic :: iso_c_binding, only: c_associated
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: to_text, count_noun
+  use costs, only: cost_t, cost_names, n_costs
+  use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use model_types, only: model_t, material_t, law_neohooke, law_svk
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  implicit none
+  private
+  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_note, log_warning, &
+    log_iteration, log_increment, log_cut, log_error, log_costs, close_log
+
+  !> A log open for writing.
+  type :: log_t
+    type(text_file_t) :: file !! its file
+    integer :: warnings = 0 !! warnings so far
+    integer :: iterations = 0 !! iterations so far
+    integer :: increments = 0 !! converged increments so far
+    integer :: cuts = 0 !! cuts so far
+  end type log_t
+
+  !> What is known after one iteration.
+  type :: log_iteration_t
+    integer :: step = 0 !! number of the end time it works for
+    real(wp) :: time = 0.0_wp !! time of the increment's end [time]
+    integer :: iteration = 0 !! number of the solve in this increment
+    real(wp) :: residual = 0.0_wp !! norm of the residual on the free dofs [force]
+    real(wp) :: energy = 0.0_wp !! residual times solution [force length]
+    real(wp) :: line_search = 1.0_wp !! step length taken
+    integer :: active = 0 !! contact points in contact
+    integer :: stick = 0 !! of these, sticking
+    integer :: slip = 0 !! of these, slipping
+    character(12) :: solver = '' !! linear solver used
+    real(wp) :: seconds = 0.0_wp !! wall-clock time of the iteration [s]
+  end type log_iteration_t
+
+  !> What is known after one converged increment.
+  type :: log_increment_t
+    integer :: step = 0 !! number of the end time it works for
+    integer :: increment = 0 !! number of the increment in this step
+    real(wp) :: time = 0.0_wp !! time of its end [time]
+    real(wp) :: size = 0.0_wp !! its size [time]
+    integer :: iterations = 0 !! solves it took
+    real(wp) :: residual = 0.0_wp !! norm of the residual at its end [force]
+    real(wp) :: seconds = 0.0_wp !! wall-clock time of the increment [s]
+  end type log_increment_t
+
+contains
+
+  !> Creates the log and writes what the run is.
+  subroutine create_log(log, path, model, version, deck, blas, free_dofs, error)
+    type(log_t), intent(out) :: log !! the log, open
+    character(*), intent(in) :: path !! file name
+    type(model_t), intent(in) :: model !! the problem, its pairs built
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: deck !! name of the deck and its settings
+    character(*), intent(in) :: blas !! BLAS the program runs on
+    integer, intent(in) :: free_dofs !! degrees of freedom that are not prescribed
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call create_text_file(log%file, path, error)
+    if (allocated(error)) return
+    call log_line(log, version//new_line('a')//'title     '//model%title//new_line('a')// &
+      'deck      '//deck//new_line('a')//'BLAS      '//blas//new_line('a')// &
+      'mesh      '//count_noun(count(model%mesh%defined), 'node')//', '// &
+      count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
+      count_noun(free_dofs, 'free dof'), error)
+    do i = 1, size(model%materials)
+      if (allocated(error)) return
+      call log_line(log, 'material  '//material_line(model%materials(i)), error)
+    end do
+    do i = 1, size(model%pairs)
+      if (allocated(error)) return
+      call log_line(log, 'pair      '//pair_line(model%pairs(i)), error)
+    end do
+    do i = 1, size(model%notes)
+      if (allocated(error)) return
+      call log_note(log, model%notes(i)%s, error)
+    end do
+    if (allocated(error)) return
+    call log_line(log, '', error)
+  end subroutine create_log
+
+  !> A material in one line.
+  function material_line(material) result(line)
+    type(material_t), intent(in) :: material !! the material
+    character(:), allocatable :: line
+
+    line = to_text(material%number)
+    if (len_trim(material%label) > 0) line = line//' '//trim(material%label)
+    if (material%rigid) then
+      line = line//': rigid'
+      return
+    end if
+    select case (material%law)
+    case (law_neohooke)
+      line = line//': neo-Hooke'
+    case (law_svk)
+      line = line//': Saint-Venant-Kirchhoff'
+    case default
+      line = line//': linear elastic'
+    end select
+    line = line//', E = '//to_text(material%youngs_modulus)//', nu = '// &
+      to_text(material%poissons_ratio)
+  end function material_line
+
+  !> A contact pair in one line, with the penalty that is used.
+  function pair_line(pair) result(line)
+    type(pair_t), intent(in) :: pair !! the pair
+    character(:), allocatable :: line
+    character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
+
+    line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
+      count_noun(size(pair%nodes), 'point')//' against '// &
+      count_noun(size(pair%facets, 2), 'facet')//', penalty '
+    if (size(pair%epsilon) > 0) then
+      line = line//to_text(minval(pair%epsilon))
+      if (maxval(pair%epsilon) > minval(pair%epsilon)) then
+        line = line//' to '//to_text(maxval(pair%epsilon))
+      end if
+    end if
+    line = line//' force/length a point'
+    select case (pair%penalty_kind)
+    case (penalty_nodal)
+    case (penalty_area)
+      line = line//' ('//to_text(pair%penalty)//' times its area)'
+    case default
+      line = line//' (AUTO, factor '//to_text(pair%penalty)//')'
+    end select
+    if (maxval(pair%mu) > 0.0_wp) then
+      line = line//', mu '//to_text(pair%mu(1))//' and '//to_text(pair%mu(2))//', slip '// &
+        trim(rules(pair%slip_rule))
+    else
+      line = line//', frictionless'
+    end if
+  end function pair_line
+
+  !> Writes one line (or several) and hands it to the system.
+  subroutine log_line(log, line, error)
+    type(log_t), intent(inout) :: log !! the log
+    character(*), intent(in) :: line !! any text
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    if (.not. c_associated(log%file%stream)) return
+    call write_line(log%file, line, error)
+    if (allocated(error)) return
+    call flush_text_file(log%file, error)
+  end subroutine log_line
+
+  !> Writes a remark.
+  subroutine log_note(log, message, error)
+    type(log_t), intent(inout) :: log !! the log
+    character(*), intent(in) :: message !! the remark
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    call log_line(log, 'note: '//message, error)
+  end subroutine log_note
+
+  !> Writes a warning and counts it.
+  subroutine log_warning(log, message, error)
+    type(log_t), intent(inout) :: log !! the log
+    character(*), intent(in) :: message !! the warning
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    log%warnings = log%warnings + 1
+    call log_line(log, 'warning: '//message, error)
+  end subroutine log_warning
+
+  !> Writes the line of one iteration.
+  subroutine log_iteration(log, it, error)
+    type(log_t), intent(inout) :: log !! the log
+    type(log_iteration_t), intent(in) :: it !! what is known after it
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    character(200) :: line
+
+    log%iterations = log%iterations + 1
+    write (line, '(a,i6,a,es12.5,a,i3,a,es12.5,a,es12.5,a,f7.4,3(a,i6),2a,f9.3,a)') 'step', &
+      it%step, ' time ', it%time, ' iteration', it%iteration, '  Residual norm = ', it%residual, &
+      '  Energy convergence test = ', it%energy, '  line search', it%line_search, '  active', &
+      it%active, ' stick', it%stick, ' slip', it%slip, '  ', it%solver, it%seconds, ' s'
+    call log_line(log, line, error)
+  end subroutine log_iteration
+
+  !> Writes the line of one converged increment.
+  subroutine log_increment(log, increment, error)
+    type(log_t), intent(inout) :: log !! the log
+    type(log_increment_t), intent(in) :: increment !! what is known at its end
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    character(160) :: line
+
+    log%increments = log%increments + 1
+    write (line, '(a,i6,a,i5,a,es12.5,a,es12.5,a,i3,a,es12.5,a,f9.3,a)') 'step', increment%step, &
+      ' increment', increment%increment, ' converged: time ', increment%time, ' size ', &
+      increment%size, ' solves', increment%iterations, ' residual ', increment%residual, '  ', &
+      increment%seconds, ' s'
+    call log_line(log, line, error)
+  end subroutine log_increment
+
+  !> Writes the line of a cut.
+  subroutine log_cut(log, step, time, old_size, new_size, reason, error)
+    type(log_t), intent(inout) :: log !! the log
+    integer, intent(in) :: step !! number of the end time it works for
+    real(wp), intent(in) :: time !! time of the last converged increment [time]
+    real(wp), intent(in) :: old_size !! increment that failed [time]
+    real(wp), intent(in) :: new_size !! increment tried next [time]
+    character(*), intent(in) :: reason !! why it failed
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    log%cuts = log%cuts + 1
+    call log_line(log, 'step '//to_text(step)//' cut: from time '//to_text(time)//', size '// &
+      to_text(old_size)//' to '//to_text(new_size)//': '//reason, error)
+  end subroutine log_cut
+
+  !> Writes the message of an error that ends the run.
+  subroutine log_error(log, message, error)
+    type(log_t), intent(inout) :: log !! the log
+    character(*), intent(in) :: message !! message of the error
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    call log_line(log, new_line('a')//message, error)
+  end subroutine log_error
+
+  !> Writes the cost table.
+  subroutine log_costs(log, costs, seconds, error)
+    type(log_t), intent(inout) :: log !! the log
+    type(cost_t), intent(in) :: costs !! counts and seconds
+    real(wp), intent(in) :: seconds !! wall-clock time of the whole run [s]
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    character(80) :: line
+    integer :: i
+
+    call log_line(log, new_line('a')//count_noun(log%increments, 'increment')//', '// &
+      count_noun(log%iterations, 'iteration')//', '//count_noun(log%cuts, 'cut')//', '// &
+      count_noun(log%warnings, 'warning')//new_line('a')//new_line('a')// &
+      'cost                                count      seconds', error)
+    do i = 1, n_costs
+      if (allocated(error)) return
+      write (line, '(a,i13,f13.3)') cost_names(i), costs%count(i), costs%seconds(i)
+      call log_line(log, line, error)
+    end do
+    if (allocated(error)) return
+    write (line, '(a,t42,f13.3)') 'whole run', seconds
+    call log_line(log, line, error)
+  end subroutine log_costs
+
+  !> Closes the log; one that was never created is left alone.
+  subroutine close_log(log, error)
+    type(log_t), intent(inout) :: log !! the log
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    call close_text_file(log%file, error)
+  end subroutine close_log
+end module run_log

@@ -1,0 +1,233 @@
+!> The text tables: reactions (.rea), contact (.con) and requested displacements (.his).
+!!
+!! One row per end time and name, flushed at once. Nothing in them depends on the machine or the
+!! clock; -0 is printed as 0.
+module tables
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: string_t, to_text
+  use model_types, only: history_request_t
+  use contact_types, only: pair_t
+  use result_types, only: contact_row_t
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  implicit none
+  private
+  public :: table_t, create_reaction_table, write_reactions, create_contact_table, write_contacts, &
+    create_history_table, write_history, close_table
+
+  !> A table open for writing.
+  type :: table_t
+    type(text_file_t) :: file !! its file
+    type(string_t), allocatable :: names(:) !! name of each row of an end time, padded
+  end type table_t
+
+  !> Width of a real in the format of the tables.
+  integer, parameter :: real_width = 21
+  !> Width of the column of the step.
+  integer, parameter :: step_width = 8
+
+contains
+
+  !> Creates the table of reactions.
+  subroutine create_reaction_table(table, path, title, sets, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(string_t), intent(in) :: sets(:) !! names of the sets, in the order of the rows
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(3), parameter :: columns(3) = ['R1 ', 'R2 ', 'R3 ']
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    call pad_names(sets, 'set', table%names)
+    call write_head(table, title, 'reactions: the force each support exerts on the structure', &
+      'set', columns, error)
+  end subroutine create_reaction_table
+
+  !> Writes the reactions of one end time.
+  subroutine write_reactions(table, step, time, reactions, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(table%names)
+      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s// &
+        reals(reactions(:, i)), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_reactions
+
+  !> Creates the table of contact.
+  subroutine create_contact_table(table, path, title, pairs, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(pair_t), intent(in) :: pairs(:) !! the pairs, in the order of the rows
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(16), parameter :: columns(11) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', 'F3', &
+      'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion']
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    allocate (names(size(pairs)))
+    do i = 1, size(pairs)
+      names(i)%s = pairs(i)%name
+    end do
+    call pad_names(names, 'pair', table%names)
+    call write_head(table, title, 'contact: forces on the slave side, moments about the origin', &
+      'pair', columns, error)
+  end subroutine create_contact_table
+
+  !> Writes the contact sums of one end time.
+  subroutine write_contacts(table, step, time, rows, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(3*step_width) :: counts
+    integer :: i
+
+    do i = 1, size(table%names)
+      write (counts, '(3i8)') rows(i)%active, rows(i)%stick, rows(i)%slip
+      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s//counts// &
+        reals([rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
+        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion]), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_contacts
+
+  !> Creates the table of displacements of single degrees of freedom.
+  subroutine create_history_table(table, path, title, requests, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(history_request_t), intent(in) :: requests(:) !! the columns
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(19), allocatable :: columns(:)
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    allocate (table%names(0))
+    allocate (columns(size(requests)))
+    do i = 1, size(requests)
+      columns(i) = 'u'//to_text(requests(i)%dof)//'@'//to_text(requests(i)%node)
+    end do
+    call write_head(table, title, 'displacements: u<direction>@<node>', '', columns, error)
+  end subroutine create_history_table
+
+  !> Writes the requested displacements of one end time.
+  subroutine write_history(table, step, time, values, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: values(:) !! (requests) displacements [length]
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_line(table%file, row_start(step, time)//reals(values), error)
+    if (allocated(error)) return
+    call flush_text_file(table%file, error)
+  end subroutine write_history
+
+  !> Closes a table; one that was never created is left alone.
+  subroutine close_table(table, error)
+    type(table_t), intent(inout) :: table !! the table
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call close_text_file(table%file, error)
+  end subroutine close_table
+
+  !> Writes the header lines: what the table is, and the names of its columns.
+  subroutine write_head(table, title, what, key, columns, error)
+    type(table_t), intent(inout) :: table !! open table
+    character(*), intent(in) :: title !! title of the deck
+    character(*), intent(in) :: what !! meaning of the table
+    character(*), intent(in) :: key !! name of the column of names, empty for none
+    character(*), intent(in) :: columns(:) !! names of the columns of reals
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: line
+    character(real_width + 2) :: column
+    integer :: i
+
+    call write_line(table%file, '# '//trim(adjustl(title)), error)
+    if (allocated(error)) return
+    call write_line(table%file, '# '//what, error)
+    if (allocated(error)) return
+    line = '#   step'//repeat(' ', real_width - 2)//'time'
+    if (key /= '') line = line//'  '//padded(key, name_width(table%names, key))
+    if (key == 'pair') line = line//'  active   stick    slip'
+    do i = 1, size(columns)
+      column = repeat(' ', max(0, len(column) - len_trim(columns(i))))//columns(i)
+      line = line//column
+    end do
+    call write_line(table%file, line, error)
+    if (allocated(error)) return
+    call flush_text_file(table%file, error)
+  end subroutine write_head
+
+  !> Step and time of a row.
+  pure function row_start(step, time) result(line)
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    character(step_width + real_width + 2) :: line
+
+    write (line, '(i8)') step
+    line(step_width + 1:) = reals([time])
+  end function row_start
+
+  !> Reals as text, two blanks before each.
+  pure function reals(values) result(line)
+    real(wp), intent(in) :: values(:) !! any numbers
+    character((real_width + 2)*size(values)) :: line
+    integer :: i, first
+
+    do i = 1, size(values)
+      first = (i - 1)*(real_width + 2) + 1
+      write (line(first:first + real_width + 1), '(2x,es21.12e3)') &
+        merge(0.0_wp, values(i), abs(values(i)) <= 0.0_wp)
+    end do
+  end function reals
+
+  !> Pads names to one width.
+  pure subroutine pad_names(names, key, padded_names)
+    type(string_t), intent(in) :: names(:) !! the names
+    character(*), intent(in) :: key !! name of their column
+    type(string_t), allocatable, intent(out) :: padded_names(:) !! the same, of one width
+    integer :: i, width
+
+    width = name_width(names, key)
+    allocate (padded_names(size(names)))
+    do i = 1, size(names)
+      padded_names(i)%s = padded(names(i)%s, width)
+    end do
+  end subroutine pad_names
+
+  !> Width of a column of names.
+  pure integer function name_width(names, key) result(width)
+    type(string_t), intent(in) :: names(:) !! the names
+    character(*), intent(in) :: key !! name of their column
+    integer :: i
+
+    width = len(key)
+    do i = 1, size(names)
+      width = max(width, len_trim(names(i)%s))
+    end do
+  end function name_width
+
+  !> A name with blanks behind it.
+  pure function padded(name, width) result(t)
+    character(*), intent(in) :: name !! the name
+    integer, intent(in) :: width !! length of the result
+    character(width) :: t
+
+    t = name
+  end function padded
+end module tables

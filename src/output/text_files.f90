@@ -1,0 +1,103 @@
+!> Text files that are complete after each flush and that say so when they cannot be written.
+module text_files
+  use, intrinsic :: iso_c_binding, only: c_associated, c_null_char, c_null_ptr, c_ptr, c_int, &
+    c_size_t
+  use errors, only: error_t, raise, exit_resources
+  use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir
+  implicit none
+  private
+  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, make_folder
+
+  !> A text file open for writing.
+  type :: text_file_t
+    type(c_ptr) :: stream = c_null_ptr !! C stream, null while closed
+    character(:), allocatable :: path !! name of the file
+  end type text_file_t
+
+contains
+
+  !> Creates a file, or empties the one that is there.
+  subroutine create_text_file(file, path, error)
+    type(text_file_t), intent(out) :: file !! the file, open
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
+    character(200) :: reason
+    integer :: unit, status
+
+    file%path = trim(path)
+    reason = ''
+    open (newunit=unit, file=file%path, action='write', status='unknown', iostat=status, &
+      iomsg=reason)
+    if (status == 0) then
+      close (unit, iostat=status)
+      file%stream = c_fopen(file%path//c_null_char, 'w'//c_null_char)
+    end if
+    if (.not. c_associated(file%stream)) then
+      call raise(error, exit_resources, 'error: cannot create the file '//file%path//': '// &
+        trim(reason)//new_line('a')// &
+        '  Is the folder there, and may you write to it? --out DIR names another one.')
+    end if
+  end subroutine create_text_file
+
+  !> Adds one line; blanks at its end are dropped.
+  subroutine write_line(file, line, error)
+    type(text_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: line !! text without line end; may hold several lines
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    integer(c_size_t) :: length
+
+    length = len_trim(line, kind=c_size_t) + 1_c_size_t
+    if (c_fwrite(trim(line)//new_line('a'), 1_c_size_t, length, file%stream) < length) then
+      call raise_write_error(file, error)
+    end if
+  end subroutine write_line
+
+  !> Hands everything written so far to the system, so that it outlives a killed run.
+  subroutine flush_text_file(file, error)
+    type(text_file_t), intent(inout) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    if (c_fflush(file%stream) /= 0_c_int) call raise_write_error(file, error)
+  end subroutine flush_text_file
+
+  !> Closes the file; a file that is not open is left alone.
+  subroutine close_text_file(file, error)
+    type(text_file_t), intent(inout) :: file !! the file
+    type(error_t), allocatable, intent(out) :: error !! disk full
+
+    if (.not. c_associated(file%stream)) return
+    if (c_fclose(file%stream) /= 0_c_int) call raise_write_error(file, error)
+    file%stream = c_null_ptr
+  end subroutine close_text_file
+
+  !> Makes a folder and those above it; folders that are there are left alone.
+  subroutine make_folder(path, error)
+    character(*), intent(in) :: path !! folder
+    type(error_t), allocatable, intent(out) :: error !! no permission
+    integer(c_int), parameter :: mode = int(o'777', c_int)
+    integer(c_int) :: status
+    logical :: there
+    integer :: i
+
+    status = 0_c_int
+    do i = 2, len_trim(path)
+      if (path(i:i) == '/') status = c_mkdir(path(:i - 1)//c_null_char, mode)
+    end do
+    status = c_mkdir(trim(path)//c_null_char, mode)
+    if (status == 0_c_int) return
+    inquire (file=trim(path)//'/.', exist=there)
+    if (.not. there) then
+      call raise(error, exit_resources, 'error: cannot make the folder '//trim(path)// &
+        new_line('a')//'  Is there a file of that name, and may you write to the folder above it?')
+    end if
+  end subroutine make_folder
+
+  !> The error of a write that the system refused.
+  subroutine raise_write_error(file, error)
+    type(text_file_t), intent(in) :: file !! the file
+    type(error_t), allocatable, intent(out) :: error !! filled
+
+    call raise(error, exit_resources, 'error: cannot write to '//file%path//new_line('a')// &
+      '  The disk may be full. What stands in the file is valid up to the last whole line.')
+  end subroutine raise_write_error
+end module text_files

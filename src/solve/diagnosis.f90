@@ -1,0 +1,227 @@
+!> Why a solve failed: unrestrained bodies, and where the residual sticks.
+module diagnosis
+  use kinds, only: wp
+  use vectors, only: cross
+  use text, only: to_text
+  use element_types, only: status_open, status_stick
+  use lapack_interface, only: dsyev
+  use model_types, only: model_t
+  use newton, only: newton_t, outcome_singular
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: explain_failure, unrestrained_bodies, describe_body, free_motion
+
+  !> Eigenvalues of a body's support below this share of the largest belong to free motions.
+  real(wp), parameter :: free_tolerance = 1.0e-12_wp
+
+contains
+
+  !> What can be said about a failed solve, in lines that begin with two blanks.
+  subroutine explain_failure(model, system, progress, time, text)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system at the failed iterate
+    type(newton_t), intent(in) :: progress !! how it ended
+    real(wp), intent(in) :: time !! the time that was tried
+    character(:), allocatable, intent(out) :: text !! the explanation
+    character(1), parameter :: nl = new_line('a')
+    integer :: body
+
+    text = '  tried: increments down to the last cut before time '//to_text(time, 12)//', '// &
+      to_text(progress%solves)//' linear solves in the last'
+    body = unrestrained_bodies(model, system)
+    if (body > 0) then
+      text = text//nl//describe_body(model, system, body)
+    else
+      text = text//nl//worst_node(model, system)
+      if (progress%outcome == outcome_singular) text = text//nl// &
+        '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
+    end if
+  end subroutine explain_failure
+
+  !> The first body that neither supports nor closed contact points hold; 0 if all are held.
+  integer function unrestrained_bodies(model, system) result(body)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    real(wp) :: motion(6)
+    logical :: free
+    integer :: b
+
+    body = 0
+    do b = 1, system%bodies
+      call free_motion(model, system, b, .true., free, motion)
+      if (free) then
+        body = b
+        return
+      end if
+    end do
+  end function unrestrained_bodies
+
+  !> Looks for a rigid motion of a body that no support resists (nor a closed contact point, if
+  !! they count): the null space of the supports' 6 x 6 Gram matrix.
+  subroutine free_motion(model, system, body, with_contact, free, motion)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    logical, intent(in) :: with_contact !! closed contact points hold, too
+    logical, intent(out) :: free !! there is such a motion
+    real(wp), intent(out) :: motion(6) !! translation, and rotation times the model's size
+    real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x
+    integer :: i, k, info, dofs
+
+    center = 0.5_wp*(maxval(model%mesh%x, 2) + minval(model%mesh%x, 2))
+    size_x = max(maxval(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2)), tiny(1.0_wp))
+    gram = 0.0_wp
+    dofs = 0
+    do i = 1, size(system%node_body)
+      if (system%node_body(i) /= body) cycle
+      do k = 1, 3
+        if (system%equation(k, i) > 0) dofs = dofs + 1
+        if (system%equation(k, i) == 0) &
+          call add_support(gram, unit_vector(k), (model%mesh%x(:, i) - center)/size_x)
+      end do
+    end do
+    if (with_contact) call add_contact(model, system, body, center, size_x, gram)
+    call dsyev('V', 'U', 6, gram, 6, values, work, size(work), info)
+    motion = gram(:, 1)
+    free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
+  end subroutine free_motion
+
+  !> Adds a support that resists motion of the point y along n.
+  pure subroutine add_support(gram, n, y)
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    real(wp), intent(in) :: n(3) !! direction
+    real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
+    real(wp) :: row(6)
+
+    row = [n, cross(y, n)]
+    gram = gram + spread(row, 2, 6)*spread(row, 1, 6)
+  end subroutine add_support
+
+  !> Adds what closed contact points hold: all directions in stick, the normal in slip.
+  subroutine add_contact(model, system, body, center, size_x, gram)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: body !! the body
+    real(wp), intent(in) :: center(3) !! where rotations turn about [length]
+    real(wp), intent(in) :: size_x !! size of the model [length]
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    real(wp) :: n(3), y(3)
+    integer :: k, i
+
+    do k = 1, system%contact%n
+      if (system%contact%status(k) <= status_open) cycle
+      associate (nodes => system%contact%ix(:, k), x => model%mesh%x)
+        if (system%node_body(nodes(1)) /= body .and. system%node_body(nodes(2)) /= body) cycle
+        y = (x(:, nodes(1)) - center)/size_x
+        if (system%contact%status(k) == status_stick) then
+          do i = 1, 3
+            call add_support(gram, unit_vector(i), y)
+          end do
+        else
+          n = cross(x(:, nodes(2)) - x(:, nodes(4)), x(:, nodes(3)) - x(:, nodes(4)))
+          call add_support(gram, n/norm2(n), y)
+        end if
+      end associate
+    end do
+  end subroutine add_contact
+
+  !> Unit vector along axis k.
+  pure function unit_vector(k) result(n)
+    integer, intent(in) :: k !! 1, 2 or 3
+    real(wp) :: n(3)
+
+    n = 0.0_wp
+    n(k) = 1.0_wp
+  end function unit_vector
+
+  !> Names a body that can move freely, and how.
+  function describe_body(model, system, body) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    character(:), allocatable :: t
+    character(11), parameter :: axes(6) = ['move along ', 'move along ', 'move along ', &
+      'turn about ', 'turn about ', 'turn about ']
+    character(1), parameter :: nl = new_line('a')
+    real(wp) :: motion(6)
+    logical :: free
+    integer :: node, dof, k
+
+    call free_motion(model, system, body, .true., free, motion)
+    k = maxloc(abs(motion), 1)
+    dof = mod(k - 1, 3) + 1
+    node = 0
+    do k = 1, size(system%node_body)
+      if (system%node_body(k) /= body) cycle
+      if (system%equation(dof, k) == 0) cycle
+      node = k
+      exit
+    end do
+    k = maxloc(abs(motion), 1)
+    t = '  unrestrained body: '//body_name(model, system, body)//' can '//trim(axes(k))//' x' &
+      //to_text(dof)//'; no support and no closed contact point resists (node ' &
+      //to_text(max(node, 1))//', dof '//to_text(dof)//')'//nl &
+      //'  restrain it with BOUNdary, or let it touch another body before it is loaded'
+  end function describe_body
+
+  !> Name of a body: its region, or its lowest element.
+  function body_name(model, system, body) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    character(:), allocatable :: t
+    integer :: e, node
+
+    t = 'body '//to_text(body)
+    do e = 1, model%mesh%elements
+      node = model%mesh%ix(1, e)
+      if (node == 0) cycle
+      if (system%node_body(node) /= body) cycle
+      t = 'the body of element '//to_text(e)
+      if (model%mesh%region(e) > 0) then
+        if (len(model%mesh%regions(model%mesh%region(e))%name) > 0) &
+          t = t//' (region '//model%mesh%regions(model%mesh%region(e))%name//')'
+      end if
+      return
+    end do
+  end function body_name
+
+  !> Names the node and dof with the largest residual, and the contact point next to it.
+  function worst_node(model, system) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! residual formed
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+    integer :: i, k, node, dof, largest
+
+    t = '  no free degree of freedom'
+    if (system%equations == 0) return
+    largest = maxloc(abs(system%right), 1)
+    node = 0
+    dof = 0
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) /= largest) cycle
+        node = i
+        dof = k
+      end do
+    end do
+    t = '  the largest residual, '//to_text(system%right(largest))//', is at node ' &
+      //to_text(node)//', dof '//to_text(dof)
+    do k = 1, size(model%pairs)
+      do i = 1, size(model%pairs(k)%nodes)
+        associate (element => system%first_point(k) + i - 1)
+          if (system%contact%status(element) <= status_open) cycle
+          if (.not. any(system%contact%ix(1:4, element) == node)) cycle
+          t = t//nl//'  there pair '//model%pairs(k)%name//' has slave node ' &
+            //to_text(system%contact%ix(1, element))//' on the facet of nodes ' &
+            //to_text(system%contact%ix(2, element))//', '//to_text(system%contact%ix(3, element)) &
+            //', '//to_text(system%contact%ix(4, element))//nl &
+            //'  smaller steps (DT), a softer penalty, or friction below the slope of the facet help'
+          return
+        end associate
+      end do
+    end do
+  end function worst_node
+end module diagnosis
