@@ -30,12 +30,12 @@ contains
     allocate (drafts(count_pairs(deck)))
     n = 0
     do i = 1, size(deck%mesh)
-      if (deck%mesh(i)%command == 'pair') call start_pair(deck%mesh(i)%head, diagnostics, drafts, n)
+      if (deck%mesh(i)%command == 'pair') call start_pair(deck%mesh(i)%head, drafts, n)
       if (deck%mesh(i)%command /= 'cont' .and. deck%mesh(i)%command /= 'pair') cycle
       do k = 1, deck%mesh(i)%count
         associate (record => deck%mesh(i)%records(k))
           if (is_word(record%items(1), 'pair')) then
-            call start_pair(record, diagnostics, drafts, n)
+            call start_pair(record, drafts, n)
           else if (n == 0) then
             call report_error(diagnostics, record%at, 'no PAIR is open here', &
               'write PAIR and its number first')
@@ -69,9 +69,8 @@ contains
   end function count_pairs
 
   !> PAIR n [name].
-  subroutine start_pair(record, diagnostics, drafts, n)
+  subroutine start_pair(record, drafts, n)
     type(record_t), intent(in) :: record !! the record
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs
     integer, intent(inout) :: n !! how many have been started
 
@@ -86,10 +85,6 @@ contains
       end if
       pair%slave = ''
       pair%master = ''
-      if (pair%number < 1) then
-        call report_error(diagnostics, item_location(record, 2), 'pair number '// &
-          to_text(pair%number), 'number the pairs from 1')
-      end if
     end associate
   end subroutine start_pair
 
@@ -103,9 +98,9 @@ contains
       if (is_word(word, 'ntos')) then
         call read_form(record, diagnostics, draft)
       else if (is_word(word, 'penalty')) then
-        call read_penalty(record, diagnostics, draft%pair)
+        call read_penalty(record, draft%pair)
       else if (is_word(word, 'friction')) then
-        call read_friction(record, diagnostics, draft)
+        call read_friction(record, draft)
       else if (is_word(word, 'direction')) then
         call read_direction(record, diagnostics, draft)
       else if (is_word(word, 'slip')) then
@@ -114,7 +109,6 @@ contains
         if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
-        call check_positive(record, 2, 'the search radius', diagnostics)
       end if
     end associate
   end subroutine read_word
@@ -139,9 +133,8 @@ contains
   end subroutine read_form
 
   !> PENAlty value, PENAlty AREA value or PENAlty AUTO [factor].
-  subroutine read_penalty(record, diagnostics, pair)
+  pure subroutine read_penalty(record, pair)
     type(record_t), intent(in) :: record !! the record
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_t), intent(inout) :: pair !! the pair
     integer :: i
 
@@ -155,29 +148,13 @@ contains
       i = 2
     end if
     pair%penalty = 10.0_wp
-    if (item_count(record) < i) return
-    pair%penalty = item_real(record, i)
-    call check_positive(record, i, 'the penalty', diagnostics)
+    if (item_count(record) >= i) pair%penalty = item_real(record, i)
   end subroutine read_penalty
 
-  !> Reports an item that is not above 0.
-  subroutine check_positive(record, i, what, diagnostics)
-    type(record_t), intent(in) :: record !! the record
-    integer, intent(in) :: i !! the item
-    character(*), intent(in) :: what !! what it is
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-
-    if (item_real(record, i) > 0.0_wp) return
-    call report_error(diagnostics, item_location(record, i), what//' is '// &
-      to_text(item_real(record, i)), 'write a value above 0')
-  end subroutine check_positive
-
   !> FRICtion NONE, COULomb mu or ELLIptic mu1 mu2.
-  subroutine read_friction(record, diagnostics, draft)
+  pure subroutine read_friction(record, draft)
     type(record_t), intent(in) :: record !! the record
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_draft_t), intent(inout) :: draft !! the pair
-    integer :: i
 
     associate (pair => draft%pair)
       pair%mu = 0.0_wp
@@ -186,11 +163,6 @@ contains
       else if (is_word(record%items(2), 'elliptic')) then
         pair%mu = [item_real(record, 3), item_real(record, 4)]
       end if
-      do i = 3, item_count(record)
-        if (item_real(record, i) >= 0.0_wp) cycle
-        call report_error(diagnostics, item_location(record, i), &
-          'the coefficient of friction is '//to_text(item_real(record, i)), 'write 0 or more')
-      end do
       if (.not. draft%has_direction) pair%direction_at = record%at
     end associate
   end subroutine read_friction

@@ -53,8 +53,7 @@ contains
     logical :: good
     integer :: i
 
-    table%number = 1
-    if (item_count(set%head) > 1) table%number = item_integer(set%head, 2)
+    table%number = item_integer(set%head, 2)
     allocate (table%t(set%count), table%p(set%count))
     good = .true.
     do i = 1, set%count
@@ -93,11 +92,6 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the table
 
-    if (table%number < 1) then
-      call report_error(diagnostics, head%at, 'proportional load '//to_text(table%number), &
-        'number the tables from 1')
-      return
-    end if
     if (has_load(model%loads, table%number)) then
       call report_error(diagnostics, head%at, 'proportional load '//to_text(table%number)// &
         ' has a table already', 'give the second table another number')

@@ -1,9 +1,9 @@
 !> Conditions given by coordinates: on a plane (E forms) or at a point (C forms).
 module located_conditions
   use kinds, only: wp
-  use text, only: to_text, count_noun
+  use text, only: to_text
   use deck_types, only: data_set_t, record_t
-  use records, only: item_location, item_integer, item_real, item_count
+  use records, only: item_location, item_integer, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use node_queries, only: plane_tolerance, nearest_node
@@ -39,11 +39,6 @@ contains
     integer :: direction, node, found
 
     direction = item_integer(record, 1)
-    if (direction < 1 .or. direction > 3) then
-      call report_error(diagnostics, item_location(record, 1), 'direction '//to_text(direction)// &
-        ' does not exist', 'write 1, 2 or 3: the axis that the plane is normal to')
-      return
-    end if
     coordinate = item_real(record, 2)
     tolerance = plane_tolerance(mesh)
     found = 0

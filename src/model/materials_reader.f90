@@ -39,17 +39,11 @@ contains
     integer :: i
 
     material%at = set%head%at
-    material%number = 1
-    material%label = ''
-    if (item_count(set%head) > 1) material%number = item_integer(set%head, 2)
-    if (item_count(set%head) > 2) material%label = item_name(set%head, 3)
-    if (material%number < 1) then
-      call report_error(diagnostics, item_location(set%head, 2), 'material number '// &
-        to_text(material%number), 'number the materials from 1')
-    else if (any(others%number == material%number)) then
-      call report_error(diagnostics, item_location(set%head, min(2, item_count(set%head))), &
-        'material '//to_text(material%number)//' is defined twice', &
-        'give the second one another number')
+    material%number = item_integer(set%head, 2)
+    material%label = item_name(set%head, 3)
+    if (any(others%number == material%number)) then
+      call report_error(diagnostics, item_location(set%head, 2), 'material '// &
+        to_text(material%number)//' is defined twice', 'give the second one another number')
     end if
     elastic = .false.
     do i = 1, set%count
@@ -73,10 +67,6 @@ contains
       material%rigid = .true.
     else if (is_word(record%items(1), 'density')) then
       material%density = item_real(record, 2)
-      if (material%density < 0.0_wp) then
-        call report_error(diagnostics, item_location(record, 2), 'the density is negative', &
-          'write a density of 0 or more')
-      end if
     else if (is_word(record%items(1), 'elastic')) then
       if (elastic) then
         call report_error(diagnostics, record%at, 'elastic constants are given twice', &
@@ -94,12 +84,7 @@ contains
     type(material_t), intent(inout) :: material !! the material
 
     material%youngs_modulus = item_real(record, 3)
-    if (material%youngs_modulus <= 0.0_wp) then
-      call report_error(diagnostics, item_location(record, 3), 'Young''s modulus is '// &
-        to_text(material%youngs_modulus), 'write a modulus above 0')
-    end if
-    material%poissons_ratio = 0.0_wp
-    if (item_count(record) > 3) material%poissons_ratio = item_real(record, 4)
+    material%poissons_ratio = item_real(record, 4)
     if (material%poissons_ratio <= -1.0_wp .or. material%poissons_ratio >= 0.5_wp) then
       call report_error(diagnostics, item_location(record, 4), 'Poisson''s ratio is '// &
         to_text(material%poissons_ratio, 10), 'write a ratio above -1 and below 0.5')

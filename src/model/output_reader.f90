@@ -1,7 +1,7 @@
 !> Reads the OUTPut data sets: what is written, and how often.
 module output_reader
-  use text, only: to_text, string_t
-  use deck_types, only: deck_t, record_t, item_number
+  use text, only: string_t
+  use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
@@ -47,11 +47,6 @@ contains
       call read_fields(record, model%output)
     else if (is_word(record%items(1), 'every')) then
       model%output%every = item_integer(record, 2)
-      if (model%output%every < 1) then
-        model%output%every = 1
-        call report_error(diagnostics, item_location(record, 2), 'fields each '// &
-          to_text(item_integer(record, 2))//' end times', 'write 1 or more')
-      end if
     else if (is_word(record%items(1), 'state')) then
       call read_state(record, model%output)
     else if (is_word(record%items(1), 'history')) then
@@ -146,17 +141,11 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the request
     type(history_request_t) :: request
-    integer :: first
 
-    first = 2
-    if (record%items(2)%kind /= item_number) first = 3
-    request%node = item_integer(record, first)
-    request%dof = item_integer(record, first + 1)
+    request%node = item_integer(record, 3)
+    request%dof = item_integer(record, 4)
     if (.not. node_exists(model%mesh, request%node)) then
-      call report_missing_node(model%mesh, item_location(record, first), request%node, diagnostics)
-    else if (request%dof < 1 .or. request%dof > 3) then
-      call report_error(diagnostics, item_location(record, first + 1), 'degree of freedom '// &
-        to_text(request%dof)//' does not exist', 'write 1, 2 or 3')
+      call report_missing_node(model%mesh, item_location(record, 3), request%node, diagnostics)
     else
       model%output%history = [model%output%history, request]
     end if
