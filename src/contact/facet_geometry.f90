@@ -109,10 +109,11 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: xi_a(2) !! (xi, eta) in facet a
     real(wp), intent(out) :: xi_b(2) !! (xi, eta) in facet b
-    real(wp) :: origin(3), t(3), out_a(3), in_b(3), y(3), gap
+    real(wp) :: origin(3), t(3), out_a(3), in_b(3), y(3), n(3), gap
     integer :: ka, kb
 
-    y = matmul(x(:, nodes_a), barycentric(xi_a))
+    n = barycentric(xi_a)
+    y = n(1)*x(:, nodes_a(1)) + n(2)*x(:, nodes_a(2)) + n(3)*x(:, nodes_a(3))
     ka = far_corner(nodes_b, nodes_a)
     kb = far_corner(nodes_a, nodes_b)
     if (ka > 0 .and. kb > 0) then

@@ -3,14 +3,16 @@ module diagnosis
   use kinds, only: wp
   use vectors, only: cross
   use text, only: to_text
+  use errors, only: error_t, raise, exit_no_convergence
   use element_types, only: status_open, status_stick
   use lapack_interface, only: dsyev
   use model_types, only: model_t
+  use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular
   use system_types, only: system_t
   implicit none
   private
-  public :: explain_failure, unrestrained_bodies, describe_body, free_motion
+  public :: explain_failure, unrestrained_bodies, check_supports
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -38,6 +40,46 @@ contains
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
   end subroutine explain_failure
+
+  !> Before the first solve: a body that no support holds and no contact pair can hold is an error,
+  !! one that only contact can hold is worth a warning.
+  subroutine check_supports(model, system, monitor, error)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    class(monitor_t), intent(inout) :: monitor !! hears of bodies held by contact alone
+    type(error_t), allocatable, intent(out) :: error !! an unrestrained body
+    real(wp) :: motion(6)
+    logical :: free
+    integer :: b
+
+    do b = 1, system%bodies
+      call free_motion(model, system, b, .false., free, motion)
+      if (.not. free) cycle
+      if (in_a_pair(model, system, b)) then
+        call monitor%event('warning: '//body_name(model, system, b)//' is held by contact alone')
+      else
+        call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
+          describe_body(model, system, b))
+        return
+      end if
+    end do
+  end subroutine check_supports
+
+  !> A body takes part in a contact pair.
+  pure logical function in_a_pair(model, system, body) result(yes)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    integer :: k, f
+
+    yes = .false.
+    do k = 1, size(model%pairs)
+      if (any(system%node_body(model%pairs(k)%nodes) == body)) yes = .true.
+      do f = 1, size(model%pairs(k)%facets, 2)
+        if (system%node_body(model%pairs(k)%facets(1, f)) == body) yes = .true.
+      end do
+    end do
+  end function in_a_pair
 
   !> The first body that neither supports nor closed contact points hold; 0 if all are held.
   integer function unrestrained_bodies(model, system) result(body)

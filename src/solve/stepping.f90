@@ -31,6 +31,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
     type(newton_t) :: progress
     integer :: done, part
+    logical :: hopeless
     real(wp) :: begin, time
 
     begin = state%time
@@ -45,7 +46,9 @@ contains
         if (done < finest .and. mod(done, 2*part) == 0) part = 2*part
         cycle
       end if
-      if (part == 1 .or. is_final(progress%outcome, model, system)) then
+      hopeless = part == 1
+      if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
+      if (hopeless) then
         call raise_outcome(model, system, state, progress, time, error)
         return
       end if
