@@ -70,7 +70,7 @@ contains
       call take_item(record, k, token, signature, alive_before(:n), match, parameters, &
                      diagnostics, sound)
       good = good .and. sound
-      if (.not. token%available) return
+      if (.not. (token%available .and. (sound .or. record%items(k)%kind == item_number))) return
     end do
     call check_complete(record, signature, alive(:n), match, diagnostics, good)
   end subroutine match_record
@@ -345,7 +345,7 @@ contains
     if (token%kind /= kind_keyword) what = 'the item '//what
     call report_error(diagnostics, record%items(k)%at, what//' of '//trim(match%name)// &
                       ' is not available in this version', &
-                      '--help '//trim(match%name)//' shows what is')
+                      '--help '//match%name(:index(match%name, ' '))//'shows what is')
   end subroutine report_unavailable
 
   !> Says that an item cannot stand where it does.
@@ -430,6 +430,7 @@ contains
         if (k > size(tokens)) return
         if (tokens(k)%optional) return
         if (len(missing) == 0) missing = token_name(tokens(k))
+        if (tokens(k)%kind == kind_nothing) missing = token_name(tokens(min(k + 1, size(tokens))))
       end associate
     end do
     good = .false.
