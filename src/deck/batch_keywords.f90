@@ -31,9 +31,9 @@ contains
     call explain(t, '    TANG,,1')
     call explain(t, '  NEXT')
     call add_command(t, table_batch, 'NEXT', '| w:label', 'end of a LOOP')
-    call add_command(t, table_batch, 'TANG', '| - 1:solve', 'forms the tangent and solves')
+    call add_command(t, table_batch, 'TANG', '- 1:solve', 'forms the tangent and solves')
     call explain(t, 'Whether the tangent is unsymmetric is found out. Example: TANG,,1')
-    call add_command(t, table_batch, 'UTAN', '| - 1:solve', 'the same as TANG')
+    call add_command(t, table_batch, 'UTAN', '- 1:solve', 'the same as TANG')
     call add_command(t, table_batch, 'SOLVer', 'AUTO | UMFPack | ~CHOLmod | ~REDUced', &
                      'linear solver')
     call explain(t, 'AUTO (the default) chooses by what the scene needs and says which.')

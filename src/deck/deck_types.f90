@@ -9,8 +9,10 @@ module deck_types
   public :: location_t, item_t, record_t, data_set_t, deck_t, parameter_t, &
     override_t
   public :: item_empty, item_number, item_word, item_quoted
-  public :: name_length
+  public :: name_length, longest_line
 
+  !> Longest line of a deck.
+  integer, parameter :: longest_line = 1024
   !> Longest name of a set, region, surface, pair or parameter.
   integer, parameter :: name_length = 31
 

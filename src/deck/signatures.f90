@@ -5,7 +5,7 @@
 !! stay empty; in brackets it may be missing, with `...` at its end it may be repeated, with `~`
 !! before it is not available in this version.
 module signatures
-  use text, only: lower
+  use text, only: lower, to_text
   implicit none
   private
   public :: token_t, alternative_t, signature_t, compile_signature, syntax_text, token_name
@@ -174,6 +174,7 @@ contains
 
     t = trim(token%label)
     if (token%kind == kind_choice) t = with_bars(t)
+    if (token%kind == kind_exact) t = to_text(token%exact)
     if (token%kind == kind_nothing) t = ''
     if (token%repeated) t = t//' ...'
     if (token%optional) t = '['//t//']'

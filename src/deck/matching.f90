@@ -1,0 +1,453 @@
+!> Checks a record against its signature and evaluates its numbers.
+module matching
+  use kinds, only: wp
+  use text, only: to_text
+  use deck_types, only: record_t, item_t, location_t, parameter_t, name_length, item_empty, &
+    item_number, item_word, item_quoted
+  use records, only: is_word, item_count, item_location
+  use signatures, only: token_t, signature_t, syntax_text, token_name, kind_positive, kind_count, &
+    kind_integer, kind_axis, kind_positive_real, kind_not_negative, kind_name, kind_file, &
+    kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing, kind_exact
+  use hints, only: word_list_t, add_candidate, did_you_mean
+  use numbers, only: is_letter
+  use expressions, only: problem_t, evaluate, find_parameter
+  use diagnostics, only: diagnostics_t, report_error
+  implicit none
+  private
+  public :: match_t, match_record, evaluate_item, check_name
+
+  !> Ways to accept an item, the better the greater.
+  integer, parameter :: accept_not = 0
+  integer, parameter :: accept_number = 1
+  integer, parameter :: accept_name = 2
+  integer, parameter :: accept_keyword = 3
+
+  !> Most alternatives of a signature.
+  integer, parameter :: most_alternatives = 12
+
+  !> What a record is checked against.
+  type :: match_t
+    integer :: first = 1 !! first item that the signature is about
+    character(40) :: name = '' !! command or own word, for messages
+    character(40) :: head = '' !! what such a record begins with, for the syntax
+    logical :: fields = .false. !! whether fields count by position (solution commands)
+  end type match_t
+
+contains
+
+  !> Checks and evaluates a record; every error is reported.
+  subroutine match_record(record, signature, match, parameters, diagnostics, good)
+    type(record_t), intent(inout) :: record !! the record; its numbers are evaluated
+    type(signature_t), intent(in) :: signature !! what it takes
+    type(match_t), intent(in) :: match !! which record this is
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether there was no error
+    logical :: alive(most_alternatives), alive_before(most_alternatives), sound
+    integer :: accepted(most_alternatives), i, k, n
+    type(token_t) :: token
+
+    n = size(signature%alternatives)
+    alive = .false.
+    alive(:n) = .true.
+    good = .true.
+    do k = match%first, item_count(record)
+      do i = 1, n
+        accepted(i) = accept_not
+        if (.not. alive(i)) cycle
+        call token_at(signature, i, k - match%first + 1, token)
+        accepted(i) = acceptance(token, record%items(k))
+      end do
+      if (all(accepted(:n) == accept_not)) then
+        call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
+        good = .false.
+        return
+      end if
+      alive_before = alive
+      alive(:n) = alive(:n) .and. accepted(:n) == maxval(accepted(:n))
+      i = findloc(alive(:n), .true., dim=1)
+      call token_at(signature, i, k - match%first + 1, token)
+      call take_item(record, k, token, signature, alive_before(:n), match, parameters, &
+                     diagnostics, sound)
+      good = good .and. sound
+      if (.not. token%available) return
+    end do
+    call check_complete(record, signature, alive(:n), match, diagnostics, good)
+  end subroutine match_record
+
+  !> The token of the k-th item in one alternative; a token without a label where nothing may stand.
+  pure subroutine token_at(signature, alternative, k, token)
+    type(signature_t), intent(in) :: signature !! what a record takes
+    integer, intent(in) :: alternative !! one way to write it
+    integer, intent(in) :: k !! number of the item in the signature
+    type(token_t), intent(out) :: token !! what stands there
+    integer :: n
+
+    associate (tokens => signature%alternatives(alternative)%tokens)
+      n = size(tokens)
+      if (k <= n) then
+        token = tokens(k)
+      else if (n > 0) then
+        if (tokens(n)%repeated) token = tokens(n)
+      end if
+    end associate
+    if (token%kind == kind_nothing .and. k <= n) token%label = '-'
+  end subroutine token_at
+
+  !> How well an item fits a token.
+  pure integer function acceptance(token, item)
+    type(token_t), intent(in) :: token !! what may stand here
+    type(item_t), intent(in) :: item !! what stands here
+
+    acceptance = accept_not
+    if (len_trim(token%label) == 0) return
+    select case (token%kind)
+    case (kind_keyword)
+      if (is_word(item, token%key)) acceptance = accept_keyword
+    case (kind_nothing)
+      if (item%kind == item_empty) acceptance = accept_keyword
+    case (kind_choice)
+      if (item%kind == item_word) acceptance = accept_name
+    case (kind_name)
+      if (item%kind == item_quoted) acceptance = accept_name
+      if (item%kind == item_word) then
+        if (is_letter(item%text(1:1))) acceptance = accept_name
+      end if
+    case (kind_file, kind_any)
+      if (item%kind /= item_empty) acceptance = accept_name
+    case default
+      if (item%kind /= item_quoted) acceptance = accept_number
+    end select
+  end function acceptance
+
+  !> Evaluates or checks an item that its token accepts.
+  subroutine take_item(record, k, token, signature, alive, match, parameters, diagnostics, good)
+    type(record_t), intent(inout) :: record !! the record
+    integer, intent(in) :: k !! number of the item
+    type(token_t), intent(in) :: token !! what stands here
+    type(signature_t), intent(in) :: signature !! what the record takes
+    logical, intent(in) :: alive(:) !! ways still possible before this item
+    type(match_t), intent(in) :: match !! which record this is
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether there was no error
+    type(word_list_t) :: words
+
+    good = .true.
+    if (.not. token%available) then
+      call report_unavailable(record, k, token, match, diagnostics)
+      good = .false.
+      return
+    end if
+    select case (token%kind)
+    case (kind_keyword, kind_nothing, kind_any)
+      continue
+    case (kind_choice)
+      call check_choice(record%items(k), token, diagnostics, good)
+    case (kind_name)
+      call check_name(record%items(k), diagnostics, good)
+    case (kind_file)
+      good = len(record%items(k)%text) > 0
+      if (.not. good) call report_error(diagnostics, record%items(k)%at, 'an empty file name', &
+                                        'name a file')
+    case default
+      if (token%kind == kind_node_list) then
+        if (is_word(record%items(k), 'to')) then
+          call check_range_word(record, k, match, diagnostics, good)
+          return
+        end if
+      end if
+      call list_expected_words(signature, alive, k - match%first + 1, words)
+      call evaluate_item(record%items(k), parameters, diagnostics, words, good)
+      if (good) call check_value(record%items(k), token, diagnostics, good)
+    end select
+  end subroutine take_item
+
+  !> Turns an item into a number.
+  subroutine evaluate_item(item, parameters, diagnostics, words, good)
+    type(item_t), intent(inout) :: item !! the item
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(word_list_t), intent(inout) :: words !! keywords that might stand here instead
+    logical, intent(out) :: good !! whether it has a value
+    type(problem_t), allocatable :: problem
+    type(location_t) :: at
+    real(wp) :: value
+    integer :: i
+
+    good = .true.
+    if (item%kind == item_empty) return
+    call evaluate(item%text, parameters, value, problem)
+    good = .not. allocated(problem)
+    if (good) then
+      item%kind = item_number
+      item%value = value
+      return
+    end if
+    at = item%at
+    at%column = at%column + problem%position - 1
+    if (item%kind == item_quoted) at%column = at%column + 1
+    if (problem%undefined .and. words%count > 0) then
+      do i = 1, size(parameters)
+        call add_candidate(words, parameters(i)%name)
+      end do
+      problem%remedy = did_you_mean(words, item%text, 'a number is expected here, or one of: '// &
+                                    joined(words))
+    end if
+    call report_error(diagnostics, at, problem%what, problem%remedy)
+  end subroutine evaluate_item
+
+  !> Words in one line.
+  function joined(words) result(t)
+    type(word_list_t), intent(in) :: words !! the words
+    character(:), allocatable :: t
+    integer :: i
+
+    t = ''
+    do i = 1, min(words%count, 12)
+      if (i > 1) t = t//', '
+      t = t//words%words(i)%s
+    end do
+  end function joined
+
+  !> Keywords that could stand as the k-th item.
+  subroutine list_expected_words(signature, alive, k, words)
+    type(signature_t), intent(in) :: signature !! what the record takes
+    logical, intent(in) :: alive(:) !! ways still possible
+    integer, intent(in) :: k !! number of the item in the signature
+    type(word_list_t), intent(out) :: words !! the keywords
+    type(token_t) :: token
+    integer :: i
+
+    do i = 1, size(alive)
+      if (.not. alive(i)) cycle
+      call token_at(signature, i, k, token)
+      if (token%kind == kind_keyword) call add_candidate(words, trim(token%label))
+    end do
+  end subroutine list_expected_words
+
+  !> Checks that a number is of the kind its token wants.
+  subroutine check_value(item, token, diagnostics, good)
+    type(item_t), intent(inout) :: item !! an evaluated item; integers are rounded
+    type(token_t), intent(in) :: token !! what stands here
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether the value is right
+    character(:), allocatable :: wanted
+
+    wanted = ''
+    select case (token%kind)
+    case (kind_positive)
+      if (.not. is_integer(item, 1, huge(1))) wanted = 'an integer greater than 0'
+    case (kind_count)
+      if (.not. is_integer(item, 0, huge(1))) wanted = 'an integer not less than 0'
+    case (kind_integer)
+      if (.not. is_integer(item, -huge(1), huge(1))) wanted = 'an integer'
+    case (kind_node_list)
+      if (.not. is_integer(item, 1, huge(1))) wanted = 'an integer greater than 0 or TO'
+    case (kind_axis)
+      if (.not. is_integer(item, 1, 3)) wanted = '1, 2 or 3'
+    case (kind_exact)
+      if (.not. is_integer(item, token%exact, token%exact)) wanted = to_text(token%exact)// &
+        ' (nothing else is available in this version)'
+    case (kind_positive_real)
+      if (item%value <= 0.0_wp) wanted = 'a number greater than 0'
+    case (kind_not_negative)
+      if (item%value < 0.0_wp) wanted = 'a number not less than 0'
+    end select
+    good = len(wanted) == 0
+    if (.not. good) call report_error(diagnostics, item%at, &
+      trim(token%label)//' = '//to_text(item%value)//' is out of its range', &
+      trim(token%label)//' is '//wanted)
+  end subroutine check_value
+
+  !> Whether a number is an integer within bounds; it is rounded if it is one up to round-off.
+  logical function is_integer(item, lowest, highest)
+    type(item_t), intent(inout) :: item !! an evaluated item
+    integer, intent(in) :: lowest !! least value allowed
+    integer, intent(in) :: highest !! greatest value allowed
+
+    is_integer = abs(item%value) <= real(huge(1), wp)
+    if (.not. is_integer) return
+    is_integer = abs(item%value - anint(item%value)) <= 1e-9_wp*max(1.0_wp, abs(item%value))
+    if (.not. is_integer) return
+    item%value = anint(item%value)
+    is_integer = nint(item%value) >= lowest .and. nint(item%value) <= highest
+  end function is_integer
+
+  !> Checks that a name is one.
+  subroutine check_name(item, diagnostics, good)
+    type(item_t), intent(in) :: item !! the item
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether it can be a name
+
+    good = .false.
+    if (len(item%text) > name_length) then
+      call report_error(diagnostics, item%at, 'a name of '//to_text(len(item%text))// &
+                        ' characters', 'names have up to '//to_text(name_length)//' characters')
+    else if (len(item%text) == 0) then
+      call report_error(diagnostics, item%at, 'an empty name', 'a name begins with a letter')
+    else if (.not. is_letter(item%text(1:1))) then
+      call report_error(diagnostics, item%at, ''''//item%text//''' is no name', &
+                        'a name begins with a letter')
+    else
+      good = .true.
+    end if
+  end subroutine check_name
+
+  !> Checks that a word is among those a label lists.
+  subroutine check_choice(item, token, diagnostics, good)
+    type(item_t), intent(in) :: item !! the item
+    type(token_t), intent(in) :: token !! lists the words
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether it is one of them
+    type(word_list_t) :: words
+    character(48) :: rest
+    integer :: comma
+
+    rest = token%label
+    good = .false.
+    do while (len_trim(rest) > 0)
+      comma = index(trim(rest)//',', ',')
+      if (is_word(item, rest(:comma - 1))) good = .true.
+      call add_candidate(words, rest(:comma - 1))
+      rest = rest(comma + 1:)
+    end do
+    if (.not. good) call report_error(diagnostics, item%at, 'unknown word '''//item%text//'''', &
+      did_you_mean(words, item%text, 'one of: '//joined(words)))
+  end subroutine check_choice
+
+  !> Checks that TO stands between two numbers.
+  subroutine check_range_word(record, k, match, diagnostics, good)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: k !! number of the item TO
+    type(match_t), intent(in) :: match !! which record this is
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether it does
+
+    good = k > match%first .and. k < item_count(record)
+    if (good) good = record%items(k - 1)%kind == item_number &
+                     .and. .not. is_word(record%items(k + 1), 'to')
+    if (good .and. k - 2 >= match%first) good = .not. is_word(record%items(k - 2), 'to')
+    if (.not. good) call report_error(diagnostics, record%items(k)%at, &
+      'TO without a number on either side', 'write a range as 20 TO 40')
+  end subroutine check_range_word
+
+  !> Says that an item asks for something this version cannot do.
+  subroutine report_unavailable(record, k, token, match, diagnostics)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: k !! number of the item
+    type(token_t), intent(in) :: token !! what stands here
+    type(match_t), intent(in) :: match !! which record this is
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    character(:), allocatable :: what
+
+    what = trim(token%label)
+    if (token%kind /= kind_keyword) what = 'the item '//what
+    call report_error(diagnostics, record%items(k)%at, what//' of '//trim(match%name)// &
+                      ' is not available in this version', &
+                      '--help '//trim(match%name)//' shows what is')
+  end subroutine report_unavailable
+
+  !> Says that an item cannot stand where it does.
+  subroutine report_item(record, k, signature, alive, match, parameters, diagnostics)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: k !! number of the item
+    type(signature_t), intent(in) :: signature !! what the record takes
+    logical, intent(in) :: alive(:) !! ways still possible before this item
+    type(match_t), intent(in) :: match !! which record this is
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(word_list_t) :: words
+    type(token_t) :: token
+    logical :: room, option
+    integer :: i
+
+    room = .false.
+    option = .false.
+    do i = 1, size(alive)
+      if (.not. alive(i)) cycle
+      call token_at(signature, i, k - match%first + 1, token)
+      room = room .or. len_trim(token%label) > 0
+      option = option .or. token%kind == kind_nothing .and. token%label == '-'
+    end do
+    associate (item => record%items(k))
+      call list_expected_words(signature, alive, k - match%first + 1, words)
+      if (option .and. is_value(item, parameters)) then
+        call report_error(diagnostics, item%at, 'a number in the option field', &
+                          'an empty option is two commas: '//with_empty_option(record))
+      else if (.not. room) then
+        call report_error(diagnostics, item%at, 'too many items: '''//item%text//'''', &
+                          expectation(signature, match))
+      else if (item%kind == item_empty) then
+        call report_error(diagnostics, item%at, 'an empty field', expectation(signature, match))
+      else
+        call report_error(diagnostics, item%at, ''''//item%text//''' cannot stand here', &
+                          did_you_mean(words, item%text, expectation(signature, match)))
+      end if
+    end associate
+  end subroutine report_item
+
+  !> Whether an item is meant as a number.
+  logical function is_value(item, parameters)
+    type(item_t), intent(in) :: item !! the item
+    type(parameter_t), intent(in) :: parameters(:) !! parameters there are
+
+    is_value = .false.
+    if (item%kind /= item_word) return
+    is_value = .true.
+    if (is_letter(item%text(1:1))) is_value = scan(item%text, '+*/^(') > 0 &
+      .or. find_parameter(parameters, item%text) > 0
+  end function is_value
+
+  !> A solution command as it would be right: the option empty, the rest behind it.
+  function with_empty_option(record) result(t)
+    type(record_t), intent(in) :: record !! the record as written
+    character(:), allocatable :: t
+    integer :: i
+
+    t = record%items(1)%text//','
+    do i = 2, item_count(record)
+      t = t//','//record%items(i)%text
+    end do
+  end function with_empty_option
+
+  !> Reports a record that ends too early.
+  subroutine check_complete(record, signature, alive, match, diagnostics, good)
+    type(record_t), intent(in) :: record !! the record
+    type(signature_t), intent(in) :: signature !! what it takes
+    logical, intent(in) :: alive(:) !! ways still possible
+    type(match_t), intent(in) :: match !! which record this is
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(inout) :: good !! false if it ends too early
+    character(:), allocatable :: missing
+    integer :: i, k
+
+    missing = ''
+    k = item_count(record) - match%first + 2
+    do i = 1, size(alive)
+      if (.not. alive(i)) cycle
+      associate (tokens => signature%alternatives(i)%tokens)
+        if (k > size(tokens)) return
+        if (tokens(k)%optional) return
+        if (len(missing) == 0) missing = token_name(tokens(k))
+      end associate
+    end do
+    good = .false.
+    call report_error(diagnostics, item_location(record, item_count(record) + 1), &
+                      'too few items: '//missing//' is missing', expectation(signature, match))
+  end subroutine check_complete
+
+  !> What a record should look like.
+  function expectation(signature, match) result(t)
+    type(signature_t), intent(in) :: signature !! what it takes
+    type(match_t), intent(in) :: match !! which record this is
+    character(:), allocatable :: t
+
+    t = syntax_text(signature, trim(match%head), match%fields)
+    if (len(t) == 0) then
+      t = trim(match%name)//' takes no further items'
+    else
+      t = trim(match%name)//' takes: '//t
+    end if
+  end function expectation
+end module matching
