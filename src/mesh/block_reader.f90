@@ -41,6 +41,7 @@ contains
     type(block_request_t) :: request
     integer :: i, orientation, cell
 
+    if (.not. set%complete) return
     do i = 1, set%count
       if (is_word(set%records(i)%items(1), 'cart')) then
         call read_layout(set%records(i), i, diagnostics, request)

@@ -159,7 +159,6 @@ contains
     do i = nodes, 1, -1
       start(i) = start(i + 1) - start(i)
     end do
-    ! start(i) is right now; fill from a running copy
     call fill_lists(corners, start, list)
   end subroutine node_facets
 
@@ -171,7 +170,8 @@ contains
     integer, allocatable :: next(:)
     integer :: f, k, i
 
-    next = start
+    allocate (next(size(start)))
+    next(:) = start
     do f = 1, size(corners, 2)
       do k = 1, 3
         i = corners(k, f)

@@ -119,14 +119,20 @@ contains
   end subroutine place_element
 
   !> Cuts the arrays to the numbers that are there and finds the nodes that elements hold.
-  subroutine finish_mesh(mesh, origin)
+  subroutine finish_mesh(mesh, origin, error)
     type(mesh_t), intent(inout) :: mesh !! the mesh
     type(element_origin_t), intent(inout) :: origin !! where its elements come from
+    type(error_t), allocatable, intent(out) :: error !! no memory
     integer :: e, k, n, status
 
     call resize_nodes(mesh, mesh%nodes, status)
-    call resize_elements(mesh, origin, mesh%elements, status)
-    allocate (mesh%used(mesh%nodes), source=.false.)
+    if (status == 0) call resize_elements(mesh, origin, mesh%elements, status)
+    if (status == 0) allocate (mesh%used(mesh%nodes), stat=status)
+    if (status /= 0) then
+      call raise(error, exit_resources, 'no memory for the mesh')
+      return
+    end if
+    mesh%used(:) = .false.
     do e = 1, mesh%elements
       do k = 1, max_element_nodes
         n = mesh%ix(k, e)
@@ -162,7 +168,9 @@ contains
     integer :: n
 
     n = min(room, size(mesh%defined))
-    allocate (x(3, room), defined(room), stat=status)
+    allocate (x(3, room), stat=status)
+    if (status /= 0) return
+    allocate (defined(room), stat=status)
     if (status /= 0) return
     x(:, :n) = mesh%x(:, :n)
     x(:, n + 1:) = 0.0_wp

@@ -18,14 +18,16 @@ module mesh_checks
 contains
 
   !> Checks all elements that ELEMents data sets define, and turns left-handed tetrahedra round.
-  !! Those of blocks have been checked where they were made.
-  subroutine check_elements(deck, origin, diagnostics, mesh)
+  !! Those of blocks have been checked where they were made. If records were left out because of
+  !! errors (`complete` false), nobody knows which nodes are missing.
+  subroutine check_elements(deck, origin, complete, diagnostics, mesh)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from
+    logical, intent(in) :: complete !! all records of the deck could be used
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer, allocatable :: wrong(:), turned(:), first(:)
-    integer :: e, s, i
+    integer :: e, s, i, k
     logical :: good, left
 
     allocate (wrong(size(deck%mesh)), turned(size(deck%mesh)), first(size(deck%mesh)), source=0)
@@ -33,6 +35,9 @@ contains
       s = origin%set(e)
       if (s == 0) cycle
       if (deck%mesh(s)%command /= 'elem') cycle
+      if (.not. complete) then
+        if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, 4)])) cycle
+      end if
       call check_element(deck, origin, e, wrong(s) < most_errors, diagnostics, mesh, good, left)
       if (.not. good) wrong(s) = wrong(s) + 1
       if (.not. left) cycle
@@ -142,13 +147,14 @@ contains
     end do
     materials = 0
     do i = 1, size(deck%mesh)
-      if (deck%mesh(i)%command == 'mate') &
-        materials = max(materials, item_integer(deck%mesh(i)%head, 2))
+      if (deck%mesh(i)%command /= 'mate') cycle
+      materials = max(materials, item_integer(deck%mesh(i)%head, 2))
     end do
     call check_control(deck, 1, 'numnp', mesh%nodes, 'the highest node number is', diagnostics)
     call check_control(deck, 2, 'numel', mesh%elements, 'the highest element number is', &
       diagnostics)
-    call check_control(deck, 3, 'nummat', materials, 'the highest material number is', diagnostics)
+    if (all(deck%mesh%complete)) call check_control(deck, 3, 'nummat', materials, &
+      'the highest material number is', diagnostics)
     call check_control(deck, 4, 'ndm', 3, 'a mesh has space dimension', diagnostics)
     call check_control(deck, 5, 'ndf', 3, 'a node has degrees of freedom', diagnostics)
     if (deck%control(6) > 4) return

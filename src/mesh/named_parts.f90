@@ -99,20 +99,19 @@ contains
             ' is taken already', 'sets, regions and surfaces share one name space')
           name = ''
         end if
-        select case (set%command)
-        case ('set')
+        if (set%command == 'set') then
           n(1) = n(1) + 1
           mesh%sets(n(1))%name = name
           mesh%sets(n(1))%at = set%head%at
-        case ('bloc')
+        else if (set%command == 'bloc') then
           n(2) = n(2) + 1
           mesh%regions(n(2))%name = name
           mesh%regions(n(2))%at = set%head%at
-        case ('surf')
+        else
           n(3) = n(3) + 1
           mesh%surfaces(n(3))%name = name
           mesh%surfaces(n(3))%at = set%head%at
-        end select
+        end if
       end associate
     end do
   end subroutine enter_names
@@ -167,18 +166,16 @@ contains
     sets = 0
     surfaces = 0
     do i = 1, size(deck%mesh)
-      select case (deck%mesh(i)%command)
-      case ('set')
-        n = n + 1
+      if (all(deck%mesh(i)%command /= ['set ', 'surf'])) cycle
+      n = n + 1
+      list%parts(n)%command = i
+      if (deck%mesh(i)%command == 'set') then
         sets = sets + 1
         list%parts(n)%set = sets
-        list%parts(n)%command = i
-      case ('surf')
-        n = n + 1
+      else
         surfaces = surfaces + 1
         list%parts(n)%surface = surfaces
-        list%parts(n)%command = i
-      end select
+      end if
     end do
   end subroutine list_parts
 
@@ -199,8 +196,9 @@ contains
     associate (head => deck%mesh(command)%head)
       if (list%parts(i)%surface > 0 .and. item_count(head) >= 4) then
         call follow(deck, mesh, head%items(4), .false., diagnostics, list, good)
-        if (item_count(head) >= 6) &
+        if (item_count(head) >= 6) then
           call follow(deck, mesh, head%items(6), .true., diagnostics, list, good)
+        end if
       end if
     end associate
     do k = 1, deck%mesh(command)%count
@@ -209,8 +207,9 @@ contains
         first = 1
         if (is_word(record%items(1), 'or')) first = 2
         if (item_count(record) < first + 1) cycle
-        if (is_word(record%items(first), 'insi')) &
+        if (is_word(record%items(first), 'insi')) then
           call follow(deck, mesh, record%items(first + 1), .false., diagnostics, list, good)
+        end if
       end associate
     end do
     list%parts(i)%state = merge(state_good, state_bad, good)
@@ -233,8 +232,7 @@ contains
     call find_region(mesh, item%text, region)
     if (region > 0) return
     if (only_region) then
-      call report_error(diagnostics, item%at, 'there is no region '//item%text, &
-        name_hint(mesh, item%text)//'; a region is a named BLOCk')
+      call report_error(diagnostics, item%at, 'there is no region '//item%text, region_hint(mesh))
       good = .false.
       return
     end if
@@ -259,4 +257,20 @@ contains
     call visit(deck, mesh, i, diagnostics, list)
     good = good .and. list%parts(i)%state == state_good
   end subroutine follow
+
+  !> The remedy for a region that does not exist: the names of those that do.
+  pure function region_hint(mesh) result(hint)
+    type(mesh_t), intent(in) :: mesh !! the mesh, for its names
+    character(:), allocatable :: hint
+    integer :: i, n
+
+    hint = 'the regions are'
+    n = 0
+    do i = 1, size(mesh%regions)
+      if (mesh%regions(i)%name == '' .or. n > 7) cycle
+      hint = hint//' '//mesh%regions(i)%name
+      n = n + 1
+    end do
+    if (n == 0) hint = 'give a BLOCk a name: it becomes a region'
+  end function region_hint
 end module named_parts

@@ -57,6 +57,7 @@ contains
     logical, allocatable :: mask(:)
     integer :: f, region, n
     logical :: found
+    character(:), allocatable :: hint
 
     call find_nodes(mesh, item_name(head, 4), nodes, found)
     region = 0
@@ -74,11 +75,11 @@ contains
     end do
     failed = n == 0
     ! a set that is empty has been reported already
-    if (failed .and. size(nodes) > 0) call report_error(diagnostics, head%items(4)%at, &
-      'no exterior facet has its three corners in '//item_name(head, 4)//' ('// &
-      count_noun(size(nodes), 'node')//')', 'check the set'//merge( &
-      ' and the region; a facet belongs to the region of the element behind it', &
-      '; facets between two elements are not exterior                         ', region > 0))
+    if (.not. failed .or. size(nodes) == 0) return
+    hint = 'check the set; facets between two elements are not exterior'
+    if (region > 0) hint = 'check set and region: the element behind a facet must be in the region'
+    call report_error(diagnostics, head%items(4)%at, 'no exterior facet has its three corners '// &
+      'in '//item_name(head, 4)//' ('//count_noun(size(nodes), 'node')//')', hint)
   end subroutine choose_from_set
 
   !> `FACEts n1 n2 n3`: an exterior facet by its corners, in any order.
