@@ -28,8 +28,8 @@ contains
     call pair_loops(commands)
   end subroutine read_batch
 
-  !> Whether solution commands may be missing, because there is an error behind the last mesh
-  !! command.
+  !> Whether solution commands may be missing, because there is an error behind the last
+  !! mesh record.
   pure logical function has_errors(deck, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(in) :: diagnostics !! the deck's errors
@@ -37,7 +37,10 @@ contains
 
     first = 0
     do i = 1, size(deck%mesh)
-      first = max(first, deck%mesh(i)%head%at%line)
+      associate (set => deck%mesh(i))
+        first = max(first, set%head%at%line)
+        if (set%count > 0) first = max(first, set%records(set%count)%at%line)
+      end associate
     end do
     has_errors = .false.
     do i = 1, diagnostics%kept
