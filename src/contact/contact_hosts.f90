@@ -32,7 +32,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: p
 
-    allocate (pair%old(size(pair%nodes)), pair%new(size(pair%nodes)))
+    if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
     allocate (pair%left(size(pair%nodes)), pair%moves(size(pair%nodes)), source=0)
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
     do p = 1, size(pair%nodes)
