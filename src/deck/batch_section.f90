@@ -86,7 +86,6 @@ contains
     integer, intent(in) :: group !! number of its block
     type(data_set_t), intent(inout) :: tables !! the records so far
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t) :: no_words
     logical :: good, sound
     integer :: i
 
@@ -100,7 +99,7 @@ contains
     good = .true.
     do i = 1, item_count(record)
       call evaluate_item(record%items(i), reading%parameters(:reading%n_parameters), &
-                         diagnostics, no_words, sound)
+                         diagnostics, sound)
       good = good .and. sound
       if (.not. good) exit
     end do

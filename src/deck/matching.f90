@@ -44,8 +44,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether there was no error
     logical :: alive(most_alternatives), alive_before(most_alternatives), sound
-    integer :: accepted(most_alternatives), i, k, n
-    type(token_t) :: token
+    integer :: accepted(most_alternatives), i, j, k, n
 
     n = size(signature%alternatives)
     alive = .false.
@@ -55,8 +54,10 @@ contains
       do i = 1, n
         accepted(i) = accept_not
         if (.not. alive(i)) cycle
-        call token_at(signature, i, k - match%first + 1, token)
-        accepted(i) = acceptance(token, record%items(k))
+        associate (tokens => signature%alternatives(i)%tokens)
+          j = token_number(tokens, k - match%first + 1)
+          if (j > 0) accepted(i) = acceptance(tokens(j), record%items(k))
+        end associate
       end do
       if (all(accepted(:n) == accept_not)) then
         call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
@@ -66,33 +67,27 @@ contains
       alive_before = alive
       alive(:n) = alive(:n) .and. accepted(:n) == maxval(accepted(:n))
       i = findloc(alive(:n), .true., dim=1)
-      call token_at(signature, i, k - match%first + 1, token)
-      call take_item(record, k, token, signature, alive_before(:n), match, parameters, &
-                     diagnostics, sound)
+      j = token_number(signature%alternatives(i)%tokens, k - match%first + 1)
+      call take_item(record, k, signature%alternatives(i)%tokens(j), signature, &
+                     alive_before(:n), match, parameters, diagnostics, sound)
       good = good .and. sound
-      if (.not. token%available) return
+      if (.not. sound .and. record%items(k)%kind /= item_number) return
     end do
     call check_complete(record, signature, alive(:n), match, diagnostics, good)
   end subroutine match_record
 
-  !> The token of the k-th item in one alternative; a token without a label where nothing may stand.
-  pure subroutine token_at(signature, alternative, k, token)
-    type(signature_t), intent(in) :: signature !! what a record takes
-    integer, intent(in) :: alternative !! one way to write it
+  !> Number of the token of the k-th item in one alternative; 0 where nothing may stand.
+  pure integer function token_number(tokens, k) result(number)
+    type(token_t), intent(in) :: tokens(:) !! one way to write a record
     integer, intent(in) :: k !! number of the item in the signature
-    type(token_t), intent(out) :: token !! what stands there
-    integer :: n
 
-    associate (tokens => signature%alternatives(alternative)%tokens)
-      n = size(tokens)
-      if (k <= n) then
-        token = tokens(k)
-      else if (n > 0) then
-        if (tokens(n)%repeated) token = tokens(n)
-      end if
-    end associate
-    if (token%kind == kind_nothing .and. k <= n) token%label = '-'
-  end subroutine token_at
+    number = 0
+    if (k <= size(tokens)) then
+      number = k
+    else if (size(tokens) > 0) then
+      if (tokens(size(tokens))%repeated) number = size(tokens)
+    end if
+  end function token_number
 
   !> How well an item fits a token.
   pure integer function acceptance(token, item)
@@ -100,7 +95,6 @@ contains
     type(item_t), intent(in) :: item !! what stands here
 
     acceptance = accept_not
-    if (len_trim(token%label) == 0) return
     select case (token%kind)
     case (kind_keyword)
       if (is_word(item, token%key)) acceptance = accept_keyword
@@ -132,6 +126,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether there was no error
     type(word_list_t) :: words
+    type(problem_t), allocatable :: problem
 
     good = .true.
     if (.not. token%available) then
@@ -157,45 +152,65 @@ contains
           return
         end if
       end if
-      call list_expected_words(signature, alive, k - match%first + 1, words)
-      call evaluate_item(record%items(k), parameters, diagnostics, words, good)
+      call set_value(record%items(k), parameters, problem)
+      good = .not. allocated(problem)
+      if (.not. good) then
+        call list_expected_words(signature, alive, k - match%first + 1, words)
+        call report_problem(record%items(k), problem, parameters, words, diagnostics)
+      end if
       if (good) call check_value(record%items(k), token, diagnostics, good)
     end select
   end subroutine take_item
 
-  !> Turns an item into a number.
-  subroutine evaluate_item(item, parameters, diagnostics, words, good)
+  !> Turns an item into a number and reports what is wrong with it.
+  subroutine evaluate_item(item, parameters, diagnostics, good)
     type(item_t), intent(inout) :: item !! the item
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t), intent(inout) :: words !! keywords that might stand here instead
     logical, intent(out) :: good !! whether it has a value
     type(problem_t), allocatable :: problem
+    type(word_list_t) :: no_words
+
+    call set_value(item, parameters, problem)
+    good = .not. allocated(problem)
+    if (.not. good) call report_problem(item, problem, parameters, no_words, diagnostics)
+  end subroutine evaluate_item
+
+  !> Turns an item into a number.
+  subroutine set_value(item, parameters, problem)
+    type(item_t), intent(inout) :: item !! the item
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(problem_t), allocatable, intent(out) :: problem !! allocated if it has no value
+
+    if (item%kind == item_empty) return
+    call evaluate(item%text, parameters, item%value, problem)
+    if (.not. allocated(problem)) item%kind = item_number
+  end subroutine set_value
+
+  !> Reports an item that has no value.
+  subroutine report_problem(item, problem, parameters, words, diagnostics)
+    type(item_t), intent(in) :: item !! the item
+    type(problem_t), intent(in) :: problem !! what is wrong with it
+    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
+    type(word_list_t), intent(inout) :: words !! keywords that might stand here instead
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(location_t) :: at
-    real(wp) :: value
+    character(:), allocatable :: remedy
     integer :: i
 
-    good = .true.
-    if (item%kind == item_empty) return
-    call evaluate(item%text, parameters, value, problem)
-    good = .not. allocated(problem)
-    if (good) then
-      item%kind = item_number
-      item%value = value
-      return
-    end if
     at = item%at
     at%column = at%column + problem%position - 1
     if (item%kind == item_quoted) at%column = at%column + 1
+    remedy = problem%remedy
     if (problem%undefined .and. words%count > 0) then
+      remedy = 'a number is expected here, or one of: '//joined(words)
       do i = 1, size(parameters)
         call add_candidate(words, parameters(i)%name)
       end do
-      problem%remedy = did_you_mean(words, item%text, 'a number is expected here, or one of: '// &
-                                    joined(words))
+      remedy = did_you_mean(words, item%text, remedy)
     end if
-    call report_error(diagnostics, at, problem%what, problem%remedy)
-  end subroutine evaluate_item
+    call report_error(diagnostics, at, problem%what, remedy)
+  end subroutine report_problem
 
   !> Words in one line.
   function joined(words) result(t)
@@ -216,13 +231,15 @@ contains
     logical, intent(in) :: alive(:) !! ways still possible
     integer, intent(in) :: k !! number of the item in the signature
     type(word_list_t), intent(out) :: words !! the keywords
-    type(token_t) :: token
-    integer :: i
+    integer :: i, j
 
     do i = 1, size(alive)
       if (.not. alive(i)) cycle
-      call token_at(signature, i, k, token)
-      if (token%kind == kind_keyword) call add_candidate(words, trim(token%label))
+      associate (tokens => signature%alternatives(i)%tokens)
+        j = token_number(tokens, k)
+        if (j == 0) cycle
+        if (tokens(j)%kind == kind_keyword) call add_candidate(words, trim(tokens(j)%label))
+      end associate
     end do
   end subroutine list_expected_words
 
@@ -345,7 +362,7 @@ contains
     if (token%kind /= kind_keyword) what = 'the item '//what
     call report_error(diagnostics, record%items(k)%at, what//' of '//trim(match%name)// &
                       ' is not available in this version', &
-                      '--help '//trim(match%name)//' shows what is')
+                      '--help '//match%name(:index(match%name, ' '))//'shows what is')
   end subroutine report_unavailable
 
   !> Says that an item cannot stand where it does.
@@ -358,17 +375,17 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(word_list_t) :: words
-    type(token_t) :: token
     logical :: room, option
-    integer :: i
+    integer :: i, j
 
     room = .false.
     option = .false.
     do i = 1, size(alive)
       if (.not. alive(i)) cycle
-      call token_at(signature, i, k - match%first + 1, token)
-      room = room .or. len_trim(token%label) > 0
-      option = option .or. token%kind == kind_nothing .and. token%label == '-'
+      j = token_number(signature%alternatives(i)%tokens, k - match%first + 1)
+      if (j == 0) cycle
+      room = .true.
+      option = option .or. signature%alternatives(i)%tokens(j)%kind == kind_nothing
     end do
     associate (item => record%items(k))
       call list_expected_words(signature, alive, k - match%first + 1, words)
@@ -430,6 +447,7 @@ contains
         if (k > size(tokens)) return
         if (tokens(k)%optional) return
         if (len(missing) == 0) missing = token_name(tokens(k))
+        if (tokens(k)%kind == kind_nothing) missing = token_name(tokens(min(k + 1, size(tokens))))
       end associate
     end do
     good = .false.
