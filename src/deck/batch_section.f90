@@ -6,7 +6,8 @@ module batch_section
   use keyword_types, only: find_keyword, list_keywords, table_mesh, table_batch
   use diagnostics, only: diagnostics_t, report_error
   use reading, only: reading_t, append_set, append_record, move_record
-  use matching, only: match_t, match_record, evaluate_item
+  use matching, only: match_t, match_record
+  use item_checks, only: evaluate_item
   use numbers, only: is_letter
   implicit none
   private

@@ -10,7 +10,7 @@ module deck_parameters
   use expressions, only: find_parameter, evaluate, problem_t
   use diagnostics, only: diagnostics_t, report_error
   use reading, only: reading_t
-  use matching, only: evaluate_item
+  use item_checks, only: evaluate_item
   implicit none
   private
   public :: define_parameter, check_overrides
