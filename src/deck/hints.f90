@@ -80,7 +80,7 @@ contains
     character(*), intent(in) :: b !! second word
     integer :: table(-1:len(a), -1:len(b)), i, j
 
-    table = huge(1)/2
+    table = len(a) + len(b)
     table(0:, 0) = [(i, i=0, len(a))]
     table(0, 0:) = [(j, j=0, len(b))]
     do j = 1, len(b)
