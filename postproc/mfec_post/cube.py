@@ -170,9 +170,10 @@ def draw_contact(axes, x, points, size):
 
 def draw_lay(axes, at, lay, size):
     """The lay at each point as a short stroke."""
-    half = 0.03 * size * lay
-    for (px, py), (dx, dy) in zip(at, half):
-        axes.plot([px - dx, px + dx], [py - dy, py + dy], color=style.GREEN, lw=1, zorder=2.5)
+    from matplotlib.collections import LineCollection
+    half = 0.035 * size * lay
+    axes.add_collection(LineCollection(np.stack([at - half, at + half], axis=1),
+                                       colors=style.GREEN, linewidths=1.2, zorder=3.5))
 
 
 def contact_points(results, pair, frame):
@@ -204,7 +205,8 @@ def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-
         back = ~front[owner]
         size = np.ptp(x[points['point']], axis=0).max()
     norm = mpl.colors.Normalize(*np.percentile(values, [0.5, 99.5]))
-    mapping = mpl.cm.ScalarMappable(norm, plt.get_cmap('viridis'))
+    colours = mpl.colors.ListedColormap(plt.get_cmap('viridis')(np.linspace(0.15, 1, 256)))
+    mapping = mpl.cm.ScalarMappable(norm, colours)
     view = camera(azimuth, elevation)
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.2, 4.6), gridspec_kw={
         'width_ratios': [1.75, 1], 'wspace': 0.16})
@@ -215,7 +217,9 @@ def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-
                           shrink=0.62, aspect=30)
     bar.set_label(label)
     bar.outline.set_visible(False)
-    title = f't = {results.times[frame]:g}'
+    title = f'time {results.times[frame]:g}; arrows: contact forces on the lower body'
+    if points is None:
+        title = f'time {results.times[frame]:g}'
     if scale != 1.0:
         title += f', displacements {scale:g} times'
     left.set_title(title, fontsize=9)
