@@ -2,13 +2,14 @@
 !!
 !! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
 module hdf5_io
-  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, &
-    h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, h5acreate_f, &
-    h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, h5screate_simple_f, h5screate_f, &
-    h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5tclose_f, h5lexists_f, h5pcreate_f, &
-    h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, &
-    h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, h5t_ieee_f64le, &
-    h5t_c_s1, h5t_str_nullpad_f, h5p_file_create_f
+  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
+    h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, &
+    h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
+    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f
+  use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &
+    h5screate_simple_f, h5screate_f, h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, &
+    h5tclose_f, h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, &
+    h5t_ieee_f64le, h5t_c_s1, h5t_str_nullpad_f
   use kinds, only: wp
   use errors, only: error_t, raise, exit_resources
   implicit none
