@@ -157,7 +157,8 @@ contains
       n = 0
     end do
     if (n > 0) call fail(cursor, min(cursor%at, cursor%last), 'the last element of '// &
-      'this *ELEMENT has not all of its '//to_text(corners)//' nodes', 'is the file complete? write it again')
+      'this *ELEMENT has not all of its '//to_text(corners)//' nodes', &
+      'is the file complete? write it again')
   end subroutine read_elements
 
   !> Reports an element type that cannot be read.

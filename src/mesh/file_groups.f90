@@ -52,7 +52,8 @@ contains
       end do
     end do
     if (name /= '' .and. .not. is_region(mesh, name, all_elements(place, mesh))) &
-      call place_region(name, place%at, unique_numbers(all_elements(place, mesh)), mesh, diagnostics)
+      call place_region(name, place%at, unique_numbers(all_elements(place, mesh)), mesh, &
+      diagnostics)
     call choose_materials(deck, name, place, file, mesh, diagnostics)
   end subroutine place_groups
 

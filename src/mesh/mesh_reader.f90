@@ -55,7 +55,8 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh']) .and. error_count(diagnostics) == errors
+    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh']) .and. &
+      error_count(diagnostics) == errors
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors

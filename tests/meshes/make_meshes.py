@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the mesh files of tests/meshes and inputs with gmsh (pip install gmsh).
+"""Makes the mesh files of tests/meshes and inputs/sphere.msh with gmsh (pip install gmsh).
 
     tests/meshes/make_meshes.py FOLDER
 
@@ -58,6 +58,21 @@ def sphere(size):
     gmsh.model.mesh.generate(3)
 
 
+def refined_sphere():
+    """The same with small triangles about the pole x3 = -1: for inputs/sphere_on_plate.inp."""
+    fields = gmsh.model.mesh.field
+    ball = fields.add('Ball')
+    for option, value in (('Radius', 0.35), ('ZCenter', -1), ('Thickness', 1), ('VIn', 0.1),
+                          ('VOut', 0.5)):
+        fields.setNumber(ball, option, value)
+    fields.setAsBackgroundMesh(ball)
+    gmsh.option.setNumber('Mesh.MeshSizeMin', 0.1)
+    gmsh.option.setNumber('Mesh.MeshSizeMax', 0.5)
+    gmsh.option.setNumber('Mesh.MeshSizeExtendFromBoundary', 0)
+    gmsh.model.mesh.clear()
+    gmsh.model.mesh.generate(3)
+
+
 def cylinder(size):
     """A cylinder along x1."""
     start('cylinder', size)
@@ -93,6 +108,8 @@ def main():
     write(f'{folder}/sphere22.msh', 2.2)
     write(f'{folder}/sphere41_binary.msh', 4.1, True)
     write(f'{folder}/sphere22_binary.msh', 2.2, True)
+    refined_sphere()
+    write(f'{folder}/sphere.msh', 4.1)
     cylinder(0.3)
     write(f'{folder}/cylinder.msh', 4.1)
     gmsh.option.setNumber('Mesh.SaveGroupsOfElements', 1)
