@@ -16,17 +16,18 @@ module mesh_reader
 
 contains
 
-  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. After an error the mesh must not be
-  !! used, but the names of its parts can still be looked up.
+  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. A mesh that is not sound must not be
+  !! computed with, but the names of its parts can be looked up.
   subroutine read_mesh(deck, diagnostics, mesh)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(out) :: mesh !! the mesh
     type(element_origin_t) :: origin
-    integer :: errors, i, region, material
+    integer :: names, errors, i, region, material
     logical :: complete
     type(error_t), allocatable :: error
 
+    names = error_count(diagnostics)
     call start_mesh(mesh, origin, deck%control(1), deck%control(2))
     call gather_names(deck, diagnostics, mesh)
     errors = error_count(diagnostics)
@@ -53,6 +54,7 @@ contains
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh)
+    mesh%sound = complete .and. error_count(diagnostics) == names
   end subroutine read_mesh
 
   !> True if no record of a mesh command was left out because of an error.
