@@ -61,6 +61,7 @@ contains
 
     call form_residual(system, x)
     call estimate_round_off(system, x)
+    system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%since_lowest = 0
     progress%energy_met = .false.
@@ -112,6 +113,7 @@ contains
 
     begin = wall_seconds()
     call form_tangent(system, x)
+    system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)
     if (outcome == solver_done) call solve(system%umfpack, system%csc, system%right, &
       system%solution, system%costs, outcome)
