@@ -6,7 +6,8 @@ module batch_section
   use keyword_types, only: find_keyword, list_keywords, table_mesh, table_batch
   use diagnostics, only: diagnostics_t, report_error
   use reading, only: reading_t, append_set, append_record, move_record
-  use matching, only: match_t, match_record, evaluate_item
+  use matching, only: match_t, match_record
+  use item_checks, only: evaluate_item
   use numbers, only: is_letter
   implicit none
   private
@@ -86,7 +87,6 @@ contains
     integer, intent(in) :: group !! number of its block
     type(data_set_t), intent(inout) :: tables !! the records so far
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t) :: no_words
     logical :: good, sound
     integer :: i
 
@@ -100,7 +100,7 @@ contains
     good = .true.
     do i = 1, item_count(record)
       call evaluate_item(record%items(i), reading%parameters(:reading%n_parameters), &
-                         diagnostics, no_words, sound)
+                         diagnostics, sound)
       good = good .and. sound
       if (.not. good) exit
     end do

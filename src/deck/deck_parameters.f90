@@ -10,7 +10,7 @@ module deck_parameters
   use expressions, only: find_parameter, evaluate, problem_t
   use diagnostics, only: diagnostics_t, report_error
   use reading, only: reading_t
-  use matching, only: evaluate_item
+  use item_checks, only: evaluate_item
   implicit none
   private
   public :: define_parameter, check_overrides
@@ -22,7 +22,6 @@ contains
     type(reading_t), intent(inout) :: reading !! parameters and overrides
     type(record_t), intent(inout) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t) :: no_words
     logical :: good
     integer :: n
 
@@ -34,7 +33,7 @@ contains
       return
     end if
     call evaluate_item(record%items(2), reading%parameters(:reading%n_parameters), diagnostics, &
-                       no_words, good)
+                       good)
     ! a parameter without a value gets 1, so that one error does not become many
     if (.not. good) record%items(2)%value = 1.0_wp
     call apply_overrides(reading, record%items(1)%text, record%items(2)%value, diagnostics)

@@ -73,7 +73,7 @@ contains
     do i = 1, table%count
       associate (command => table%commands(i))
         if (command%table /= which) cycle
-        t = t//'  '//command%name//command%summary//unavailable(command%available)//new_line('a')
+        t = t//'  '//command%name//trim(command%summary)//unavailable(command%available)//new_line('a')
       end associate
     end do
   end function summaries
@@ -94,17 +94,20 @@ contains
     character(1), parameter :: nl = new_line('a')
     integer :: i
 
-    t = trim(command%name)//': '//command%summary//unavailable(command%available)//nl//nl
+    t = trim(command%name)//': '//trim(command%summary)//unavailable(command%available)//nl//nl
     t = t//syntax_lines(command%head, trim(command%name), '  ', command%table == table_batch)
     if (command%has_data) t = t//syntax_lines(command%data, '', '    ', .false.)
     do i = 1, size(command%words)
       associate (word => command%words(i))
         t = t//syntax_lines(word%signature, trim(word%name), '    ', .false.)
-        t = t//'      '//word%summary//unavailable(word%available)//nl
+        t = t//'      '//trim(word%summary)//unavailable(word%available)//nl
       end associate
     end do
     t = t//nl
-    if (len(command%help) > 0) t = t//command%help//nl
+    do i = 1, size(command%help)
+      t = t//trim(command%help(i))//nl
+    end do
+    if (size(command%help) > 0) t = t//nl
   end function command_help
 
   !> The ways to write a record, one a line; those that are not available say so.

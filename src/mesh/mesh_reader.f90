@@ -49,22 +49,24 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck) .and. error_count(diagnostics) == errors
-    if (complete) call check_numbers(deck, origin, diagnostics, mesh)
+    complete = all_read(deck, ['coor', 'elem', 'bloc']) .and. error_count(diagnostics) == errors
+    if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh)
-    mesh%sound = complete .and. error_count(diagnostics) == names
+    mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &
+      error_count(diagnostics) == names
   end subroutine read_mesh
 
-  !> True if no record of a mesh command was left out because of an error.
-  pure logical function all_read(deck)
+  !> True if no record of these commands was left out because of an error.
+  pure logical function all_read(deck, commands)
     type(deck_t), intent(in) :: deck !! the deck
+    character(4), intent(in) :: commands(:) !! first four letters of each
     integer :: i
 
     all_read = .true.
     do i = 1, size(deck%mesh)
-      if (all(deck%mesh(i)%command /= ['coor', 'elem', 'bloc', 'set ', 'surf'])) cycle
+      if (all(deck%mesh(i)%command /= commands)) cycle
       all_read = all_read .and. deck%mesh(i)%complete
     end do
   end function all_read
