@@ -1,0 +1,193 @@
+# mfec: see `make help`. GNU make; one make reads everything, nothing recurses.
+
+VERSION := 0.1.0
+
+FC := gfortran
+NATIVE :=
+PFUNIT_DIR :=
+
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+.PHONY: all debug coverage unit test demo lint clean help setup FORCE
+
+# Tools and libraries that are looked up when a recipe runs, because `make` may have to install
+# them first.
+MULTIARCH = $(shell $(FC) -print-multiarch 2>/dev/null)
+HDF5_INCLUDE ?= /usr/include/hdf5/serial
+HDF5_LIB ?= /usr/lib/$(MULTIARCH)/hdf5/serial
+LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 -ldl
+
+STANDARD := -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion
+# From -O1 on gfortran 12 takes default values of derived types and the lengths of deferred-length
+# strings for uninitialised; debug fills every real with a signalling NaN instead.
+STANDARD += -Wno-maybe-uninitialized
+CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan
+FLAGS_release := -O3 $(if $(NATIVE),-march=native)
+FLAGS_debug := -Og -g $(CHECKS)
+FLAGS_coverage := -O0 -g --coverage
+
+MODES := release debug coverage
+PROGRAM_release := mfec
+PROGRAM_debug := build/debug/mfec
+PROGRAM_coverage := build/coverage/mfec
+
+SOURCES := $(sort $(wildcard src/*/*.f90))
+MODULES := $(notdir $(SOURCES:.f90=)) version
+TESTS := $(notdir $(basename $(sort $(wildcard tests/unit/test_*.pf))))
+PYTHON := build/venv/bin/python
+
+all: mfec ## build ./mfec (release; NATIVE=1 for this CPU)
+debug: $(PROGRAM_debug) ## build build/debug/mfec (all checks, traps)
+
+help: ## show this list
+	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
+	  awk -F'|' '{ printf "%-18s %s\n", $$1, $$2 }'
+
+# Set-up: what is missing of the compiler and the libraries, and Python for tests and figures.
+setup: build/setup.stamp build/venv/stamp ## install what is missing (needs root or sudo)
+
+build/setup.stamp: .ci/setup
+	@.ci/setup system
+	@mkdir -p build && touch $@
+
+# One after the other: two apt-get at a time lock each other out.
+build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
+	@.ci/setup python build/venv postproc/requirements.txt
+	@touch $@
+
+build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
+	@.ci/setup python build/venv-lint .ci/lint-requirements.txt
+	@touch $@
+
+# Module dependencies: a file holds the module of its name.
+build/depend.mk: .ci/depend.awk $(SOURCES) $(wildcard src/mfec.f90) build/files
+	@awk -f .ci/depend.awk -v modes='$(MODES)' $(SOURCES) $(wildcard src/mfec.f90) > $@
+
+build/files: FORCE
+	@mkdir -p build
+	@echo '$(SOURCES)' | cmp -s - $@ || echo '$(SOURCES)' > $@
+
+build/version.f90: src/base/version.f90.in Makefile
+	@mkdir -p build
+	@sed 's/@VERSION@/$(VERSION)/' $< > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+
+ifeq ($(if $(MAKECMDGOALS),$(filter-out clean help lint setup,$(MAKECMDGOALS)),all),)
+else
+include build/depend.mk
+endif
+
+# Compiles source $(2) in mode $(1) with the further options $(3). What the compiler says is kept
+# beside the object in *.warn: the tests want these empty.
+define compile
+echo '  $(1) $(2)'; \
+  $(FC) $(STANDARD) $(FLAGS_$(1)) -I$(HDF5_INCLUDE) -Ibuild/$(1) $(3) -c $(2) -o $@ \
+    2> $(@:.o=.warn); status=$$?; cat $(@:.o=.warn) >&2; exit $$status
+endef
+
+# Where PFUNIT_DIR is set: PFUNIT_BIN_DIR, PFUNIT_INCLUDE_DIR, PFUNIT_EXTRA_FFLAGS, PFUNIT_LIBRARIES
+ifneq ($(PFUNIT_DIR),)
+include $(PFUNIT_DIR)/include/PFUNIT.mk
+endif
+PFUNIT_FLAGS = $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
+
+# Everything that is built once for each mode.
+define MODE_RULES
+build/$(1)/flags: FORCE | build/setup.stamp
+	@mkdir -p $$(@D)
+	@echo '$(FC) $(STANDARD) $(FLAGS_$(1))' > $$@.new
+	@if cmp -s $$@.new $$@; then rm $$@.new; else mv $$@.new $$@; fi
+
+OBJECTS_$(1) := $$(patsubst %,build/$(1)/%.o,$$(MODULES))
+build/$(1)/version.o: build/version.f90
+$$(OBJECTS_$(1)) build/$(1)/mfec.o: build/$(1)/%.o: build/$(1)/flags
+	@$$(call compile,$(1),$$(filter %.f90,$$^),-Jbuild/$(1))
+
+$$(PROGRAM_$(1)): $$(OBJECTS_$(1)) build/$(1)/mfec.o
+	@echo '  $(1) $$@'
+	@$$(FC) $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
+
+# Unit tests under the stand-in.
+build/$(1)/unit/funit.o: tests/pfunit_standin/funit.f90 build/$(1)/flags
+	@mkdir -p $$(@D)
+	@$$(call compile,$(1),$$<,-J$$(@D))
+$$(patsubst %,build/$(1)/unit/%.f90,$$(TESTS)): build/$(1)/unit/test_%.f90: tests/unit/test_%.pf tests/pfunit_standin/preprocess.awk
+	@mkdir -p $$(@D)
+	@awk -f tests/pfunit_standin/preprocess.awk -v name=test_$$* $$< > $$@
+$$(patsubst %,build/$(1)/unit/%.o,$$(TESTS)): build/$(1)/unit/%.o: build/$(1)/unit/%.f90 \
+    build/$(1)/unit/funit.o $$(OBJECTS_$(1))
+	@$$(call compile,$(1),$$<,-J$$(@D))
+build/$(1)/unit/driver.o: tests/pfunit_standin/driver.f90 build/$(1)/unit/suites.inc \
+    build/$(1)/unit/funit.o
+	@$$(call compile,$(1),$$<,-I$$(@D) -J$$(@D))
+build/$(1)/unit/suites.inc: build/tests
+	@mkdir -p $$(@D)
+	@for t in $$(TESTS); do printf '%s\n' "function $$$${t}_suite() result(suite)" \
+	  '  import :: TestSuite' '  type(TestSuite) :: suite' "end function $$$${t}_suite"; \
+	done > $$(@D)/suite_interfaces.inc
+	@for t in $$(TESTS); do echo "call runner%run_suite($$$${t}_suite())"; done > $$@
+build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit $$(TESTS) driver) \
+    $$(OBJECTS_$(1))
+	@echo '  $(1) $$@'
+	@$$(FC) $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
+
+# Unit tests under the real pFUnit, in a folder of its own. Its modules and what it generates are
+# not held to our standard flags.
+build/$(1)/pfunit/suites.inc: build/tests
+	@mkdir -p $$(@D)
+	@for t in $$(TESTS); do echo "ADD_TEST_SUITE($$$${t}_suite)"; done > $$@
+$$(patsubst %,build/$(1)/pfunit/%.F90,$$(TESTS)): build/$(1)/pfunit/test_%.F90: tests/unit/test_%.pf
+	@mkdir -p $$(@D)
+	@$$(PFUNIT_BIN_DIR)/funitproc -quiet $$< $$@
+$$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS)): build/$(1)/pfunit/%.o: build/$(1)/pfunit/%.F90 \
+    $$(OBJECTS_$(1))
+	@echo '  $(1) $$<'
+	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -Ibuild/$(1) -J$$(@D) -c $$< -o $$@
+build/$(1)/pfunit/driver.o: $$(PFUNIT_INCLUDE_DIR)/driver.F90 build/$(1)/pfunit/suites.inc \
+    $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS))
+	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -D_TEST_SUITES='"suites.inc"' -I$$(@D) -J$$(@D) \
+	  -c $$< -o $$@
+build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $$(OBJECTS_$(1))
+	@echo '  $(1) $$@'
+	@$$(FC) $$(FLAGS_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
+endef
+$(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
+
+build/tests: FORCE
+	@mkdir -p build
+	@echo '$(TESTS)' | cmp -s - $@ || echo '$(TESTS)' > $@
+
+ifeq ($(PFUNIT_DIR),)
+RUNNERS := build/debug/unit/tests build/release/unit/tests
+else
+RUNNERS := build/debug/pfunit/tests build/release/pfunit/tests
+endif
+
+unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of the names)
+	@export OPENBLAS_NUM_THREADS=1; status=0; for runner in $(RUNNERS); do \
+	  echo "$$runner"; $$runner $(ONLY:%=-f %) || status=1; \
+	done; exit $$status
+
+test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
+	@tests/all $(PART)
+
+demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
+	@mkdir -p demo
+	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
+
+lint: build/venv-lint/stamp ## fortitude, fprettify and the house rules
+	@.ci/lint build/venv-lint/bin
+
+# Line coverage of src by the unit tests and by the decks; below 85 % is an error.
+coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/coverage/unit/tests ## line coverage of src
+	@find build/coverage -name '*.gcda' -delete
+	@export OPENBLAS_NUM_THREADS=1; build/coverage/unit/tests; \
+	for runner in $(wildcard tests/*/run); do \
+	  $(PYTHON) $$runner --program $(PROGRAM_coverage); \
+	done; true
+	@build/venv-lint/bin/gcovr --root . --filter src/ --object-directory build/coverage \
+	  --exclude-unreachable-branches --fail-under-line 85 --txt-metric line \
+	  --html-details build/coverage/index.html --txt -
+
+clean: ## remove everything that was built (keeps build/venv*)
+	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate)

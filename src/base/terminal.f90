@@ -1,0 +1,85 @@
+!> What the user sees while the program runs: plain lines, and on a terminal one live line.
+!!
+!! The live line is rewritten in place and never longer than the terminal is wide; where standard
+!! output is no terminal only the plain lines appear.
+module terminal
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  implicit none
+  private
+  public :: terminal_t, open_terminal, print_line, show_progress, close_terminal
+
+  integer, parameter :: default_width = 80
+  character(*), parameter :: carriage_return = achar(13)
+
+  !> Where the lines go and what stands in the live one.
+  type :: terminal_t
+    integer :: unit = output_unit !! Fortran unit
+    logical :: quiet = .false. !! print nothing
+    logical :: live = .false. !! the unit is a terminal
+    integer :: width = default_width !! columns of the terminal
+    integer :: shown = 0 !! length of the live line, 0 if there is none
+  end type terminal_t
+
+  interface
+    !> C's isatty: 1 when the file descriptor is a terminal.
+    function c_isatty(descriptor) bind(c, name='isatty') result(yes)
+      import :: c_int
+      implicit none
+      integer(c_int), value :: descriptor !! file descriptor
+      integer(c_int) :: yes
+    end function c_isatty
+  end interface
+
+contains
+
+  !> Standard output, live if it is a terminal.
+  type(terminal_t) function open_terminal(quiet) result(term)
+    logical, intent(in) :: quiet !! print nothing
+    character(16) :: columns
+    integer :: status, width
+
+    term%quiet = quiet
+    term%live = c_isatty(1_c_int) == 1_c_int .and. .not. quiet
+    call get_environment_variable('COLUMNS', columns, status=status)
+    if (status /= 0) return
+    read (columns, *, iostat=status) width
+    if (status == 0 .and. width > 10) term%width = width
+  end function open_terminal
+
+  !> A line that stays.
+  subroutine print_line(term, text)
+    type(terminal_t), intent(inout) :: term !! the terminal
+    character(*), intent(in) :: text !! the line
+
+    if (term%quiet) return
+    call close_terminal(term)
+    write (term%unit, '(a)') text
+    flush (term%unit)
+  end subroutine print_line
+
+  !> Rewrites the live line; does nothing in batch.
+  subroutine show_progress(term, text)
+    type(terminal_t), intent(inout) :: term !! the terminal
+    character(*), intent(in) :: text !! the new line
+    integer :: length
+
+    if (.not. term%live) return
+    length = min(len_trim(text), term%width - 1)
+    write (term%unit, '(4a)', advance='no') carriage_return, text(:length), &
+      repeat(' ', max(0, term%shown - length)), carriage_return
+    flush (term%unit)
+    term%shown = length
+  end subroutine show_progress
+
+  !> Wipes the live line, so that what follows starts on a clean one.
+  subroutine close_terminal(term)
+    type(terminal_t), intent(inout) :: term !! the terminal
+
+    if (term%shown == 0) return
+    write (term%unit, '(3a)', advance='no') carriage_return, repeat(' ', term%shown), &
+      carriage_return
+    flush (term%unit)
+    term%shown = 0
+  end subroutine close_terminal
+end module terminal
