@@ -47,11 +47,12 @@ build/setup.stamp: .ci/setup
 	@.ci/setup system
 	@mkdir -p build && touch $@
 
-build/venv/stamp: postproc/requirements.txt .ci/setup
+# One after the other: two apt-get at a time lock each other out.
+build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
 	@.ci/setup python build/venv postproc/requirements.txt
 	@touch $@
 
-build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup
+build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@.ci/setup python build/venv-lint .ci/lint-requirements.txt
 	@touch $@
 
@@ -80,6 +81,12 @@ echo '  $(1) $(2)'; \
   $(FC) $(STANDARD) $(FLAGS_$(1)) -I$(HDF5_INCLUDE) -Ibuild/$(1) $(3) -c $(2) -o $@ \
     2> $(@:.o=.warn); status=$$?; cat $(@:.o=.warn) >&2; exit $$status
 endef
+
+# Where PFUNIT_DIR is set: PFUNIT_BIN_DIR, PFUNIT_INCLUDE_DIR, PFUNIT_EXTRA_FFLAGS, PFUNIT_LIBRARIES
+ifneq ($(PFUNIT_DIR),)
+include $(PFUNIT_DIR)/include/PFUNIT.mk
+endif
+PFUNIT_FLAGS = $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
 
 # Everything that is built once for each mode.
 define MODE_RULES
@@ -120,6 +127,26 @@ build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit $$(TESTS) driver)
     $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
 	@$$(FC) $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
+
+# Unit tests under the real pFUnit, in a folder of its own. Its modules and what it generates are
+# not held to our standard flags.
+build/$(1)/pfunit/suites.inc: build/tests
+	@mkdir -p $$(@D)
+	@for t in $$(TESTS); do echo "ADD_TEST_SUITE($$$${t}_suite)"; done > $$@
+$$(patsubst %,build/$(1)/pfunit/%.F90,$$(TESTS)): build/$(1)/pfunit/test_%.F90: tests/unit/test_%.pf
+	@mkdir -p $$(@D)
+	@$$(PFUNIT_BIN_DIR)/funitproc -quiet $$< $$@
+$$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS)): build/$(1)/pfunit/%.o: build/$(1)/pfunit/%.F90 \
+    $$(OBJECTS_$(1))
+	@echo '  $(1) $$<'
+	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -Ibuild/$(1) -J$$(@D) -c $$< -o $$@
+build/$(1)/pfunit/driver.o: $$(PFUNIT_INCLUDE_DIR)/driver.F90 build/$(1)/pfunit/suites.inc \
+    $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS))
+	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -D_TEST_SUITES='"suites.inc"' -I$$(@D) -J$$(@D) \
+	  -c $$< -o $$@
+build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $$(OBJECTS_$(1))
+	@echo '  $(1) $$@'
+	@$$(FC) $$(FLAGS_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
 
@@ -127,10 +154,37 @@ build/tests: FORCE
 	@mkdir -p build
 	@echo '$(TESTS)' | cmp -s - $@ || echo '$(TESTS)' > $@
 
-unit: build/debug/unit/tests build/release/unit/tests ## run the unit tests, debug and release
-	@export OPENBLAS_NUM_THREADS=1; status=0; for mode in debug release; do \
-	  echo "unit tests, $$mode"; build/$$mode/unit/tests $(ONLY:%=-f %) || status=1; \
+ifeq ($(PFUNIT_DIR),)
+RUNNERS := build/debug/unit/tests build/release/unit/tests
+else
+RUNNERS := build/debug/pfunit/tests build/release/pfunit/tests
+endif
+
+unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of the names)
+	@export OPENBLAS_NUM_THREADS=1; status=0; for runner in $(RUNNERS); do \
+	  echo "$$runner"; $$runner $(ONLY:%=-f %) || status=1; \
 	done; exit $$status
 
+test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
+	@tests/all $(PART)
+
+demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
+	@mkdir -p demo
+	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
+
+lint: build/venv-lint/stamp ## fortitude, fprettify and the house rules
+	@.ci/lint build/venv-lint/bin
+
+# Line coverage of src by the unit tests and by the decks; below 85 % is an error.
+coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/coverage/unit/tests ## line coverage of src
+	@find build/coverage -name '*.gcda' -delete
+	@export OPENBLAS_NUM_THREADS=1; build/coverage/unit/tests; \
+	for runner in $(wildcard tests/*/run); do \
+	  $(PYTHON) $$runner --program $(PROGRAM_coverage); \
+	done; true
+	@build/venv-lint/bin/gcovr --root . --filter src/ --object-directory build/coverage \
+	  --exclude-unreachable-branches --fail-under-line 85 --txt-metric line \
+	  --html-details build/coverage/index.html --txt -
+
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests pfunit)
+	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate)

@@ -2,6 +2,7 @@
 module contact_types
   use kinds, only: wp
   use deck_types, only: location_t
+  use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
   public :: pair_t, contact_point_t
@@ -23,12 +24,6 @@ module contact_types
   integer, parameter :: direction_vector = 1
   integer, parameter :: direction_circumferential = 2
   integer, parameter :: direction_radial = 3
-
-  !> Status of a contact point. Off: no facet lies under it.
-  integer, parameter :: status_off = -1
-  integer, parameter :: status_open = 0
-  integer, parameter :: status_stick = 1
-  integer, parameter :: status_slip = 2
 
   !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
@@ -71,5 +66,7 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    integer, allocatable :: left(:) !! (points) host left last in this increment
+    integer, allocatable :: moves(:) !! (points) changes of host in this increment
   end type pair_t
 end module contact_types

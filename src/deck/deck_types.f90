@@ -6,10 +6,13 @@ module deck_types
   use kinds, only: wp
   implicit none
   private
-  public :: location_t, item_t, record_t, data_set_t, deck_t, parameter_t
+  public :: location_t, item_t, record_t, data_set_t, deck_t, parameter_t, &
+    override_t
   public :: item_empty, item_number, item_word, item_quoted
-  public :: name_length
+  public :: name_length, longest_line
 
+  !> Longest line of a deck.
+  integer, parameter :: longest_line = 1024
   !> Longest name of a set, region, surface, pair or parameter.
   integer, parameter :: name_length = 31
 
@@ -39,6 +42,7 @@ module deck_types
     type(item_t), allocatable :: items(:) !! its items, in order
     type(location_t) :: at !! where it starts
     integer :: word = 0 !! index of the own word it begins with in the keyword table, 0 if none
+    integer :: group = 0 !! number of the block it stands in after BATCh (blank lines part blocks)
   end type record_t
 
   !> A command with the data records that belong to it.
@@ -47,6 +51,7 @@ module deck_types
     type(record_t) :: head !! the command's record; items(1) is the keyword itself
     type(record_t), allocatable :: records(:) !! data records in order (may be larger than count)
     integer :: count = 0 !! number of data records
+    logical :: complete = .true. !! false if records were left out because of errors
   end type data_set_t
 
   !> A parameter and its value.
@@ -54,6 +59,12 @@ module deck_types
     character(:), allocatable :: name !! as written where it was defined
     real(wp) :: value = 0.0_wp !! its value at the end of the deck
   end type parameter_t
+
+  !> A parameter as the command line sets it (--set name=value).
+  type :: override_t
+    character(:), allocatable :: name !! its name
+    character(:), allocatable :: value !! a number or an expression
+  end type override_t
 
   !> A deck as read: nothing but text, numbers and places.
   type :: deck_t

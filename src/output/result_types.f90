@@ -4,7 +4,7 @@ module result_types
   use contact_types, only: contact_point_t
   implicit none
   private
-  public :: contact_row_t, point_fields_t, frame_t, pair_history_t, state_t
+  public :: contact_row_t, point_fields_t, frame_t, pair_history_t, saved_state_t
 
   !> One row of the contact table: sums over the points of one pair.
   type :: contact_row_t
@@ -45,11 +45,11 @@ module result_types
   end type pair_history_t
 
   !> What a run needs to go on from an end time.
-  type :: state_t
+  type :: saved_state_t
     integer :: step = 0 !! number of the end time
     real(wp) :: time = 0.0_wp !! its time [time]
     real(wp) :: increment = 0.0_wp !! increment size to go on with [time]
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
-  end type state_t
+  end type saved_state_t
 end module result_types

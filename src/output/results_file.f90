@@ -7,7 +7,7 @@ module results_file
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t
-  use result_types, only: contact_row_t, frame_t, state_t
+  use result_types, only: contact_row_t, frame_t, saved_state_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
@@ -70,7 +70,7 @@ contains
     real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
-    type(state_t), intent(in), optional :: state !! state for a restart
+    type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call append_history(results%file, model, step, time, reactions, rows, error)

@@ -7,7 +7,7 @@ module results_state
   use text, only: to_text
   use contact_types, only: pair_t
   use model_types, only: model_t, state_last, state_none
-  use result_types, only: state_t
+  use result_types, only: saved_state_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, make_group
   use hdf5_data, only: make_series, write_block, read_block, series_shape, at_end, stored_real, &
     stored_integer
@@ -75,7 +75,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: written !! states written before this one
-    type(state_t), intent(in) :: state !! the state
+    type(saved_state_t), intent(in) :: state !! the state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: slot, i
 
@@ -101,7 +101,7 @@ contains
   subroutine write_pair(file, number, state, pair, slot, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: number !! number of the pair
-    type(state_t), intent(in) :: state !! the state
+    type(saved_state_t), intent(in) :: state !! the state
     integer, intent(in) :: pair !! index of the pair
     integer, intent(in) :: slot !! place of the state in the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -127,7 +127,7 @@ contains
     character(*), intent(in) :: path !! results file
     type(model_t), intent(in) :: model !! the problem; the file must be one of its runs
     integer, intent(in) :: step !! number of the end time, 0 for the last
-    type(state_t), intent(out) :: state !! the state
+    type(saved_state_t), intent(out) :: state !! the state
     type(error_t), allocatable, intent(out) :: error !! no such file or step, another mesh
     type(error_t), allocatable :: ignored
     type(hdf5_file_t) :: file
@@ -217,7 +217,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: slot !! place of the state
-    type(state_t), intent(inout) :: state !! the state
+    type(saved_state_t), intent(inout) :: state !! the state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: step(1), i
     real(wp) :: values(1)
@@ -245,7 +245,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: slot !! place of the state
-    type(state_t), intent(inout) :: state !! the state
+    type(saved_state_t), intent(inout) :: state !! the state
     integer, intent(in) :: index !! index of the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: tip(2, size(pair%nodes))

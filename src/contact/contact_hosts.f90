@@ -1,0 +1,302 @@
+!> Hosts: which facet carries the tip of each contact point (doc/theory, "Hosts").
+!!
+!! A host is frozen while a system is solved. It changes between solves, by walking from facet to
+!! facet across edges until the tip lies inside; the start tip is unfolded at each edge.
+module contact_hosts
+  use kinds, only: wp
+  use element_types, only: element_t, task_residual, status_off, status_open
+  use elmlib, only: element_routine, routine_mfec, n_parameters
+  use contact_types, only: pair_t, contact_point_t
+  use contact_parameters, only: point_parameters
+  use facet_geometry, only: project_on_facet, distance_to_facet, unfold, barycentric, &
+    kink_sine, facet_size
+  implicit none
+  private
+  public :: start_pair, begin_increment, follow_tips, settle_points, find_facet, touches
+
+  !> A projection further than this outside a facet, in shape functions, has left it.
+  real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
+  !! plane of the facet departs from the surface, in shape functions.
+  real(wp), parameter :: departure = 1.0e-5_wp
+  !> Changes of host of one point within one increment; more would be ping-pong.
+  integer, parameter :: most_moves = 4
+  !> Steps of one walk; a walk that comes back to a facet ends at once.
+  integer, parameter :: longest_walk = 1000
+
+contains
+
+  !> First hosts and tips, on the reference positions.
+  subroutine start_pair(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets old, new, left, moves
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: p
+
+    if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
+    allocate (pair%left(size(pair%nodes)), pair%moves(size(pair%nodes)), source=0)
+    if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
+    do p = 1, size(pair%nodes)
+      call seek(pair, x, x, p, pair%old(p))
+    end do
+    pair%new = pair%old
+  end subroutine start_pair
+
+  !> Longest edge of all master facets.
+  pure real(wp) function longest_facet(pair, x) result(h)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer :: f
+
+    h = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      h = max(h, facet_size(x(:, pair%facets(:, f))))
+    end do
+  end function longest_facet
+
+  !> Working points of an increment: what is lost at the last converged state is let go, what has
+  !! come over the surface is picked up.
+  subroutine begin_increment(pair, x_old)
+    type(pair_t), intent(inout) :: pair !! new becomes the working state
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    integer :: p
+
+    pair%new = pair%old
+    pair%left = 0
+    pair%moves = 0
+    do p = 1, size(pair%new)
+      associate (point => pair%new(p))
+        if (point%host > 0) then
+          if (beyond_rim(pair, x_old, x_old(:, pair%nodes(p)), point%host)) then
+            point%host = 0
+            point%status = status_off
+          end if
+        end if
+        if (point%host == 0) call seek(pair, x_old, x_old, p, point)
+      end associate
+    end do
+  end subroutine begin_increment
+
+  !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
+  !! outside its facet than `tolerance` (less at a kinked edge). A new host counts as a change only
+  !! where the point touches the old or the new facet. No point goes back to the host it has left
+  !! last: on a ridge or in a valley two facets may point at each other for ever.
+  subroutine follow_tips(pair, x_old, x, tolerance, changes)
+    type(pair_t), intent(inout) :: pair !! new: hosts and start tips may change
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
+    integer, intent(inout) :: changes !! grows by the number of points with a new host
+    type(contact_point_t) :: before
+    integer :: p, host
+    logical :: touched
+
+    do p = 1, size(pair%new)
+      associate (point => pair%new(p))
+        host = point%host
+        touched = touches(pair, x, p, host)
+        if (host == 0) then
+          call seek(pair, x_old, x, p, point)
+        else if (pair%moves(p) < most_moves) then
+          before = point
+          call follow_tip(pair, x_old, x, tolerance, p, point)
+          if (point%host == pair%left(p)) point = before
+        end if
+        if (point%host == host) cycle
+        if (tolerance > 0.0_wp) then
+          pair%left(p) = host
+          pair%moves(p) = pair%moves(p) + 1
+        end if
+        if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
+      end associate
+    end do
+  end subroutine follow_tips
+
+  !> A point lies on or below the plane of a facet.
+  pure logical function touches(pair, x, p, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: facet !! the facet, 0 for none
+    real(wp) :: xi(2), gap
+
+    touches = .false.
+    if (facet == 0) return
+    call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
+    touches = gap <= 0.0_wp
+  end function touches
+
+  !> Walks with one tip.
+  subroutine follow_tip(pair, x_old, x, tolerance, p, point)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! in shape functions
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(inout) :: point !! its working state
+    integer :: step, next, before, start_host
+    real(wp) :: start(2), tip(2)
+
+    start_host = point%host
+    before = 0
+    do step = 1, longest_walk
+      tip = tip_in_facet(pair, p, point, x)
+      next = facet_across(pair, x, point%host, tip, tolerance)
+      if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
+      call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      before = point%host
+      point%host = next
+      point%tip = start
+    end do
+  end subroutine follow_tip
+
+  !> Where the tip goes at positions x with the point's host and start tip.
+  function tip_in_facet(pair, p, point, x) result(tip)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! host and start tip
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: tip(2), d(n_parameters)
+    type(element_t) :: e
+
+    d = point_parameters(pair, p, point%host)
+    e%xl(:, 1) = x(:, pair%nodes(p))
+    e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
+    e%h1 = point%tip
+    call element_routine(routine_mfec, task_residual, d, e)
+    tip = e%h2
+  end function tip_in_facet
+
+  !> The facet across the edge behind which a point of facet `host` lies, 0 if it stays.
+  pure integer function facet_across(pair, x, host, xi, tolerance) result(next)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: host !! the facet
+    real(wp), intent(in) :: xi(2) !! (xi, eta) of the point
+    real(wp), intent(in) :: tolerance !! most that is allowed outside, in shape functions
+    real(wp) :: n(3), allowed
+    integer :: trial, k, across
+
+    next = 0
+    n = barycentric(xi)
+    do trial = 1, 3
+      k = minloc(n, 1)
+      if (n(k) >= 0.0_wp) return
+      across = pair%neighbours(k, host)
+      if (across > 0) then
+        allowed = 0.0_wp
+        if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
+          kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))))
+        if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
+          next = across
+          return
+        end if
+      end if
+      n(k) = 1.0_wp
+    end do
+  end function facet_across
+
+  !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
+  pure subroutine walk(pair, x, y, host)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(inout) :: host !! in: where to start; out: where it ended
+    real(wp) :: xi(2), gap
+    integer :: step, next, before, first
+
+    before = 0
+    first = host
+    do step = 1, longest_walk
+      call project_on_facet(x(:, pair%facets(:, host)), y, xi, gap)
+      next = facet_across(pair, x, host, xi, 0.0_wp)
+      if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
+      before = host
+      host = next
+    end do
+  end subroutine walk
+
+  !> The projection of a point lies outside every facet: it has passed the rim of the surface.
+  pure logical function beyond_rim(pair, x, y, host) result(beyond)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(in) :: host !! facet to start from
+    integer :: facet, k
+    real(wp) :: xi(2), gap, n(3)
+
+    facet = host
+    call walk(pair, x, y, facet)
+    call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+    n = barycentric(xi)
+    beyond = .false.
+    do k = 1, 3
+      if (n(k) < -rim_tolerance .and. pair%neighbours(k, facet) == 0) beyond = .true.
+    end do
+  end function beyond_rim
+
+  !> Looks for a facet under a point that has none; its start tip is the projection of its last
+  !! converged position, so that the first touch has the right direction.
+  subroutine seek(pair, x_old, x, p, point)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which to look [length]
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(inout) :: point !! gets host, tip, status
+    integer :: facet
+    real(wp) :: xi(2), gap
+
+    call find_facet(pair, x, x(:, pair%nodes(p)), facet)
+    if (facet == 0) return
+    call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
+    if (gap < -pair%search_radius) return
+    if (beyond_rim(pair, x, x(:, pair%nodes(p)), facet)) return
+    point%host = facet
+    point%status = status_open
+    call project_on_facet(x_old(:, pair%facets(:, facet)), x_old(:, pair%nodes(p)), point%tip, &
+      gap)
+  end subroutine seek
+
+  !> The facet closest to a point, 0 if the surface has none.
+  pure subroutine find_facet(pair, x, y, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(out) :: facet !! the closest facet
+    real(wp) :: best, distance, corners(3, 3)
+    integer :: f
+
+    facet = 0
+    best = huge(1.0_wp)
+    do f = 1, size(pair%facets, 2)
+      corners = x(:, pair%facets(:, f))
+      if (any(minval(corners, 2) - y > best) .or. any(y - maxval(corners, 2) > best)) cycle
+      distance = distance_to_facet(corners, y)
+      if (distance < best) then
+        best = distance
+        facet = f
+      end if
+    end do
+  end subroutine find_facet
+
+  !> Makes the converged state the history: tips where the elements left them; an open point's
+  !! tip at its projection.
+  subroutine settle_points(pair, x)
+    type(pair_t), intent(inout) :: pair !! new is completed and copied to old
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
+    integer :: p
+    real(wp) :: gap
+
+    do p = 1, size(pair%new)
+      associate (point => pair%new(p))
+        if (point%host == 0) then
+          point%status = status_off
+        else if (point%status == status_open) then
+          call walk(pair, x, x(:, pair%nodes(p)), point%host)
+          call project_on_facet(x(:, pair%facets(:, point%host)), x(:, pair%nodes(p)), &
+            point%tip, gap)
+        end if
+      end associate
+    end do
+    pair%old = pair%new
+  end subroutine settle_points
+end module contact_hosts

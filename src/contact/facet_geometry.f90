@@ -1,0 +1,137 @@
+!> Geometry of one facet: projection of a point, its closest point, and unfolding across an edge.
+module facet_geometry
+  use kinds, only: wp
+  use vectors, only: cross
+  implicit none
+  private
+  public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size
+
+contains
+
+  !> Projection (xi, eta) of a point on the plane of a facet, and its signed distance.
+  pure subroutine project_on_facet(x, y, xi, gap)
+    real(wp), intent(in) :: x(3, 3) !! corners, counter-clockwise seen from outside [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+    real(wp) :: a1(3), a2(3), n(3), size_n, z(3)
+
+    a1 = x(:, 1) - x(:, 3)
+    a2 = x(:, 2) - x(:, 3)
+    n = cross(a1, a2)
+    size_n = norm2(n)
+    n = n/size_n
+    z = y - x(:, 3)
+    gap = dot_product(z, n)
+    xi = [dot_product(cross(a2, n), z), dot_product(cross(n, a1), z)]/size_n
+  end subroutine project_on_facet
+
+  !> The three shape functions at (xi, eta).
+  pure function barycentric(xi) result(n)
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: n(3)
+
+    n = [xi(1), xi(2), 1.0_wp - xi(1) - xi(2)]
+  end function barycentric
+
+  !> Longest edge of a facet.
+  pure real(wp) function facet_size(x) result(h)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+
+    h = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
+  end function facet_size
+
+  !> Distance from a point to the closest point of a facet, its edges and corners included.
+  pure real(wp) function distance_to_facet(x, y) result(distance)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp) :: xi(2), gap
+    integer :: k
+
+    call project_on_facet(x, y, xi, gap)
+    if (all(barycentric(xi) >= 0.0_wp)) then
+      distance = abs(gap)
+    else
+      distance = huge(1.0_wp)
+      do k = 1, 3
+        distance = min(distance, distance_to_edge(x(:, k), x(:, mod(k, 3) + 1), y))
+      end do
+    end if
+  end function distance_to_facet
+
+  !> Distance from a point to a straight edge.
+  pure real(wp) function distance_to_edge(a, b, y) result(distance)
+    real(wp), intent(in) :: a(3) !! one end [length]
+    real(wp), intent(in) :: b(3) !! other end [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp) :: s
+
+    s = dot_product(y - a, b - a)/dot_product(b - a, b - a)
+    s = min(1.0_wp, max(0.0_wp, s))
+    distance = norm2(y - a - s*(b - a))
+  end function distance_to_edge
+
+  !> Corner of `to` that is no corner of `from`, 0 if they share no edge.
+  pure integer function far_corner(from, to) result(k)
+    integer, intent(in) :: from(3) !! corner nodes
+    integer, intent(in) :: to(3) !! corner nodes
+    integer :: i, found
+
+    k = 0
+    found = 0
+    do i = 1, 3
+      if (any(from == to(i))) cycle
+      k = i
+      found = found + 1
+    end do
+    if (found /= 1) k = 0
+  end function far_corner
+
+  !> Sine of the angle between the normals of two facets.
+  pure real(wp) function kink_sine(xa, xb) result(sine)
+    real(wp), intent(in) :: xa(3, 3) !! corners of one facet [length]
+    real(wp), intent(in) :: xb(3, 3) !! corners of its neighbour [length]
+    real(wp) :: na(3), nb(3)
+
+    na = cross(xa(:, 1) - xa(:, 3), xa(:, 2) - xa(:, 3))
+    nb = cross(xb(:, 1) - xb(:, 3), xb(:, 2) - xb(:, 3))
+    sine = norm2(cross(na/norm2(na), nb/norm2(nb)))
+  end function kink_sine
+
+  !> Turns a point in the plane of facet a about the edge shared with facet b into the plane of b
+  !! (doc/theory, "Crossing an edge"): lengths, and with them the friction force, are kept.
+  pure subroutine unfold(nodes_a, nodes_b, x, xi_a, xi_b)
+    integer, intent(in) :: nodes_a(3) !! corner nodes of the facet that is left
+    integer, intent(in) :: nodes_b(3) !! corner nodes of the facet that is entered
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: xi_a(2) !! (xi, eta) in facet a
+    real(wp), intent(out) :: xi_b(2) !! (xi, eta) in facet b
+    real(wp) :: origin(3), t(3), out_a(3), in_b(3), y(3), n(3), gap
+    integer :: ka, kb
+
+    n = barycentric(xi_a)
+    y = n(1)*x(:, nodes_a(1)) + n(2)*x(:, nodes_a(2)) + n(3)*x(:, nodes_a(3))
+    ka = far_corner(nodes_b, nodes_a)
+    kb = far_corner(nodes_a, nodes_b)
+    if (ka > 0 .and. kb > 0) then
+      origin = x(:, nodes_a(mod(ka, 3) + 1))
+      t = x(:, nodes_a(mod(ka + 1, 3) + 1)) - origin
+      t = t/norm2(t)
+      out_a = -away_from(x(:, nodes_a(ka)) - origin, t)
+      in_b = away_from(x(:, nodes_b(kb)) - origin, t)
+      y = y - origin
+      y = origin + dot_product(y, t)*t + dot_product(y, out_a)*in_b
+    end if
+    call project_on_facet(x(:, nodes_b), y, xi_b, gap)
+  end subroutine unfold
+
+  !> Unit vector of the part of v that is normal to the unit vector t.
+  pure function away_from(v, t) result(w)
+    real(wp), intent(in) :: v(3) !! any vector
+    real(wp), intent(in) :: t(3) !! unit vector
+    real(wp) :: w(3)
+
+    w = v - dot_product(v, t)*t
+    w = w/norm2(w)
+  end function away_from
+end module facet_geometry

@@ -1,0 +1,61 @@
+!> Rows of the keyword table: solution commands.
+module batch_keywords
+  use keyword_types, only: keyword_table_t, table_batch, add_command, explain
+  implicit none
+  private
+  public :: add_solution_keywords, add_report_keywords
+
+contains
+
+  !> Commands that solve.
+  subroutine add_solution_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_batch, 'DT', '- q:v', 'time increment')
+    call explain(t, 'Example: DT,,0.1')
+    call add_command(t, table_batch, 'STEP', '- p:n', 'n increments, each iterated and cut')
+    call explain(t, 'Increments of DT with line search; a failed one is cut and grown again. The')
+    call explain(t, 'n end times are always hit, and only they are written to tables.')
+    call explain(t, 'Example: STEP,,25')
+    call add_command(t, table_batch, 'TOL', '- q:v | RESIdual q:v', 'tolerance of the iterations')
+    call explain(t, 'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual')
+    call explain(t, 'against the norm of all nodal forces, reactions included.')
+    call add_command(t, table_batch, 'PROPortional', '| - [p:n]', &
+                     'proportional load whose table follows END')
+    call explain(t, 'FEAP''s form. Tables after END, in the order of the PROP commands, parted by')
+    call explain(t, 'blank lines: 1 k tmin tmax a0 a1 a2 a3 a4 or 2 k with records of t p.')
+    call add_command(t, table_batch, 'TIME', '| - ~q:tmax', 'next time, t + DT')
+    call add_command(t, table_batch, 'LOOP', '- p:n | w:label p:n', 'repeats up to NEXT')
+    call explain(t, 'Example:')
+    call explain(t, '  LOOP,,10')
+    call explain(t, '    TANG,,1')
+    call explain(t, '  NEXT')
+    call add_command(t, table_batch, 'NEXT', '| w:label', 'end of a LOOP')
+    call add_command(t, table_batch, 'TANG', '- 1:solve', 'forms the tangent and solves')
+    call explain(t, 'Whether the tangent is unsymmetric is found out. Example: TANG,,1')
+    call add_command(t, table_batch, 'UTAN', '- 1:solve', 'the same as TANG')
+    call add_command(t, table_batch, 'SOLVer', 'AUTO | UMFPack | ~CHOLmod | ~REDUced', &
+                     'linear solver')
+    call explain(t, 'AUTO (the default) chooses by what the scene needs and says which.')
+    call add_command(t, table_batch, 'FORM', '', 'forms the residual', available=.false.)
+    call add_command(t, table_batch, 'AUGM', '', 'augments', available=.false.)
+    call add_command(t, table_batch, 'BACK', '', 'one step back', available=.false.)
+  end subroutine add_solution_keywords
+
+  !> Commands that report, and the end.
+  subroutine add_report_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_batch, 'DISPlacement', '| ALL | - [p:n1] [p:n2] [p:n3]', &
+                     'prints displacements of nodes n1 to n2 in steps of n3')
+    call add_command(t, table_batch, 'REACtion', '| ALL | - [p:n1] [p:n2] [p:n3]', &
+                     'prints reactions of nodes n1 to n2 in steps of n3')
+    call add_command(t, table_batch, 'STREss', '', 'prints stresses', available=.false.)
+    call add_command(t, table_batch, 'SAVE', '', 'saves the state', available=.false.)
+    call add_command(t, table_batch, 'RESTart', '', 'reads a state', available=.false.)
+    call add_command(t, table_batch, 'CHECk', '', 'checks the mesh', available=.false.)
+    call add_command(t, table_batch, 'END', '', 'ends the solution commands')
+    call add_command(t, table_batch, 'STOP', '', 'ends the deck (optional)')
+    call add_command(t, table_batch, 'INCLude', 'f:file', 'reads on in another file')
+  end subroutine add_report_keywords
+end module batch_keywords

@@ -1,0 +1,207 @@
+!> Rows of the keyword table: mesh, supports, loads and what organises a deck.
+module mesh_keywords
+  use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, explain
+  implicit none
+  private
+  public :: add_structure_keywords, add_mesh_keywords, add_selection_keywords, &
+    add_condition_keywords, add_coordinate_keywords, add_load_keywords
+
+contains
+
+  !> Commands that organise the deck.
+  subroutine add_structure_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'PARAmeter', '', 'named numbers for expressions')
+    call explain(t, 'Data records: name = expression. Names differ by case and have up to 31')
+    call explain(t, 'characters; a parameter may be defined again. --set name=value overrides it.')
+    call explain(t, 'A record that begins with a parameter whose first four letters are those of')
+    call explain(t, 'a command writes it in parentheses.')
+    call explain(t, 'Example:')
+    call explain(t, '  PARAmeter')
+    call explain(t, '    mu = 0.1')
+    call explain(t, '    shear = 210e3/(2*(1 + 0.3))   ! wrong: no blanks inside an expression')
+    call explain(t, '    shear = 210e3/(2*(1+0.3))')
+    call add_command(t, table_mesh, 'INCLude', 'f:file', 'reads on in another file')
+    call explain(t, 'Anywhere, nested up to 9 deep, relative to the file that includes.')
+    call explain(t, 'Example: INCLude meshes/plate.inc')
+    call add_command(t, table_mesh, 'PRINt', '', 'echo of the input on (read, without effect)')
+    call add_command(t, table_mesh, 'NOPRint', '', 'echo of the input off (read, without effect)')
+    call add_command(t, table_mesh, 'END', '', 'ends the mesh commands (optional before BATCh)')
+    call add_command(t, table_mesh, 'BATCh', '', 'starts the solution commands, up to END')
+    call add_command(t, table_mesh, 'STOP', '', 'ends the deck (optional)')
+    call add_command(t, table_mesh, 'GLOBal', '', 'global options', available=.false.)
+    call add_command(t, table_mesh, 'TRANsform', '', 'transforms the coordinates that follow', &
+                     available=.false.)
+    call add_command(t, table_mesh, 'TIE', '', 'joins nodes of equal coordinates', &
+                     available=.false.)
+  end subroutine add_structure_keywords
+
+  !> Nodes, elements and materials.
+  subroutine add_mesh_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'COORdinates', '', 'coordinates of nodes')
+    call add_data(t, 'p:node n:inc r:x1 r:x2 r:x3')
+    call explain(t, 'Nodes between two records are generated in steps of the first one''s inc.')
+    call explain(t, 'Example:')
+    call explain(t, '  COORdinates')
+    call explain(t, '    1 1  0.0 0.0 0.0')
+    call explain(t, '    5 0  1.0 0.0 0.0')
+    call add_command(t, table_mesh, 'ELEMents', '', 'nodes of elements')
+    call add_data(t, 'p:element n:inc p:material p:n1 p:n2 p:n3 p:n4'// &
+                  '| p:element n:inc p:material p:n1 p:n2 p:n3 p:n4 ~p:n5...')
+    call explain(t, 'Four corner nodes: linear tetrahedron. A left-handed one is reordered.')
+    call explain(t, 'Elements between two records are generated: node numbers grow by inc.')
+    call explain(t, 'Example:')
+    call explain(t, '  ELEMents')
+    call explain(t, '    1 0 1  1 2 3 4')
+    call add_command(t, table_mesh, 'BLOCk', '[w:name]', 'a block of cells; its name is a region')
+    call add_data(t, 'p:point r:x1 r:x2 r:x3')
+    call add_word(t, 'CARTesian', 'p:n1 p:n2 p:n3 MATErial p:material TET4'// &
+                  '| p:n1 p:n2 p:n3 TET4 | p:n1 p:n2 p:n3 MATErial p:material ~TET10'// &
+                  '| p:n1 p:n2 p:n3 ~TET10 | p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
+                  '11:btype', 'cells along the three edges, material, element type')
+    call explain(t, 'Data records: the 8 master points, 1-4 the lower face, 5-8 above.')
+    call explain(t, 'Example:')
+    call explain(t, '  BLOCk cube')
+    call explain(t, '    CART 8 8 8  MATErial 1  TET4')
+    call explain(t, '    1  0 0 0')
+    call explain(t, '    2  1 0 0')
+    call explain(t, '    ...')
+    call add_command(t, table_mesh, 'MATErial', 'p:number [a:label]', 'a material')
+    call add_word(t, 'SOLId', '| LINEar | ~NEOHookean | ~SVK', 'constitutive law')
+    call add_word(t, 'ELAStic', 'ISOTropic q:E r:nu | ~NEOHookean q:E r:nu', &
+                  'Young''s modulus and Poisson''s ratio')
+    call add_word(t, 'DENSity', 'z:rho', 'density')
+    call add_word(t, 'RIGId', '', 'nodes of its regions follow DISPlacement')
+    call add_word(t, 'FINIte', '', 'finite deformation', available=.false.)
+    call explain(t, 'Example:')
+    call explain(t, '  MATErial 1 steel')
+    call explain(t, '    SOLId LINEar')
+    call explain(t, '    ELAStic ISOTropic 210e3 0.3')
+    call add_command(t, table_mesh, 'MESH', 'f:file | f:file AS w:name', &
+                     'reads a Gmsh or Abaqus mesh', available=.false.)
+  end subroutine add_mesh_keywords
+
+  !> Sets, surfaces and output requests.
+  subroutine add_selection_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'SET', 'w:name', 'a named set of nodes')
+    call add_word(t, 'PLANe', 'd:direction r:coordinate [z:tol]', 'nodes in a coordinate plane')
+    call add_word(t, 'BOX', 'r:x1 r:x2 r:y1 r:y2 r:z1 r:z2', 'nodes in a box, its faces included')
+    call add_word(t, 'INSIde', 'w:region', 'nodes of a region')
+    call add_word(t, 'NODEs', 'l:node...', 'listed nodes, with TO for ranges')
+    call add_word(t, 'OR', '', 'starts an alternative')
+    call explain(t, 'Records narrow the set (logical and); OR starts an alternative.')
+    call explain(t, 'Example:')
+    call explain(t, '  SET top')
+    call explain(t, '    PLANe 3 1.5')
+    call explain(t, '    INSIde cube')
+    call add_command(t, table_mesh, 'SURFace', 'w:name FROM w:set IN w:region '// &
+                     '| w:name FROM w:set | w:name', 'a named surface of exterior facets')
+    call add_word(t, 'FACEts', 'p:n1 p:n2 p:n3', 'corner nodes of a facet')
+    call explain(t, 'FROM: all exterior facets whose corner nodes lie in the set (and region).')
+    call explain(t, 'Example: SURFace skin FROM top IN cube')
+    call add_command(t, table_mesh, 'OUTPut', '', 'what is written')
+    call add_word(t, 'REACtions', 'w:set...', 'sets of the reaction table, in its order')
+    call add_word(t, 'FIELds', 'NONE | c:displacement,reaction,stress,strain,contact...', &
+                  'fields of the result file')
+    call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
+    call add_word(t, 'STATe', 'ALL | LAST | NONE', 'states kept for a restart')
+    call add_word(t, 'HISTory', 'NODE p:node d:dof', 'a dof for the history table')
+    call explain(t, 'Without REACtions: every set with a restrained dof.')
+    call explain(t, 'Example:')
+    call explain(t, '  OUTPut')
+    call explain(t, '    REACtions top bottom')
+    call explain(t, '    FIELds displacement contact')
+    call explain(t, '    EVERy 5')
+  end subroutine add_selection_keywords
+
+  !> Supports and loads by node number or set.
+  subroutine add_condition_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'BOUNdary', '', 'restraint codes by node or set')
+    call add_data(t, 'w:set i:code1 i:code2 i:code3 | p:node n:inc i:code1 i:code2 i:code3')
+    call explain(t, 'A code other than 0 restrains the degree of freedom; codes add up.')
+    call explain(t, 'Example:')
+    call explain(t, '  BOUNdary')
+    call explain(t, '    bottom  1 1 1')
+    call explain(t, '    17 0    0 0 1')
+    call add_command(t, table_mesh, 'DISPlacement', '', 'prescribed displacements by node or set')
+    call add_data(t, 'w:set r:u1 r:u2 r:u3 | p:node n:inc r:u1 r:u2 r:u3')
+    call explain(t, 'Values of restrained dofs, times their proportional load; the last one wins.')
+    call explain(t, 'Example:')
+    call explain(t, '  DISPlacement')
+    call explain(t, '    top  0 0 -0.01')
+    call add_command(t, table_mesh, 'FORCe', '', 'nodal forces by node or set')
+    call add_data(t, 'w:set r:f1 r:f2 r:f3 | p:node n:inc r:f1 r:f2 r:f3')
+    call explain(t, 'Dead forces, times their proportional load; the last one wins.')
+    call explain(t, 'A set called force_top begins like FORCe: in quotes where it starts a record.')
+    call explain(t, 'Example:')
+    call explain(t, '  FORCe')
+    call explain(t, '    8 0  0 0 -100')
+    call add_command(t, table_mesh, 'FPROportional', '', &
+                     'proportional load numbers by node or set')
+    call add_data(t, 'w:set n:p1 n:p2 n:p3 | p:node n:inc n:p1 n:p2 n:p3')
+    call explain(t, 'Number of the PROPortional table of each dof; 0 is the sum of all tables.')
+    call explain(t, 'Example:')
+    call explain(t, '  FPROportional')
+    call explain(t, '    top  2 0 1')
+    call add_command(t, table_mesh, 'PROPortional', 'p:number', 'a proportional load')
+    call add_data(t, 'r:t r:p')
+    call explain(t, 'Piecewise linear in time, held constant outside.')
+    call explain(t, 'Example:')
+    call explain(t, '  PROPortional 1')
+    call explain(t, '    0 0')
+    call explain(t, '    1 1')
+  end subroutine add_condition_keywords
+
+  !> Supports and loads by coordinates.
+  subroutine add_coordinate_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+    character(*), parameter :: edge = 'Nodes whose coordinate in the direction has this value.'
+    character(*), parameter :: point = 'The node nearest to the point.'
+
+    call add_command(t, table_mesh, 'EBOUndary', '', 'restraint codes by coordinate plane')
+    call add_data(t, 'd:direction r:coordinate i:code1 i:code2 i:code3')
+    call explain(t, edge)
+    call explain(t, 'Example: 3 0.0  1 1 1')
+    call add_command(t, table_mesh, 'EDISplacement', '', 'displacements by coordinate plane')
+    call add_data(t, 'd:direction r:coordinate r:u1 r:u2 r:u3')
+    call explain(t, edge)
+    call add_command(t, table_mesh, 'EFORce', '', 'nodal forces by coordinate plane')
+    call add_data(t, 'd:direction r:coordinate r:f1 r:f2 r:f3')
+    call explain(t, edge)
+    call add_command(t, table_mesh, 'EPROportional', '', 'load numbers by coordinate plane')
+    call add_data(t, 'd:direction r:coordinate n:p1 n:p2 n:p3')
+    call explain(t, edge)
+    call add_command(t, table_mesh, 'CBOUndary', '', 'restraint codes by coordinates')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 i:code1 i:code2 i:code3', 'point and codes')
+    call explain(t, point)
+    call explain(t, 'Example: NODE 0 0 0  1 1 1')
+    call add_command(t, table_mesh, 'CDISplacement', '', 'displacements by coordinates')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:u1 r:u2 r:u3', 'point and values')
+    call explain(t, point)
+    call add_command(t, table_mesh, 'CFORce', '', 'nodal forces by coordinates')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:f1 r:f2 r:f3', 'point and values')
+    call explain(t, point)
+    call add_command(t, table_mesh, 'CPROportional', '', 'load numbers by coordinates')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 n:p1 n:p2 n:p3', 'point and numbers')
+    call explain(t, point)
+  end subroutine add_coordinate_keywords
+
+  !> Distributed loads.
+  subroutine add_load_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'TRACtion', 'w:surface r:t1 r:t2 r:t3', &
+                     'dead traction on a surface', available=.false.)
+    call add_command(t, table_mesh, 'PRESsure', 'w:surface r:p', &
+                     'pressure that follows a surface', available=.false.)
+    call add_command(t, table_mesh, 'GRAVity', 'r:g1 r:g2 r:g3', 'acceleration', &
+                     available=.false.)
+  end subroutine add_load_keywords
+end module mesh_keywords

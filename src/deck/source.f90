@@ -1,0 +1,174 @@
+!> The text of all files a deck consists of, kept as read so that errors can show their lines.
+module source
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none
+  private
+  public :: source_t, source_file_t, add_file, add_text, source_line, line_count, file_name, &
+    file_text
+
+  !> One file with the places where its lines start and end.
+  type :: source_file_t
+    character(:), allocatable :: name !! path, as it can be opened
+    character(:), allocatable :: text !! all its bytes
+    integer, allocatable :: first(:) !! first character of each line
+    integer, allocatable :: last(:) !! last character of each line, without its line end
+    integer :: lines = 0 !! number of lines
+  end type source_file_t
+
+  !> The main file (number 1) and what it includes, in the order they were opened.
+  type :: source_t
+    type(source_file_t), allocatable :: files(:) !! may be larger than count
+    integer :: count = 0 !! number of files
+  end type source_t
+
+contains
+
+  !> Reads a file; `problem` says why it could not be read.
+  subroutine add_file(source, name, problem)
+    type(source_t), intent(inout) :: source !! the source to extend
+    character(*), intent(in) :: name !! path of the file
+    character(:), allocatable, intent(out) :: problem !! allocated if the file cannot be read
+    character(:), allocatable :: text
+    integer(int64) :: size
+    integer :: unit, status
+    logical :: found
+
+    inquire (file=name, exist=found)
+    if (.not. found) then
+      problem = 'there is no such file'
+      return
+    end if
+    open (newunit=unit, file=name, access='stream', form='unformatted', status='old', &
+          action='read', iostat=status)
+    if (status /= 0) then
+      problem = 'the file cannot be opened'
+      return
+    end if
+    inquire (unit=unit, size=size)
+    text = ''
+    if (size < 0 .or. size >= huge(1)) then
+      problem = 'this is no regular file of less than 2 GB'
+    else
+      deallocate (text)
+      allocate (character(int(size)) :: text)
+      if (size > 0) read (unit, iostat=status) text
+      if (status /= 0) problem = 'the file cannot be read'
+    end if
+    close (unit)
+    if (.not. allocated(problem)) call add_text(source, name, text)
+  end subroutine add_file
+
+  !> Adds a text as if it had been read from a file.
+  subroutine add_text(source, name, text)
+    type(source_t), intent(inout) :: source !! the source to extend
+    character(*), intent(in) :: name !! name it is reported under
+    character(*), intent(in) :: text !! all its bytes
+    type(source_file_t), allocatable :: more(:)
+    integer :: i
+
+    if (.not. allocated(source%files)) allocate (source%files(4))
+    if (source%count == size(source%files)) then
+      allocate (more(2*source%count))
+      do i = 1, source%count
+        call move_file(source%files(i), more(i))
+      end do
+      call move_alloc(more, source%files)
+    end if
+    source%count = source%count + 1
+    source%files(source%count)%name = name
+    source%files(source%count)%text = text
+    call split_lines(source%files(source%count))
+  end subroutine add_text
+
+  !> Hands the contents of one file over to another place.
+  subroutine move_file(from, to)
+    type(source_file_t), intent(inout) :: from !! left empty
+    type(source_file_t), intent(inout) :: to !! filled
+
+    call move_alloc(from%name, to%name)
+    call move_alloc(from%text, to%text)
+    call move_alloc(from%first, to%first)
+    call move_alloc(from%last, to%last)
+    to%lines = from%lines
+  end subroutine move_file
+
+  !> Finds the lines; a line ends with LF or CR LF, the last one also without.
+  subroutine split_lines(file)
+    type(source_file_t), intent(inout) :: file !! its text is known
+    integer :: i, n, start
+
+    n = 0
+    do i = 1, len(file%text)
+      if (file%text(i:i) == achar(10)) n = n + 1
+    end do
+    if (len(file%text) > 0) then
+      if (file%text(len(file%text):) /= achar(10)) n = n + 1
+    end if
+    allocate (file%first(n), file%last(n))
+    file%lines = n
+    start = 1
+    if (len(file%text) >= 3) then
+      if (file%text(:3) == char(239)//char(187)//char(191)) start = 4 ! mark of UTF-8
+    end if
+    n = 0
+    do i = 1, len(file%text)
+      if (file%text(i:i) == achar(10)) call close_line(i - 1)
+    end do
+    if (n < file%lines) call close_line(len(file%text))
+
+  contains
+
+    !> Notes one line.
+    subroutine close_line(last)
+      integer, intent(in) :: last !! its last character
+
+      n = n + 1
+      file%first(n) = start
+      file%last(n) = last
+      if (last >= start) then
+        if (file%text(last:last) == achar(13)) file%last(n) = last - 1
+      end if
+      start = last + 2
+    end subroutine close_line
+  end subroutine split_lines
+
+  !> One line without its line end; empty where there is none.
+  function source_line(source, file, line) result(text)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file
+    integer, intent(in) :: line !! number of the line
+    character(:), allocatable :: text
+
+    text = ''
+    if (file < 1 .or. file > source%count) return
+    if (line < 1 .or. line > source%files(file)%lines) return
+    text = source%files(file)%text(source%files(file)%first(line):source%files(file)%last(line))
+  end function source_line
+
+  !> Number of lines of a file.
+  pure integer function line_count(source, file) result(n)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file
+
+    n = source%files(file)%lines
+  end function line_count
+
+  !> Path of a file.
+  function file_name(source, file) result(name)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file
+    character(:), allocatable :: name
+
+    name = 'command line'
+    if (file >= 1 .and. file <= source%count) name = source%files(file)%name
+  end function file_name
+
+  !> All bytes of a file.
+  function file_text(source, file) result(text)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file
+    character(:), allocatable :: text
+
+    text = source%files(file)%text
+  end function file_text
+end module source

@@ -1,0 +1,43 @@
+!> The local data of one element, and the tasks an element routine can be told to do.
+!!
+!! The names are FEAP's: `ix` nodes, `xl` coordinates, `ul` displacements, `s` matrix, `r` vector,
+!! `h1` and `h2` history at the last converged and at the current state, `d` parameters.
+module element_types
+  use kinds, only: wp
+  implicit none
+  private
+  public :: element_t, task_tangent, task_residual, task_stress
+  public :: status_off, status_open, status_stick, status_slip
+  public :: max_nodes, max_dofs, n_element_history, n_element_stress
+
+  !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
+  integer, parameter :: task_tangent = 3 !! matrix s and vector r
+  integer, parameter :: task_residual = 6 !! vector r only
+  integer, parameter :: task_stress = 8 !! stress of a bulk element, state of a contact point
+
+  !> Status of a contact point. Off: no facet lies under it.
+  integer, parameter :: status_off = -1
+  integer, parameter :: status_open = 0
+  integer, parameter :: status_stick = 1
+  integer, parameter :: status_slip = 2
+
+  integer, parameter :: max_nodes = 4 !! most nodes of an element routine
+  integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom
+  integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
+  integer, parameter :: n_element_stress = 9 !! values of task_stress
+
+  !> Everything an element routine gets and gives.
+  type :: element_t
+    integer :: number = 0 !! element number, or the point of a contact pair
+    integer :: nel = 0 !! nodes of the element
+    integer :: ix(max_nodes) = 0 !! (nel) node numbers
+    real(wp) :: xl(3, max_nodes) = 0.0_wp !! (3, nel) reference coordinates [length]
+    real(wp) :: ul(3, max_nodes) = 0.0_wp !! (3, nel) displacements [length]
+    real(wp) :: s(max_dofs, max_dofs) = 0.0_wp !! tangent dr/du [force/length]
+    real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
+    real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
+    real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
+    integer :: status = status_open !! of a contact element
+    real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element
+  end type element_t
+end module element_types

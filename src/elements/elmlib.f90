@@ -1,0 +1,34 @@
+!> The element library: the number of an element routine leads to the routine.
+!!
+!! A new element is one file and one line here.
+module elmlib
+  use kinds, only: wp
+  use element_types, only: element_t
+  use elmt01, only: elmt01_t4
+  use elmt03, only: elmt03_mfec
+  implicit none
+  private
+  public :: element_routine, routine_none, routine_t4, routine_mfec, n_parameters
+
+  integer, parameter :: routine_none = 0 !! an element that takes no part
+  integer, parameter :: routine_t4 = 1 !! linear tetrahedron
+  integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
+  integer, parameter :: n_parameters = 10 !! room for the parameters d of any routine
+
+contains
+
+  !> Calls the element routine with the given number.
+  pure subroutine element_routine(number, task, d, e)
+    integer, intent(in) :: number !! which routine
+    integer, intent(in) :: task !! what it is to do (element_types)
+    real(wp), intent(in) :: d(:) !! its parameters
+    type(element_t), intent(inout) :: e !! local data
+
+    select case (number)
+    case (routine_t4)
+      call elmt01_t4(task, d, e)
+    case (routine_mfec)
+      call elmt03_mfec(task, d, e)
+    end select
+  end subroutine element_routine
+end module elmlib

@@ -1,0 +1,281 @@
+!> Element 3: the moving friction elliptical cone (MFEC), one slave node against a facet.
+!!
+!! Nodes: slave S, then the facet's 1, 2, 3 (counter-clockwise seen from outside). One gap vector,
+!! one penalty (doc/theory, "The element"): g = x_S - x_m(tip), f = eps g, r_S = f,
+!! r_a = -N_a(tip) f, with shape functions at the tip, so that force and moment balance exactly.
+!! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
+!!
+!! task_stress gives stress = [f (3), g_N, |s'|, criterion, p1 (3)].
+module elmt03
+  use kinds, only: wp
+  use vectors, only: cross, dyad
+  use element_types, only: element_t, task_tangent, task_residual, task_stress, status_open, &
+    status_stick, status_slip
+  use friction_return, only: return_map, return_t
+  implicit none
+  private
+  public :: elmt03_mfec
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_size
+  public :: axis_convected, axis_space_fixed
+
+  integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
+  integer, parameter :: d03_mu = 2 !! mu1, mu2
+  integer, parameter :: d03_rule = 4 !! slip rule m
+  integer, parameter :: d03_axis_kind = 5 !! one of the kinds below
+  integer, parameter :: d03_axis = 6 !! vector (3); or c1, c2 of p = c1 a1 + c2 a2
+  integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
+  integer, parameter :: d03_size = 10 !! length of d
+
+  integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
+  integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet
+
+  !> Projected vectors shorter than this share of the vector count as normal to the facet.
+  real(wp), parameter :: shortest_projection = 1.0e-8_wp
+
+  !> The facet and the gap at the current positions.
+  type :: cone_t
+    real(wp) :: a1(3) !! x1 - x3
+    real(wp) :: a2(3) !! x2 - x3
+    real(wp) :: e(3) !! outward unit normal
+    real(wp) :: d1(3) !! dual vector a^1
+    real(wp) :: d2(3) !! dual vector a^2
+    real(wp) :: g_n !! normal gap [length]
+    real(wp) :: xi(2) !! projection of the slave node
+    real(wp) :: g(3) !! gap to the old tip [length]
+    real(wp) :: p(3, 2) !! principal axes of friction
+    real(wp) :: share(3) !! share of a1, a2 and of the projected vector in the rotation of p
+    real(wp) :: q2(3) !! e x (projected vector), before it is turned
+    type(return_t) :: back !! state mapped onto the cone
+    real(wp) :: g_new(3) !! gap to the new tip [length]
+    real(wp) :: tip(2) !! new tip
+  end type cone_t
+
+contains
+
+  !> Does one task for one element.
+  pure subroutine elmt03_mfec(task, d, e)
+    integer, intent(in) :: task !! one of the tasks of element_types
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(element_t), intent(inout) :: e !! local data
+    type(cone_t) :: c
+    real(wp) :: x(3, 4)
+
+    x = e%xl(:, 1:4) + e%ul(:, 1:4)
+    call facet_and_gap(x, e%h1, c)
+    if (c%g_n <= 0.0_wp) then
+      call principal_axes(d, c)
+      call move_cone(d, c, e)
+    else
+      call leave_open(c, e)
+    end if
+    select case (task)
+    case (task_tangent)
+      call residual(d(d03_epsilon), c, e)
+      call tangent(d, c, e)
+    case (task_residual)
+      call residual(d(d03_epsilon), c, e)
+    case (task_stress)
+      call principal_axes(d, c)
+      call report(d, c, e)
+    end select
+  end subroutine elmt03_mfec
+
+  !> Facet, normal gap, projection and the gap vector to the old tip.
+  pure subroutine facet_and_gap(x, tip, c)
+    real(wp), intent(in) :: x(3, 4) !! current positions of S, 1, 2, 3 [length]
+    real(wp), intent(in) :: tip(2) !! (xi, eta) of the old tip
+    type(cone_t), intent(out) :: c !! facet and gap
+    real(wp) :: n(3), size_n, y(3)
+
+    c%a1 = x(:, 2) - x(:, 4)
+    c%a2 = x(:, 3) - x(:, 4)
+    n = cross(c%a1, c%a2)
+    size_n = norm2(n)
+    c%e = n/size_n
+    c%d1 = cross(c%a2, c%e)/size_n
+    c%d2 = cross(c%e, c%a1)/size_n
+    y = x(:, 1) - x(:, 4)
+    c%g_n = dot_product(y, c%e)
+    c%xi = [dot_product(c%d1, y), dot_product(c%d2, y)]
+    c%g = y - tip(1)*c%a1 - tip(2)*c%a2
+  end subroutine facet_and_gap
+
+  !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
+  pure subroutine principal_axes(d, c)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and share
+    real(wp) :: v(3), p(3), size_p, turn(2)
+
+    if (nint(d(d03_axis_kind)) == axis_space_fixed) then
+      v = d(d03_axis:d03_axis + 2)
+      p = v - dot_product(c%e, v)*c%e
+      size_p = norm2(p)
+      if (size_p > shortest_projection*norm2(v)) then
+        p = p/size_p
+        turn = d(d03_turn:d03_turn + 1)
+        c%share = [0.0_wp, 0.0_wp, -dot_product(c%e, v)/size_p]
+        c%q2 = cross(c%e, p)
+        c%p(:, 1) = turn(1)*p + turn(2)*c%q2
+        c%p(:, 2) = cross(c%e, c%p(:, 1))
+        return
+      end if
+      c%share = [1.0_wp, 0.0_wp, 0.0_wp]
+    else
+      c%share = [d(d03_axis), d(d03_axis + 1), 0.0_wp]
+    end if
+    p = c%share(1)*c%a1 + c%share(2)*c%a2
+    size_p = norm2(p)
+    c%share = c%share/size_p
+    c%p(:, 1) = p/size_p
+    c%p(:, 2) = cross(c%e, c%p(:, 1))
+    c%q2 = c%p(:, 2)
+  end subroutine principal_axes
+
+  !> Stick or slip: the mapped gap and the new tip.
+  pure subroutine move_cone(d, c, e)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
+    type(element_t), intent(inout) :: e !! gets status and h2
+    real(wp) :: s(2), s_new(3)
+
+    s = [dot_product(c%p(:, 1), c%g), dot_product(c%p(:, 2), c%g)]
+    call return_map(s, -c%g_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    if (c%back%slip) then
+      e%status = status_slip
+      s_new = c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2)
+      c%g_new = c%g_n*c%e + s_new
+      c%tip = c%xi - [dot_product(c%d1, s_new), dot_product(c%d2, s_new)]
+    else
+      e%status = status_stick
+      c%g_new = c%g
+      c%tip = e%h1
+    end if
+    e%h2 = c%tip
+  end subroutine move_cone
+
+  !> No contact: no force; the tip is the projection.
+  pure subroutine leave_open(c, e)
+    type(cone_t), intent(inout) :: c !! facet and gap; gets g_new, tip
+    type(element_t), intent(inout) :: e !! gets status and h2
+
+    e%status = status_open
+    c%g_new = 0.0_wp
+    c%tip = c%xi
+    e%h2 = c%tip
+  end subroutine leave_open
+
+  !> r_S = eps g, r_a = -N_a(tip) eps g.
+  pure subroutine residual(epsilon, c, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(element_t), intent(inout) :: e !! gets r
+    real(wp) :: f(3)
+
+    f = epsilon*c%g_new
+    e%r(1:3) = f
+    e%r(4:6) = -c%tip(1)*f
+    e%r(7:9) = -c%tip(2)*f
+    e%r(10:12) = -(1.0_wp - c%tip(1) - c%tip(2))*f
+  end subroutine residual
+
+  !> Consistent tangent: symmetric in stick, unsymmetric in slip.
+  pure subroutine tangent(d, c, e)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(element_t), intent(inout) :: e !! gets s
+    real(wp) :: b(3, 12), dg(3, 12), row(12)
+    integer :: k
+
+    if (e%status == status_open) then
+      e%s = 0.0_wp
+      return
+    end if
+    b = gap_operator(c%tip)
+    if (e%status == status_stick) then
+      e%s(1:12, 1:12) = d(d03_epsilon)*matmul(transpose(b), b)
+      return
+    end if
+    dg = gap_derivative(c, e%h1)
+    e%s(1:12, 1:12) = matmul(transpose(b), dg)
+    row = matmul(c%d1, b - dg)
+    do k = 1, 3
+      e%s(3 + k, 1:12) = e%s(3 + k, 1:12) - c%g_new(k)*row
+      e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
+    end do
+    row = matmul(c%d2, b - dg)
+    do k = 1, 3
+      e%s(6 + k, 1:12) = e%s(6 + k, 1:12) - c%g_new(k)*row
+      e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
+    end do
+    e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
+  end subroutine tangent
+
+  !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
+  pure function gap_operator(xi) result(b)
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: b(3, 12)
+    integer :: k
+
+    b = 0.0_wp
+    do k = 1, 3
+      b(k, k) = 1.0_wp
+      b(k, 3 + k) = -xi(1)
+      b(k, 6 + k) = -xi(2)
+      b(k, 9 + k) = -(1.0_wp - xi(1) - xi(2))
+    end do
+  end function gap_operator
+
+  !> dg/du of the mapped gap in slip: G of doc/theory, "Consistent tangent".
+  pure function gap_derivative(c, tip_old) result(dg)
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
+    real(wp) :: dg(3, 12)
+    real(wp) :: b_old(3, 12), dgn(12), de(3, 12), w(12), dp1(3, 12), dp2(3, 12)
+    real(wp) :: ds(2, 12), ds_new(2, 12)
+
+    b_old = gap_operator(tip_old)
+    dgn = matmul(c%e, gap_operator(c%xi))
+    de = normal_derivative(c)
+    w = c%share(3)*matmul(c%q2, de)
+    w(4:6) = w(4:6) + c%share(1)*c%p(:, 2)
+    w(7:9) = w(7:9) + c%share(2)*c%p(:, 2)
+    w(10:12) = w(10:12) - (c%share(1) + c%share(2))*c%p(:, 2)
+    dp1 = dyad(c%p(:, 2), w) - dyad(c%e, matmul(c%p(:, 1), de))
+    dp2 = -dyad(c%p(:, 1), w) - dyad(c%e, matmul(c%p(:, 2), de))
+    ds(1, :) = matmul(c%p(:, 1), b_old) + matmul(c%g, dp1)
+    ds(2, :) = matmul(c%p(:, 2), b_old) + matmul(c%g, dp2)
+    ds_new = matmul(c%back%m, ds) - dyad(c%back%r, dgn)
+    dg = dyad(c%e, dgn) + c%g_n*de + dyad(c%p(:, 1), ds_new(1, :)) &
+      + dyad(c%p(:, 2), ds_new(2, :)) + c%back%s(1)*dp1 + c%back%s(2)*dp2
+  end function gap_derivative
+
+  !> de/du = -a^1 (x) [0, e, 0, -e] - a^2 (x) [0, 0, e, -e].
+  pure function normal_derivative(c) result(de)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp) :: de(3, 12)
+
+    de(:, 1:3) = 0.0_wp
+    de(:, 4:6) = -dyad(c%d1, c%e)
+    de(:, 7:9) = -dyad(c%d2, c%e)
+    de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
+  end function normal_derivative
+
+  !> The state of the point: stress = [f (3), g_N, |s'|, criterion, p1 (3)].
+  pure subroutine report(d, c, e)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(element_t), intent(inout) :: e !! gets stress
+    real(wp) :: mu(2), ratio(2)
+
+    mu = d(d03_mu:d03_mu + 1)
+    e%stress = 0.0_wp
+    e%stress(4) = c%g_n
+    e%stress(7:9) = c%p(:, 1)
+    if (e%status == status_open) return
+    ratio = 0.0_wp
+    where (mu > 0.0_wp) ratio = c%back%s/mu
+    e%stress(1:3) = d(d03_epsilon)*c%g_new
+    e%stress(5) = norm2(c%back%s)
+    e%stress(6) = norm2(ratio) - abs(c%g_n)
+  end subroutine report
+end module elmt03

@@ -1,0 +1,134 @@
+!> Return map of the elliptical Coulomb law: the only place where stick or slip is decided.
+!!
+!! The law, the three slip rules and the derivatives: doc/theory, "Return map". All quantities are
+!! lengths (penalty divided out): trial components s along the principal axes, rho = -g_N.
+module friction_return
+  use kinds, only: wp
+  implicit none
+  private
+  public :: return_map, return_t
+
+  !> Below this ratio of the cone's radius to the trial slip the cone is a point.
+  real(wp), parameter :: point_cone = 1.0e-100_wp
+  !> Relative change of the multiplier at which its iteration ends.
+  real(wp), parameter :: multiplier_tolerance = 4.0_wp*epsilon(1.0_wp)
+  !> The iteration is monotone and superlinear; this bound is never reached.
+  integer, parameter :: max_iterations = 100
+
+  !> What the return map gives.
+  type :: return_t
+    logical :: slip = .false. !! the trial state lies outside the cone
+    real(wp) :: s(2) = 0.0_wp !! s', the components carried by friction [length]
+    real(wp) :: m(2, 2) = 0.0_wp !! ds'/ds
+    real(wp) :: r(2) = 0.0_wp !! ds'/drho
+  end type return_t
+
+contains
+
+  !> Maps the trial components back onto the cone.
+  pure subroutine return_map(s, rho, mu, rule, back)
+    real(wp), intent(in) :: s(2) !! trial components along the principal axes [length]
+    real(wp), intent(in) :: rho !! -g_N, not negative [length]
+    real(wp), intent(in) :: mu(2) !! principal coefficients, not negative
+    integer, intent(in) :: rule !! slip rule m: 0, 1 or 2
+    type(return_t), intent(out) :: back !! the mapped state and its derivatives
+
+    if (all(mu > 0.0_wp)) then
+      if (norm2(s/mu) <= rho) then
+        call stick(s, back)
+      else
+        call slip(s, rho, mu, rule, back)
+      end if
+    else
+      call axis_without_friction(s, rho, mu, back)
+    end if
+  end subroutine return_map
+
+  !> Inside the cone nothing is mapped.
+  pure subroutine stick(s, back)
+    real(wp), intent(in) :: s(2) !! trial components [length]
+    type(return_t), intent(out) :: back !! the mapped state
+
+    back%s = s
+    back%m(1, 1) = 1.0_wp
+    back%m(2, 2) = 1.0_wp
+  end subroutine stick
+
+  !> An axis with coefficient zero carries nothing; the other is one-dimensional friction.
+  pure subroutine axis_without_friction(s, rho, mu, back)
+    real(wp), intent(in) :: s(2) !! trial components [length]
+    real(wp), intent(in) :: rho !! -g_N [length]
+    real(wp), intent(in) :: mu(2) !! principal coefficients, at least one is zero
+    type(return_t), intent(out) :: back !! the mapped state
+    integer :: i
+
+    back%slip = .true.
+    do i = 1, 2
+      if (mu(i) <= 0.0_wp) cycle
+      back%slip = abs(s(i)) > mu(i)*rho
+      if (back%slip) then
+        back%r(i) = sign(mu(i), s(i))
+        back%s(i) = back%r(i)*rho
+      else
+        back%s(i) = s(i)
+        back%m(i, i) = 1.0_wp
+      end if
+    end do
+  end subroutine axis_without_friction
+
+  !> s'_i = s_i/(1 + gamma kappa_i) on the cone, kappa_i = (mu_min/mu_i)^m.
+  !!
+  !! M and r are those of the theory with q and nu taken per unit of rho, whose powers cancel.
+  pure subroutine slip(s, rho, mu, rule, back)
+    real(wp), intent(in) :: s(2) !! trial components [length]
+    real(wp), intent(in) :: rho !! -g_N [length]
+    real(wp), intent(in) :: mu(2) !! principal coefficients, positive
+    integer, intent(in) :: rule !! slip rule m
+    type(return_t), intent(out) :: back !! the mapped state
+    real(wp) :: kappa(2), x(2), q(2), nu(2), gamma, nu_x_q
+    integer :: j
+
+    back%slip = .true.
+    kappa = (minval(mu)/mu)**rule
+    if (rho <= point_cone*norm2(s)) then
+      back%r = s/kappa
+      back%r = back%r/norm2(back%r/mu)
+      back%s = rho*back%r
+      return
+    end if
+    gamma = multiplier(s/(mu*rho), kappa, rule)
+    x = 1.0_wp/(1.0_wp + gamma*kappa)
+    back%s = x*s
+    back%s = back%s*(rho/norm2(back%s/mu))
+    q = kappa*back%s/rho
+    nu = back%s/rho/mu**2
+    nu_x_q = sum(nu*x*q)
+    back%r = x*q/nu_x_q
+    do j = 1, 2
+      back%m(:, j) = -x*q*(nu(j)*x(j))/nu_x_q
+      back%m(j, j) = back%m(j, j) + x(j)
+    end do
+  end subroutine slip
+
+  !> The gamma for which |sigma_i/(1 + gamma kappa_i)| = 1. Newton on the reciprocal of the norm,
+  !! which is concave and increasing: from 0 it climbs to the root without overshooting.
+  pure real(wp) function multiplier(sigma, kappa, rule) result(gamma)
+    real(wp), intent(in) :: sigma(2) !! trial point over the cone's half axes
+    real(wp), intent(in) :: kappa(2) !! (mu_min/mu_i)^m
+    integer, intent(in) :: rule !! slip rule m
+    real(wp) :: y(2), norm, slope, step
+    integer :: i
+
+    gamma = norm2(sigma) - 1.0_wp
+    if (rule == 0) return
+    gamma = 0.0_wp
+    do i = 1, max_iterations
+      y = sigma/(1.0_wp + gamma*kappa)
+      norm = norm2(y)
+      slope = sum((y/norm)**2*kappa/(1.0_wp + gamma*kappa))
+      step = (norm - 1.0_wp)/slope
+      gamma = gamma + step
+      if (abs(step) <= multiplier_tolerance*gamma) exit
+    end do
+  end function multiplier
+end module friction_return

@@ -1,0 +1,200 @@
+!> Facets of tetrahedra: which are exterior, which way they look, and how they hang together.
+module facets
+  use kinds, only: wp
+  use mesh_types, only: mesh_t
+  use key_sorting, only: sort_columns, ascending
+  use tetrahedra, only: facet_vector
+  implicit none
+  private
+  public :: facet_table_t, exterior_facets, find_facet, facet_neighbours, node_facets, &
+    tributary_areas, tet_facets
+
+  !> Corners of the four facets of a tetrahedron, counter-clockwise seen from outside.
+  integer, parameter :: tet_facets(3, 4) = reshape([1, 3, 2, 1, 2, 4, 2, 3, 4, 1, 4, 3], [3, 4])
+
+  !> All exterior facets of a mesh, ordered by their ascending corner numbers.
+  type :: facet_table_t
+    integer :: count = 0 !! number of facets
+    integer, allocatable :: corners(:, :) !! (3, count) corners, counter-clockwise from outside
+    integer, allocatable :: keys(:, :) !! (3, count) corners ascending; columns lexicographic
+    integer, allocatable :: elements(:) !! (count) element behind
+    integer :: crowded(3) = 0 !! three elements that share one facet; zeros if there are none
+  end type facet_table_t
+
+contains
+
+  !> Facets that belong to one element only.
+  subroutine exterior_facets(mesh, table)
+    type(mesh_t), intent(in) :: mesh !! nodes and elements
+    type(facet_table_t), intent(out) :: table !! its exterior facets
+    integer, allocatable :: keys(:, :), order(:)
+    integer :: e, k, n, first, last, element
+
+    n = 4*mesh%elements
+    allocate (keys(3, n))
+    do e = 1, mesh%elements
+      do k = 1, 4
+        keys(:, 4*(e - 1) + k) = ascending(mesh%ix(tet_facets(:, k), e))
+      end do
+    end do
+    call sort_columns(keys, order)
+    allocate (table%corners(3, n), table%keys(3, n), table%elements(n))
+    first = 1
+    do while (first <= n)
+      last = first
+      do while (last < n)
+        if (any(keys(:, order(last + 1)) /= keys(:, order(first)))) exit
+        last = last + 1
+      end do
+      if (last == first) then
+        element = (order(first) - 1)/4 + 1
+        k = order(first) - 4*(element - 1)
+        table%count = table%count + 1
+        table%corners(:, table%count) = mesh%ix(tet_facets(:, k), element)
+        table%keys(:, table%count) = keys(:, order(first))
+        table%elements(table%count) = element
+      else if (last > first + 1 .and. table%crowded(1) == 0) then
+        table%crowded = (order(first:first + 2) - 1)/4 + 1
+      end if
+      first = last + 1
+    end do
+    table%corners = table%corners(:, :table%count)
+    table%keys = table%keys(:, :table%count)
+    table%elements = table%elements(:table%count)
+  end subroutine exterior_facets
+
+  !> Place in the table of the facet with these corners, in any order; 0 if it is not exterior.
+  pure integer function find_facet(table, corners) result(place)
+    type(facet_table_t), intent(in) :: table !! exterior facets
+    integer, intent(in) :: corners(3) !! node numbers
+    integer :: key(3), low, high, middle
+
+    key = ascending(corners)
+    low = 1
+    high = table%count
+    place = 0
+    do while (low <= high)
+      middle = (low + high)/2
+      if (all(table%keys(:, middle) == key)) then
+        place = middle
+        return
+      else if (before(table%keys(:, middle), key)) then
+        low = middle + 1
+      else
+        high = middle - 1
+      end if
+    end do
+  end function find_facet
+
+  !> Lexicographic order of two keys.
+  pure logical function before(a, b)
+    integer, intent(in) :: a(3) !! first key
+    integer, intent(in) :: b(3) !! second key
+    integer :: i
+
+    before = .false.
+    do i = 1, 3
+      if (a(i) == b(i)) cycle
+      before = a(i) < b(i)
+      return
+    end do
+  end function before
+
+  !> The facet across each edge. An edge of one facet is the rim; so is one of three or more,
+  !! because there the surface does not say which way it goes on.
+  subroutine facet_neighbours(corners, neighbours, non_manifold)
+    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
+    integer, allocatable, intent(out) :: neighbours(:, :) !! (3, n) facet facing corner k, 0: rim
+    integer, intent(out) :: non_manifold !! number of edges that hold more than two facets
+    integer, allocatable :: edges(:, :), order(:)
+    integer :: f, k, a, b, n, first, last, i, j
+
+    n = 3*size(corners, 2)
+    allocate (neighbours(3, size(corners, 2)), source=0)
+    allocate (edges(2, n))
+    do f = 1, size(corners, 2)
+      do k = 1, 3
+        a = corners(mod(k, 3) + 1, f)
+        b = corners(mod(k + 1, 3) + 1, f)
+        edges(:, 3*(f - 1) + k) = [min(a, b), max(a, b)]
+      end do
+    end do
+    call sort_columns(edges, order)
+    non_manifold = 0
+    first = 1
+    do while (first <= n)
+      last = first
+      do while (last < n)
+        if (any(edges(:, order(last + 1)) /= edges(:, order(first)))) exit
+        last = last + 1
+      end do
+      if (last == first + 1) then
+        i = order(first) - 1
+        j = order(last) - 1
+        neighbours(mod(i, 3) + 1, i/3 + 1) = j/3 + 1
+        neighbours(mod(j, 3) + 1, j/3 + 1) = i/3 + 1
+      else if (last > first + 1) then
+        non_manifold = non_manifold + 1
+      end if
+      first = last + 1
+    end do
+  end subroutine facet_neighbours
+
+  !> Facets around each node: those of node i are list(start(i):start(i + 1) - 1), ascending.
+  pure subroutine node_facets(corners, nodes, start, list)
+    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
+    integer, intent(in) :: nodes !! highest node number
+    integer, allocatable, intent(out) :: start(:) !! (nodes + 1) first place of each node
+    integer, allocatable, intent(out) :: list(:) !! (3 n) facets
+    integer :: f, k, i
+
+    allocate (start(nodes + 1), source=0)
+    allocate (list(size(corners)))
+    do f = 1, size(corners, 2)
+      do k = 1, 3
+        start(corners(k, f)) = start(corners(k, f)) + 1
+      end do
+    end do
+    start(nodes + 1) = size(corners) + 1
+    do i = nodes, 1, -1
+      start(i) = start(i + 1) - start(i)
+    end do
+    call fill_lists(corners, start, list)
+  end subroutine node_facets
+
+  !> Second half of node_facets: puts each facet into the lists of its corners.
+  pure subroutine fill_lists(corners, start, list)
+    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
+    integer, intent(in) :: start(:) !! first place of each node
+    integer, intent(inout) :: list(:) !! facets
+    integer, allocatable :: next(:)
+    integer :: f, k, i
+
+    allocate (next(size(start)))
+    next(:) = start
+    do f = 1, size(corners, 2)
+      do k = 1, 3
+        i = corners(k, f)
+        list(next(i)) = f
+        next(i) = next(i) + 1
+      end do
+    end do
+  end subroutine fill_lists
+
+  !> Tributary area of each node: a third of each facet it is a corner of.
+  pure subroutine tributary_areas(corners, x, area)
+    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) coordinates [length]
+    real(wp), allocatable, intent(out) :: area(:) !! (nodes) area [length^2], 0 off the surface
+    real(wp) :: a
+    integer :: f, k
+
+    allocate (area(size(x, 2)), source=0.0_wp)
+    do f = 1, size(corners, 2)
+      a = norm2(facet_vector(x(:, corners(:, f))))/3.0_wp
+      do k = 1, 3
+        area(corners(k, f)) = area(corners(k, f)) + a
+      end do
+    end do
+  end subroutine tributary_areas
+end module facets

@@ -1,0 +1,219 @@
+!> A mesh while it is being read: arrays that grow, and where each element comes from.
+module mesh_building
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_deck, exit_resources
+  use text, only: to_text
+  use mesh_types, only: mesh_t, max_element_nodes
+  implicit none
+  private
+  public :: element_origin_t, start_mesh, reserve_nodes, reserve_elements, place_node, &
+    place_element, finish_mesh, model_size
+  public :: max_nodes, max_elements, max_coordinate
+
+  !> Most nodes and elements; what goes beyond is taken for a slip of the pen.
+  integer, parameter :: max_nodes = 10000000
+  integer, parameter :: max_elements = 40000000
+  !> Largest coordinate: its cube is still a number.
+  real(wp), parameter :: max_coordinate = 1.0e100_wp
+  !> Coordinates that differ by less than this part of their size are the same.
+  real(wp), parameter :: same_place = 1.0e-10_wp
+
+  !> The record of the deck that each element comes from, for error messages.
+  type :: element_origin_t
+    integer, allocatable :: set(:) !! (elements) index into the deck's mesh commands
+    integer, allocatable :: record(:) !! (elements) index into the records of that command
+  end type element_origin_t
+
+contains
+
+  !> An empty mesh with room for the counts of the control record.
+  subroutine start_mesh(mesh, origin, nodes, elements)
+    type(mesh_t), intent(out) :: mesh !! the mesh
+    type(element_origin_t), intent(out) :: origin !! where its elements come from
+    integer, intent(in) :: nodes !! expected number of nodes, may be 0
+    integer, intent(in) :: elements !! expected number of elements, may be 0
+    integer :: n, m
+
+    n = max(8, min(nodes, 100000))
+    m = max(8, min(elements, 100000))
+    allocate (mesh%x(3, n), source=0.0_wp)
+    allocate (mesh%defined(n), source=.false.)
+    allocate (mesh%ix(max_element_nodes, m), source=0)
+    allocate (mesh%material(m), mesh%region(m), origin%set(m), origin%record(m), source=0)
+    allocate (mesh%regions(0), mesh%sets(0), mesh%surfaces(0))
+  end subroutine start_mesh
+
+  !> Makes room for node numbers up to `n`.
+  subroutine reserve_nodes(mesh, n, error)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer, intent(in) :: n !! highest node number
+    type(error_t), allocatable, intent(out) :: error !! too many, or no memory
+    integer :: room, status
+
+    if (n > max_nodes) then
+      call raise(error, exit_deck, 'node '//to_text(n)//' is beyond the largest node number, '// &
+        to_text(max_nodes))
+      return
+    end if
+    mesh%nodes = max(mesh%nodes, n)
+    if (n <= size(mesh%defined)) return
+    room = min(max_nodes, max(n, 2*size(mesh%defined)))
+    call resize_nodes(mesh, room, status)
+    if (status /= 0) call raise(error, exit_resources, 'no memory for '//to_text(n)//' nodes')
+  end subroutine reserve_nodes
+
+  !> Makes room for element numbers up to `n`.
+  subroutine reserve_elements(mesh, origin, n, error)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    type(element_origin_t), intent(inout) :: origin !! where its elements come from
+    integer, intent(in) :: n !! highest element number
+    type(error_t), allocatable, intent(out) :: error !! too many, or no memory
+    integer :: room, status
+
+    if (n > max_elements) then
+      call raise(error, exit_deck, 'element '//to_text(n)// &
+        ' is beyond the largest element number, '//to_text(max_elements))
+      return
+    end if
+    mesh%elements = max(mesh%elements, n)
+    if (n <= size(mesh%material)) return
+    room = min(max_elements, max(n, 2*size(mesh%material)))
+    call resize_elements(mesh, origin, room, status)
+    if (status /= 0) call raise(error, exit_resources, 'no memory for '//to_text(n)//' elements')
+  end subroutine reserve_elements
+
+  !> Gives a node its coordinates, unless it has some already.
+  subroutine place_node(mesh, n, x, apart)
+    type(mesh_t), intent(inout) :: mesh !! the mesh, with room for the node
+    integer, intent(in) :: n !! node number
+    real(wp), intent(in) :: x(3) !! coordinates [length]
+    real(wp), intent(out) :: apart !! distance to other coordinates given before [length], or 0
+
+    apart = 0.0_wp
+    if (mesh%defined(n)) then
+      apart = norm2(x - mesh%x(:, n))
+      if (apart <= same_place*max(maxval(abs(x)), maxval(abs(mesh%x(:, n))))) apart = 0.0_wp
+    else
+      mesh%x(:, n) = x
+      mesh%defined(n) = .true.
+    end if
+  end subroutine place_node
+
+  !> Gives an element its nodes, unless it has some already.
+  subroutine place_element(mesh, origin, n, nodes, material, set, record, twice)
+    type(mesh_t), intent(inout) :: mesh !! the mesh, with room for the element
+    type(element_origin_t), intent(inout) :: origin !! where its elements come from
+    integer, intent(in) :: n !! element number
+    integer, intent(in) :: nodes(:) !! its nodes
+    integer, intent(in) :: material !! its material number
+    integer, intent(in) :: set !! index of the command it comes from
+    integer, intent(in) :: record !! index of the record it comes from
+    logical, intent(out) :: twice !! the element is there already and was left alone
+
+    twice = origin%set(n) /= 0
+    if (twice) return
+    mesh%ix(:size(nodes), n) = nodes
+    mesh%material(n) = material
+    origin%set(n) = set
+    origin%record(n) = record
+  end subroutine place_element
+
+  !> Cuts the arrays to the numbers that are there and finds the nodes that elements hold.
+  subroutine finish_mesh(mesh, origin, error)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    type(element_origin_t), intent(inout) :: origin !! where its elements come from
+    type(error_t), allocatable, intent(out) :: error !! no memory
+    integer :: e, k, n, status
+
+    call resize_nodes(mesh, mesh%nodes, status)
+    if (status == 0) call resize_elements(mesh, origin, mesh%elements, status)
+    if (status == 0) allocate (mesh%used(mesh%nodes), stat=status)
+    if (status /= 0) then
+      call raise(error, exit_resources, 'no memory for the mesh')
+      return
+    end if
+    mesh%used(:) = .false.
+    do e = 1, mesh%elements
+      do k = 1, max_element_nodes
+        n = mesh%ix(k, e)
+        if (n >= 1 .and. n <= mesh%nodes) mesh%used(n) = .true.
+      end do
+    end do
+  end subroutine finish_mesh
+
+  !> Diagonal of the box around all nodes [length].
+  pure real(wp) function model_size(mesh) result(length)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp) :: low(3), high(3)
+    integer :: n
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do n = 1, mesh%nodes
+      if (.not. mesh%defined(n)) cycle
+      low = min(low, mesh%x(:, n))
+      high = max(high, mesh%x(:, n))
+    end do
+    length = 0.0_wp
+    if (all(low <= high)) length = norm2(high - low)
+  end function model_size
+
+  !> Gives the node arrays another length; what is new is empty.
+  subroutine resize_nodes(mesh, room, status)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer, intent(in) :: room !! new length
+    integer, intent(out) :: status !! 0, or no memory
+    real(wp), allocatable :: x(:, :)
+    logical, allocatable :: defined(:)
+    integer :: n
+
+    n = min(room, size(mesh%defined))
+    allocate (x(3, room), stat=status)
+    if (status /= 0) return
+    allocate (defined(room), stat=status)
+    if (status /= 0) return
+    x(:, :n) = mesh%x(:, :n)
+    x(:, n + 1:) = 0.0_wp
+    defined(:n) = mesh%defined(:n)
+    defined(n + 1:) = .false.
+    call move_alloc(x, mesh%x)
+    call move_alloc(defined, mesh%defined)
+  end subroutine resize_nodes
+
+  !> Gives the element arrays another length; what is new is empty.
+  subroutine resize_elements(mesh, origin, room, status)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    type(element_origin_t), intent(inout) :: origin !! where its elements come from
+    integer, intent(in) :: room !! new length
+    integer, intent(out) :: status !! 0, or no memory
+    integer, allocatable :: ix(:, :)
+    integer :: n
+
+    n = min(room, size(mesh%material))
+    allocate (ix(max_element_nodes, room), stat=status)
+    if (status /= 0) return
+    ix(:, :n) = mesh%ix(:, :n)
+    ix(:, n + 1:) = 0
+    call move_alloc(ix, mesh%ix)
+    call resize_numbers(mesh%material, room, status)
+    if (status == 0) call resize_numbers(mesh%region, room, status)
+    if (status == 0) call resize_numbers(origin%set, room, status)
+    if (status == 0) call resize_numbers(origin%record, room, status)
+  end subroutine resize_elements
+
+  !> Gives a list of numbers another length; what is new is 0.
+  subroutine resize_numbers(list, room, status)
+    integer, allocatable, intent(inout) :: list(:) !! the list
+    integer, intent(in) :: room !! new length
+    integer, intent(out) :: status !! 0, or no memory
+    integer, allocatable :: other(:)
+    integer :: n
+
+    n = min(room, size(list))
+    allocate (other(room), stat=status)
+    if (status /= 0) return
+    other(:n) = list(:n)
+    other(n + 1:) = 0
+    call move_alloc(other, list)
+  end subroutine resize_numbers
+end module mesh_building

@@ -1,0 +1,163 @@
+!> Looking up sets, regions and surfaces by name.
+module mesh_names
+  use text, only: edit_distance
+  use mesh_types, only: mesh_t
+  use key_sorting, only: unique_numbers
+  implicit none
+  private
+  public :: find_nodes, find_set, find_region, find_surface, nearest_name, name_hint, name_exists, &
+    region_nodes
+
+contains
+
+  !> Nodes of the set, region or surface of this name.
+  subroutine find_nodes(mesh, name, nodes, found)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
+    logical, intent(out) :: found !! there is such a name
+    logical, allocatable :: mask(:)
+    integer :: index, k
+
+    found = .true.
+    call find_set(mesh, name, index)
+    if (index > 0) then
+      nodes = mesh%sets(index)%nodes
+      return
+    end if
+    call find_region(mesh, name, index)
+    if (index > 0) then
+      call region_nodes(mesh, index, nodes)
+      return
+    end if
+    call find_surface(mesh, name, index)
+    found = index > 0
+    allocate (mask(mesh%nodes), source=.false.)
+    if (found) then
+      do k = 1, 3
+        mask(mesh%surfaces(index)%facets(k, :)) = .true.
+      end do
+    end if
+    nodes = unique_numbers(mask)
+  end subroutine find_nodes
+
+  !> Nodes of the elements of a region.
+  subroutine region_nodes(mesh, index, nodes)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: index !! index of the region
+    integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
+    logical, allocatable :: mask(:)
+    integer :: e, k, n
+
+    allocate (mask(mesh%nodes), source=.false.)
+    do e = 1, mesh%elements
+      if (mesh%region(e) /= index) cycle
+      do k = 1, size(mesh%ix, 1)
+        n = mesh%ix(k, e)
+        if (n >= 1 .and. n <= mesh%nodes) mask(n) = .true.
+      end do
+    end do
+    nodes = unique_numbers(mask)
+  end subroutine region_nodes
+
+  !> Index of a node set, 0 if there is none of this name.
+  pure subroutine find_set(mesh, name, index)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    integer, intent(out) :: index !! index into mesh%sets
+    integer :: i
+
+    index = 0
+    do i = 1, size(mesh%sets)
+      if (mesh%sets(i)%name == name .and. name /= '') index = i
+    end do
+  end subroutine find_set
+
+  !> Index of a region, 0 if there is none of this name.
+  pure subroutine find_region(mesh, name, index)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    integer, intent(out) :: index !! index into mesh%regions
+    integer :: i
+
+    index = 0
+    do i = 1, size(mesh%regions)
+      if (mesh%regions(i)%name == name .and. name /= '') index = i
+    end do
+  end subroutine find_region
+
+  !> Index of a surface, 0 if there is none of this name.
+  pure subroutine find_surface(mesh, name, index)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    integer, intent(out) :: index !! index into mesh%surfaces
+    integer :: i
+
+    index = 0
+    do i = 1, size(mesh%surfaces)
+      if (mesh%surfaces(i)%name == name .and. name /= '') index = i
+    end do
+  end subroutine find_surface
+
+  !> True if a set, region or surface has this name.
+  pure logical function name_exists(mesh, name) result(exists)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    integer :: i, j, k
+
+    call find_set(mesh, name, i)
+    call find_region(mesh, name, j)
+    call find_surface(mesh, name, k)
+    exists = max(i, j, k) > 0
+  end function name_exists
+
+  !> The name of a set, region or surface that is most like the given one; empty if there is no
+  !! name at all.
+  pure function nearest_name(mesh, name) result(nearest)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! name to look for
+    character(:), allocatable :: nearest
+    integer :: i, least
+
+    nearest = ''
+    least = huge(1)
+    do i = 1, size(mesh%sets)
+      call take_if_nearer(mesh%sets(i)%name, name, least, nearest)
+    end do
+    do i = 1, size(mesh%surfaces)
+      call take_if_nearer(mesh%surfaces(i)%name, name, least, nearest)
+    end do
+    do i = 1, size(mesh%regions)
+      call take_if_nearer(mesh%regions(i)%name, name, least, nearest)
+    end do
+  end function nearest_name
+
+  !> Keeps the candidate that is nearest so far.
+  pure subroutine take_if_nearer(candidate, name, least, nearest)
+    character(*), intent(in) :: candidate !! a name of the mesh
+    character(*), intent(in) :: name !! the name to look for
+    integer, intent(inout) :: least !! smallest distance so far
+    character(:), allocatable, intent(inout) :: nearest !! name at that distance
+    integer :: distance
+
+    if (candidate == '') return
+    distance = edit_distance(candidate, name)
+    if (distance >= least) return
+    least = distance
+    nearest = candidate
+  end subroutine take_if_nearer
+
+  !> The remedy for a name that does not exist.
+  pure function name_hint(mesh, name) result(hint)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: name !! the name to look for
+    character(:), allocatable :: hint
+
+    hint = nearest_name(mesh, name)
+    if (hint == '') then
+      hint = 'the deck defines no set, region or surface; see SET, BLOCk and SURFace'
+    else
+      hint = 'the nearest name is '//hint
+    end if
+  end function name_hint
+end module mesh_names

@@ -1,0 +1,224 @@
+!> SET: nodes chosen by planes, boxes, regions and lists.
+module node_sets
+  use kinds, only: wp
+  use text, only: to_text
+  use deck_types, only: data_set_t, record_t
+  use records, only: item_integer, item_real, item_name, item_count, is_word
+  use diagnostics, only: diagnostics_t, report_error
+  use mesh_types, only: mesh_t
+  use mesh_building, only: model_size
+  use mesh_names, only: find_nodes
+  use key_sorting, only: unique_numbers
+  implicit none
+  private
+  public :: select_nodes, default_tolerance
+
+  !> Tolerance of planes and boxes as a part of the model size.
+  real(wp), parameter :: default_tolerance = 1.0e-8_wp
+
+contains
+
+  !> Nodes a SET data set chooses: records narrow the choice, OR starts an alternative.
+  subroutine select_nodes(set, mesh, diagnostics, nodes)
+    type(data_set_t), intent(in) :: set !! the data set
+    type(mesh_t), intent(in) :: mesh !! the complete mesh; names it refers to are evaluated
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    integer, allocatable, intent(out) :: nodes(:) !! node numbers, ascending
+    logical, allocatable :: chosen(:), alternative(:)
+    integer :: i, first
+    logical :: empty, failed
+
+    allocate (chosen(mesh%nodes), source=.false.)
+    alternative = mesh%defined
+    empty = .true.
+    failed = .false.
+    do i = 1, set%count
+      first = 1
+      if (is_word(set%records(i)%items(1), 'or')) then
+        if (.not. empty) chosen = chosen .or. alternative
+        alternative = mesh%defined
+        empty = .true.
+        first = 2
+      end if
+      if (item_count(set%records(i)) < first) cycle
+      empty = .false.
+      call narrow(set%records(i), first, mesh, diagnostics, alternative, failed)
+    end do
+    if (.not. empty) chosen = chosen .or. alternative
+    nodes = unique_numbers(chosen)
+    if (size(nodes) == 0 .and. .not. failed) call report_empty(set, mesh, diagnostics)
+  end subroutine select_nodes
+
+  !> Narrows the choice by one record.
+  subroutine narrow(record, first, mesh, diagnostics, chosen, failed)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! its first item (behind OR)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, intent(inout) :: chosen(:) !! (nodes) nodes chosen so far
+    logical, intent(inout) :: failed !! an error has been reported
+    integer, allocatable :: nodes(:)
+    logical, allocatable :: mask(:)
+    logical :: found
+
+    if (is_word(record%items(first), 'plan')) then
+      call narrow_by_plane(record, first, mesh, diagnostics, chosen, failed)
+    else if (is_word(record%items(first), 'box')) then
+      call narrow_by_box(record, first, mesh, diagnostics, chosen, failed)
+    else if (is_word(record%items(first), 'insi')) then
+      call find_nodes(mesh, item_name(record, first + 1), nodes, found)
+      allocate (mask(mesh%nodes), source=.false.)
+      mask(nodes) = .true.
+      chosen = chosen .and. mask
+      failed = failed .or. size(nodes) == 0
+    else if (is_word(record%items(first), 'node')) then
+      call narrow_by_list(record, first, mesh, diagnostics, chosen, failed)
+    end if
+  end subroutine narrow
+
+  !> `PLANe dir coordinate [tol]`.
+  subroutine narrow_by_plane(record, first, mesh, diagnostics, chosen, failed)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! place of the word PLANe
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, intent(inout) :: chosen(:) !! (nodes) nodes chosen so far
+    logical, intent(inout) :: failed !! an error has been reported
+    integer :: direction
+    real(wp) :: tolerance
+
+    direction = item_integer(record, first + 1)
+    if (direction < 1 .or. direction > 3) then
+      call report_error(diagnostics, record%items(min(first + 1, item_count(record)))%at, &
+        'direction '//to_text(direction)//' does not exist', 'directions are 1, 2 and 3')
+      failed = .true.
+      return
+    end if
+    tolerance = plane_tolerance(record, first, mesh)
+    if (tolerance < 0.0_wp) then
+      call report_error(diagnostics, record%items(first + 3)%at, 'a tolerance below 0', &
+        'leave it out for 1e-8 of the model size')
+      failed = .true.
+      return
+    end if
+    ! coordinates are below 1e100, but the deck's number may be anything
+    chosen = chosen .and. mesh%x(direction, :) <= item_real(record, first + 2) + tolerance
+    chosen = chosen .and. mesh%x(direction, :) >= item_real(record, first + 2) - tolerance
+  end subroutine narrow_by_plane
+
+  !> Tolerance of a PLANe record [length].
+  real(wp) function plane_tolerance(record, first, mesh) result(tolerance)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! place of the word PLANe
+    type(mesh_t), intent(in) :: mesh !! the mesh
+
+    tolerance = default_tolerance*model_size(mesh)
+    if (item_count(record) >= first + 3) tolerance = item_real(record, first + 3)
+    tolerance = min(tolerance, 1.0e100_wp)
+  end function plane_tolerance
+
+  !> `BOX x1 x2 y1 y2 z1 z2`.
+  subroutine narrow_by_box(record, first, mesh, diagnostics, chosen, failed)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! place of the word BOX
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, intent(inout) :: chosen(:) !! (nodes) nodes chosen so far
+    logical, intent(inout) :: failed !! an error has been reported
+    real(wp) :: low, high, tolerance
+    integer :: k
+
+    tolerance = default_tolerance*model_size(mesh)
+    do k = 1, 3
+      low = item_real(record, first + 2*k - 1)
+      high = item_real(record, first + 2*k)
+      if (low > high) then
+        call report_error(diagnostics, record%items(first + 2*k - 1)%at, 'the box ends before '// &
+          'it begins: x'//to_text(k)//' from '//to_text(low)//' to '//to_text(high), &
+          'say BOX x1 x2 y1 y2 z1 z2, lower bounds first')
+        failed = .true.
+        return
+      end if
+      chosen = chosen .and. mesh%x(k, :) >= low - tolerance .and. mesh%x(k, :) <= high + tolerance
+    end do
+  end subroutine narrow_by_box
+
+  !> `NODEs a b c TO d ...`. Listed nodes and the ends of a range exist; between them gaps may be.
+  subroutine narrow_by_list(record, first, mesh, diagnostics, chosen, failed)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! place of the word NODEs
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, intent(inout) :: chosen(:) !! (nodes) nodes chosen so far
+    logical, intent(inout) :: failed !! an error has been reported
+    logical, allocatable :: mask(:)
+    integer :: i, n, last
+    logical :: range
+
+    allocate (mask(mesh%nodes), source=.false.)
+    last = 0
+    range = .false.
+    do i = first + 1, item_count(record)
+      if (is_word(record%items(i), 'to')) then
+        range = .true.
+        if (last == 0) exit
+        cycle
+      end if
+      n = item_integer(record, i)
+      if (.not. node_exists(mesh, n)) then
+        call report_error(diagnostics, record%items(i)%at, 'node '//to_text(n)// &
+          ' does not exist', 'the highest node number is '//to_text(mesh%nodes))
+        failed = .true.
+        return
+      end if
+      if (range .and. n < last) exit
+      if (range) mask(last:n) = mesh%defined(last:n)
+      mask(n) = .true.
+      range = .false.
+      last = n
+    end do
+    if (range) then
+      call report_error(diagnostics, record%at, 'a range of nodes that does not ascend', &
+        'say NODEs a TO b with a below b')
+      failed = .true.
+    end if
+    chosen = chosen .and. mask
+  end subroutine narrow_by_list
+
+  !> True if the deck gives this node coordinates.
+  pure logical function node_exists(mesh, n) result(exists)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: n !! node number
+
+    exists = n >= 1 .and. n <= mesh%nodes
+    if (exists) exists = mesh%defined(n)
+  end function node_exists
+
+  !> Says that a set is empty, and how near the nearest node is to the first plane that misses all.
+  subroutine report_empty(set, mesh, diagnostics)
+    type(data_set_t), intent(in) :: set !! the data set
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    integer :: i, first, direction, node
+    real(wp) :: coordinate
+
+    do i = 1, set%count
+      first = 1
+      if (is_word(set%records(i)%items(1), 'or')) first = 2
+      if (item_count(set%records(i)) < first) cycle
+      if (.not. is_word(set%records(i)%items(first), 'plan')) cycle
+      direction = item_integer(set%records(i), first + 1)
+      coordinate = item_real(set%records(i), first + 2)
+      if (.not. any(mesh%defined)) cycle
+      node = minloc(abs(mesh%x(direction, :) - coordinate), dim=1, mask=mesh%defined)
+      if (abs(mesh%x(direction, node) - coordinate) <= &
+        plane_tolerance(set%records(i), first, mesh)) cycle
+      call report_error(diagnostics, set%records(i)%at, 'set '//item_name(set%head, 2)// &
+        ' is empty: no node has x'//to_text(direction)//' = '//to_text(coordinate), &
+        'the nearest is node '//to_text(node)//' at '//to_text(mesh%x(direction, node), 12))
+      return
+    end do
+    call report_error(diagnostics, set%head%at, 'set '//item_name(set%head, 2)//' is empty', &
+      'records narrow the choice (logical and); OR starts an alternative')
+  end subroutine report_empty
+end module node_sets

@@ -1,0 +1,31 @@
+!> The program: command line, deck, run, exit code.
+program mfec
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use errors, only: error_t, exit_done
+  use signals, only: catch_signals
+  use command_line, only: options_t, read_command_line
+  use session, only: run_session
+  use keyword_help, only: help_text
+  use version, only: program_version
+  use process, only: end_process
+  implicit none
+  type(options_t) :: options
+  type(error_t), allocatable :: error
+
+  call catch_signals()
+  call read_command_line(options, error)
+  if (.not. allocated(error)) then
+    if (options%version) then
+      write (output_unit, '(a)') 'mfec '//program_version
+    else if (options%help) then
+      write (output_unit, '(a)') help_text(options%topic)
+    else
+      call run_session(options, error)
+    end if
+  end if
+  if (allocated(error)) then
+    write (error_unit, '(a)') error%message
+    call end_process(error%code)
+  end if
+  call end_process(exit_done)
+end program mfec

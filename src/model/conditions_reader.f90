@@ -1,0 +1,195 @@
+!> Reads supports, prescribed displacements, forces and load numbers, and checks them together.
+module conditions_reader
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use deck_types, only: deck_t, data_set_t, location_t, item_number
+  use records, only: item_count
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use model_types, only: model_t
+  use loads, only: has_load
+  use condition_draft, only: condition_draft_t, start_draft, quantity_restraint, &
+    quantity_displacement, quantity_force, quantity_load
+  use numbered_conditions, only: read_numbered_conditions
+  use located_conditions, only: read_edge_conditions, read_point_conditions
+  implicit none
+  private
+  public :: read_conditions
+
+  !> A prescribed displacement on a degree of freedom without support, gathered by its item.
+  type :: loose_t
+    type(location_t) :: at !! the item
+    integer :: node = 0 !! first node it concerns
+    integer :: dof = 0 !! degree of freedom
+    integer :: count = 0 !! number of nodes it concerns
+  end type loose_t
+
+  !> Most items that are gathered: as many as one report shows.
+  integer, parameter :: max_loose = 20
+
+contains
+
+  !> Fills model%conditions; mesh, materials and loads have been read.
+  subroutine read_conditions(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the conditions
+    type(condition_draft_t) :: draft
+    integer :: i, quantity
+
+    call start_draft(model%mesh%nodes, draft)
+    do i = 1, size(deck%mesh)
+      quantity = quantity_of(deck%mesh(i)%command)
+      if (quantity == 0) cycle
+      associate (set => deck%mesh(i))
+        if (quantity == quantity_load) call check_load_numbers(set, model, diagnostics)
+        select case (set%command(1:1))
+        case ('e')
+          call read_edge_conditions(set, quantity, model%mesh, diagnostics, draft)
+        case ('c')
+          call read_point_conditions(set, quantity, model%mesh, diagnostics, draft)
+        case default
+          call read_numbered_conditions(set, quantity, model%mesh, diagnostics, draft)
+        end select
+      end associate
+    end do
+    call restrain_rigid_nodes(model, draft)
+    call restrain_loose_nodes(deck, model, diagnostics, draft)
+    call check_displacements(draft, diagnostics)
+    model%conditions = draft%conditions
+  end subroutine read_conditions
+
+  !> What a command prescribes, 0 if it is none of these.
+  pure integer function quantity_of(command) result(quantity)
+    character(4), intent(in) :: command !! first four letters, lower case
+
+    select case (command)
+    case ('boun', 'ebou', 'cbou')
+      quantity = quantity_restraint
+    case ('disp', 'edis', 'cdis')
+      quantity = quantity_displacement
+    case ('forc', 'efor', 'cfor')
+      quantity = quantity_force
+    case ('fpro', 'epro', 'cpro')
+      quantity = quantity_load
+    case default
+      quantity = 0
+    end select
+  end function quantity_of
+
+  !> Each load number must be 0 or have a table.
+  subroutine check_load_numbers(set, model, diagnostics)
+    type(data_set_t), intent(in) :: set !! an FPRO, EPRO or CPRO data set
+    type(model_t), intent(in) :: model !! has the load tables
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i, k, n, number
+
+    do i = 1, set%count
+      n = item_count(set%records(i))
+      do k = max(1, n - 2), n
+        associate (item => set%records(i)%items(k))
+          if (item%kind /= item_number) cycle
+          number = nint(item%value)
+          if (has_load(model%loads, number)) cycle
+          call report_error(diagnostics, item%at, 'proportional load '//to_text(number)// &
+            ' has no table', 'define it with PROPortional '//to_text(number)// &
+            ', or write 0 for the sum of all tables')
+          exit
+        end associate
+      end do
+    end do
+  end subroutine check_load_numbers
+
+  !> Nodes of rigid materials have no degrees of freedom of their own.
+  subroutine restrain_rigid_nodes(model, draft)
+    type(model_t), intent(in) :: model !! mesh and materials
+    type(condition_draft_t), intent(inout) :: draft !! the conditions
+    integer :: e, k, m
+
+    do e = 1, model%mesh%elements
+      m = model%element_material(e)
+      if (m == 0) cycle
+      if (.not. model%materials(m)%rigid) cycle
+      do k = 1, size(model%mesh%ix, 1)
+        if (model%mesh%ix(k, e) == 0) exit
+        draft%conditions%restrained(:, model%mesh%ix(k, e)) = .true.
+      end do
+    end do
+  end subroutine restrain_rigid_nodes
+
+  !> Nodes without element are restrained, as in FEAP.
+  subroutine restrain_loose_nodes(deck, model, diagnostics, draft)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(model_t), intent(in) :: model !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! takes the note
+    type(condition_draft_t), intent(inout) :: draft !! the conditions
+    integer :: i, first, n
+
+    first = 0
+    n = 0
+    do i = 1, model%mesh%nodes
+      if (model%mesh%used(i)) cycle
+      draft%conditions%restrained(:, i) = .true.
+      if (.not. model%mesh%defined(i)) cycle
+      if (first == 0) first = i
+      n = n + 1
+    end do
+    if (n == 0) return
+    call report_note(diagnostics, deck%last, count_noun(n, 'node')// &
+      ' without element, restrained in all directions; the first is '//to_text(first))
+  end subroutine restrain_loose_nodes
+
+  !> A displacement other than zero needs a support: one error for each item that lacks it.
+  subroutine check_displacements(draft, diagnostics)
+    type(condition_draft_t), intent(in) :: draft !! the conditions
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(loose_t) :: loose(max_loose)
+    integer :: i, k, n
+
+    n = 0
+    do i = 1, size(draft%displacement_at, 2)
+      do k = 1, 3
+        if (draft%conditions%restrained(k, i)) cycle
+        if (abs(draft%conditions%displacement(k, i)) <= 0.0_wp) cycle
+        call gather_loose(draft%displacement_at(k, i), i, k, loose, n)
+      end do
+    end do
+    do i = 1, n
+      call report_error(diagnostics, loose(i)%at, 'a displacement is prescribed for degree of '// &
+        'freedom '//to_text(loose(i)%dof)//' of node '//to_text(loose(i)%node)// &
+        others(loose(i)%count - 1)//', which is not restrained', &
+        'restrain it with BOUNdary (code 1), or prescribe 0')
+    end do
+  end subroutine check_displacements
+
+  !> Adds one degree of freedom to the list, under the item that prescribes it.
+  pure subroutine gather_loose(at, node, dof, loose, n)
+    type(location_t), intent(in) :: at !! the item
+    integer, intent(in) :: node !! node
+    integer, intent(in) :: dof !! degree of freedom
+    type(loose_t), intent(inout) :: loose(:) !! the list
+    integer, intent(inout) :: n !! its length
+    integer :: i
+
+    do i = 1, n
+      if (loose(i)%at%file /= at%file .or. loose(i)%at%line /= at%line) cycle
+      if (loose(i)%at%column /= at%column .or. loose(i)%dof /= dof) cycle
+      loose(i)%count = loose(i)%count + 1
+      return
+    end do
+    if (n == size(loose)) return
+    n = n + 1
+    loose(n)%at = at
+    loose(n)%node = node
+    loose(n)%dof = dof
+    loose(n)%count = 1
+  end subroutine gather_loose
+
+  !> " and 3 other nodes", or nothing.
+  pure function others(n) result(words)
+    integer, intent(in) :: n !! how many
+    character(:), allocatable :: words
+
+    words = ''
+    if (n > 0) words = ' and of '//count_noun(n, 'other node')
+  end function others
+end module conditions_reader

@@ -1,0 +1,204 @@
+!> Reads the MATErial data sets, and finds the material of each element.
+module materials_reader
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number
+  use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use model_types, only: model_t, material_t, law_linear
+  implicit none
+  private
+  public :: read_materials, assign_materials
+
+contains
+
+  !> Fills model%materials.
+  subroutine read_materials(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the materials
+    integer :: i, n
+
+    n = count(deck%mesh%command == 'mate')
+    allocate (model%materials(n))
+    n = 0
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'mate') cycle
+      n = n + 1
+      call read_material(deck%mesh(i), model%materials(:n - 1), diagnostics, model%materials(n))
+    end do
+  end subroutine read_materials
+
+  !> Reads one data set.
+  subroutine read_material(set, others, diagnostics, material)
+    type(data_set_t), intent(in) :: set !! the data set
+    type(material_t), intent(in) :: others(:) !! the materials before it
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(material_t), intent(inout) :: material !! the material
+    logical :: elastic
+    integer :: i
+
+    material%at = set%head%at
+    material%number = item_integer(set%head, 2)
+    material%label = item_name(set%head, 3)
+    if (any(others%number == material%number)) then
+      call report_error(diagnostics, item_location(set%head, 2), 'material '// &
+        to_text(material%number)//' is defined twice', 'give the second one another number')
+    end if
+    elastic = .false.
+    do i = 1, set%count
+      call read_property(set%records(i), diagnostics, material, elastic)
+    end do
+    if (elastic .or. material%rigid .or. .not. set%complete) return
+    call report_error(diagnostics, set%head%at, 'material '//to_text(material%number)// &
+      ' has no elastic constants', 'write ELAStic ISOTropic E nu, or RIGId')
+  end subroutine read_material
+
+  !> Reads one property.
+  subroutine read_property(record, diagnostics, material, elastic)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(material_t), intent(inout) :: material !! the material
+    logical, intent(inout) :: elastic !! its elastic constants are known
+
+    if (is_word(record%items(1), 'solid')) then
+      material%law = law_linear
+    else if (is_word(record%items(1), 'rigid')) then
+      material%rigid = .true.
+    else if (is_word(record%items(1), 'density')) then
+      material%density = item_real(record, 2)
+    else if (is_word(record%items(1), 'elastic')) then
+      if (elastic) then
+        call report_error(diagnostics, record%at, 'elastic constants are given twice', &
+          'keep one of the two records')
+      end if
+      elastic = .true.
+      call read_elastic(record, diagnostics, material)
+    end if
+  end subroutine read_property
+
+  !> ELAStic ISOTropic E nu.
+  subroutine read_elastic(record, diagnostics, material)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(material_t), intent(inout) :: material !! the material
+
+    material%youngs_modulus = item_real(record, 3)
+    material%poissons_ratio = item_real(record, 4)
+    if (material%poissons_ratio <= -1.0_wp .or. material%poissons_ratio >= 0.5_wp) then
+      call report_error(diagnostics, item_location(record, 4), 'Poisson''s ratio is '// &
+        to_text(material%poissons_ratio, 10), 'write a ratio above -1 and below 0.5')
+    end if
+  end subroutine read_elastic
+
+  !> Fills model%element_material; mesh and materials have been read.
+  subroutine assign_materials(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! mesh and materials
+    logical, allocatable :: used(:)
+    integer :: e, m, missing
+
+    allocate (model%element_material(model%mesh%elements), source=0)
+    allocate (used(size(model%materials)), source=.false.)
+    missing = 0
+    m = 0
+    do e = 1, model%mesh%elements
+      if (model%mesh%ix(1, e) == 0) cycle
+      m = material_index(model%materials, model%mesh%material(e), m)
+      model%element_material(e) = m
+      if (m > 0) then
+        used(m) = .true.
+      else if (missing == 0 .or. model%mesh%material(e) /= missing) then
+        if (first_without(model, e)) then
+          call report_missing_material(deck, model, e, diagnostics)
+        end if
+        missing = model%mesh%material(e)
+      end if
+    end do
+    do m = 1, size(used)
+      if (used(m)) cycle
+      call report_note(diagnostics, model%materials(m)%at, 'material '// &
+        to_text(model%materials(m)%number)//' is used by no element')
+    end do
+  end subroutine assign_materials
+
+  !> Index of a material number, 0 if there is none; `guess` is tried first.
+  pure integer function material_index(materials, number, guess) result(m)
+    type(material_t), intent(in) :: materials(:) !! the materials
+    integer, intent(in) :: number !! the number
+    integer, intent(in) :: guess !! index that is likely, or 0
+
+    if (guess > 0) then
+      m = guess
+      if (materials(m)%number == number) return
+    end if
+    do m = 1, size(materials)
+      if (materials(m)%number == number) return
+    end do
+    m = 0
+  end function material_index
+
+  !> Whether no element before this one has its material number.
+  pure logical function first_without(model, element) result(first)
+    type(model_t), intent(in) :: model !! the mesh
+    integer, intent(in) :: element !! element number
+
+    associate (mesh => model%mesh)
+      first = .not. any(mesh%material(:element - 1) == mesh%material(element) .and. &
+        mesh%ix(1, :element - 1) > 0)
+    end associate
+  end function first_without
+
+  !> Reports a material number without MATErial where the deck first uses it.
+  subroutine report_missing_material(deck, model, element, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(model_t), intent(in) :: model !! mesh and materials
+    integer, intent(in) :: element !! first element that has it
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(location_t) :: at
+    integer :: i, number
+
+    number = model%mesh%material(element)
+    at = deck%last
+    do i = size(deck%mesh), 1, -1
+      call find_material_item(deck%mesh(i), number, at)
+    end do
+    call report_error(diagnostics, at, 'material '//to_text(number)//' of element '// &
+      to_text(element)//' does not exist', 'define it with MATErial '//to_text(number)// &
+      '; the deck has '//count_noun(size(model%materials), 'material'))
+  end subroutine report_missing_material
+
+  !> Where an ELEMents or BLOCk data set names a material; `at` stays if it does not.
+  subroutine find_material_item(set, number, at)
+    type(data_set_t), intent(in) :: set !! the data set
+    integer, intent(in) :: number !! material number
+    type(location_t), intent(inout) :: at !! the place found
+    integer :: i, k
+
+    do i = set%count, 1, -1
+      associate (record => set%records(i))
+        k = material_item(set%command, record)
+        if (k == 0) cycle
+        if (record%items(k)%kind /= item_number) cycle
+        if (nint(record%items(k)%value) == number) at = item_location(record, k)
+      end associate
+    end do
+  end subroutine find_material_item
+
+  !> Index of the item of a record that is a material number, 0 if there is none.
+  pure integer function material_item(command, record) result(k)
+    character(4), intent(in) :: command !! the data set's command
+    type(record_t), intent(in) :: record !! the record
+    integer :: i
+
+    k = 0
+    if (command == 'elem' .and. item_count(record) > 3) k = 3
+    if (command /= 'bloc' .or. item_count(record) < 4) return
+    if (.not. is_word(record%items(1), 'cart')) return
+    do i = 5, item_count(record) - 1
+      if (is_word(record%items(i), 'material')) k = i + 1
+    end do
+    if (k == 0 .and. item_count(record) > 6) k = 7
+  end function material_item
+end module materials_reader

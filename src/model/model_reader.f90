@@ -1,0 +1,46 @@
+!> Turns a checked deck into the problem: mesh, materials, loads, conditions, contact, output.
+module model_reader
+  use deck_types, only: deck_t
+  use diagnostics, only: diagnostics_t, error_count
+  use mesh_reader, only: read_mesh
+  use model_types, only: model_t
+  use materials_reader, only: read_materials, assign_materials
+  use loads_reader, only: read_loads
+  use conditions_reader, only: read_conditions
+  use contact_reader, only: read_pairs, pair_draft_t
+  use pair_builder, only: build_pairs
+  use output_reader, only: read_output
+  use name_checks, only: check_names
+  implicit none
+  private
+  public :: read_model
+
+contains
+
+  !> Reads everything and reports all that is wrong; the model is complete if nothing is.
+  !!
+  !! Where nodes or elements are missing because of an error, what refers to them is not checked:
+  !! one error shall not be reported twice.
+  subroutine read_model(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(out) :: model !! the problem
+    type(pair_draft_t), allocatable :: drafts(:)
+    logical :: sound
+
+    model%title = deck%title
+    call read_mesh(deck, diagnostics, model%mesh)
+    sound = error_count(diagnostics) == 0
+    call read_loads(deck, diagnostics, model)
+    call read_pairs(deck, diagnostics, drafts)
+    call read_materials(deck, diagnostics, model)
+    if (.not. sound) then
+      call check_names(deck, model%mesh, diagnostics)
+      return
+    end if
+    call assign_materials(deck, diagnostics, model)
+    call read_conditions(deck, diagnostics, model)
+    call build_pairs(drafts, diagnostics, model)
+    call read_output(deck, diagnostics, model)
+  end subroutine read_model
+end module model_reader

@@ -1,0 +1,91 @@
+!> Questions about nodes that several readers of the model ask, and how a bad answer is reported.
+module node_queries
+  use kinds, only: wp
+  use text, only: to_text
+  use deck_types, only: location_t, record_t
+  use records, only: item_location, item_name
+  use diagnostics, only: diagnostics_t, report_error
+  use mesh_types, only: mesh_t
+  use mesh_building, only: model_size
+  use mesh_names, only: find_nodes, name_hint
+  use node_sets, only: default_tolerance
+  implicit none
+  private
+  public :: node_exists, report_missing_node, nodes_of_item, report_unknown_name
+  public :: plane_tolerance, nearest_node
+
+contains
+
+  !> Whether the deck gives this node coordinates.
+  pure logical function node_exists(mesh, node)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: node !! any number
+
+    node_exists = .false.
+    if (node >= 1 .and. node <= mesh%nodes) node_exists = mesh%defined(node)
+  end function node_exists
+
+  !> Reports a node that does not exist.
+  subroutine report_missing_node(mesh, at, node, diagnostics)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(location_t), intent(in) :: at !! where it is named
+    integer, intent(in) :: node !! its number
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    call report_error(diagnostics, at, 'node '//to_text(node)//' does not exist', &
+      'the mesh has '//to_text(count(mesh%defined))//' nodes, the highest number is '// &
+      to_text(mesh%nodes))
+  end subroutine report_missing_node
+
+  !> Reports a name that is no set, region or surface.
+  subroutine report_unknown_name(mesh, at, name, diagnostics)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(location_t), intent(in) :: at !! where it stands
+    character(*), intent(in) :: name !! the name
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    call report_error(diagnostics, at, 'there is no set, region or surface '//name, &
+      name_hint(mesh, name))
+  end subroutine report_unknown_name
+
+  !> Nodes of the set, region or surface that item `i` names; none, and an error, if unknown.
+  subroutine nodes_of_item(mesh, record, i, diagnostics, nodes)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! item of the name
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer, allocatable, intent(out) :: nodes(:) !! node numbers
+    logical :: found
+
+    call find_nodes(mesh, item_name(record, i), nodes, found)
+    if (found) return
+    call report_unknown_name(mesh, item_location(record, i), item_name(record, i), diagnostics)
+    if (.not. allocated(nodes)) allocate (nodes(0))
+  end subroutine nodes_of_item
+
+  !> How far from a plane a node may lie and still be on it.
+  pure real(wp) function plane_tolerance(mesh)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+
+    plane_tolerance = default_tolerance*model_size(mesh)
+  end function plane_tolerance
+
+  !> The node nearest to a point, the lowest number among equals; 0 without nodes.
+  pure integer function nearest_node(mesh, x) result(nearest)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp), intent(in) :: x(3) !! the point
+    real(wp) :: distance, least
+    integer :: i
+
+    nearest = 0
+    least = huge(least)
+    do i = 1, mesh%nodes
+      if (.not. mesh%defined(i)) cycle
+      distance = norm2(mesh%x(:, i) - x)
+      if (distance < least) then
+        least = distance
+        nearest = i
+      end if
+    end do
+  end function nearest_node
+end module node_queries

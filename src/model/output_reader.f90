@@ -1,0 +1,167 @@
+!> Reads the OUTPut data sets: what is written, and how often.
+module output_reader
+  use text, only: string_t
+  use deck_types, only: deck_t, record_t
+  use records, only: item_location, item_count, item_integer, item_name, is_word
+  use diagnostics, only: diagnostics_t, report_error
+  use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
+    state_none
+  use node_queries, only: node_exists, report_missing_node, report_unknown_name
+  use mesh_names, only: find_nodes
+  implicit none
+  private
+  public :: read_output
+
+contains
+
+  !> Fills model%output; mesh and conditions have been read.
+  subroutine read_output(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the request
+    integer :: i, k
+    logical :: reactions_given
+
+    allocate (model%output%reactions(0), model%output%history(0))
+    reactions_given = .false.
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'outp') cycle
+      do k = 1, deck%mesh(i)%count
+        call read_request(deck%mesh(i)%records(k), diagnostics, model, reactions_given)
+      end do
+    end do
+    if (.not. reactions_given) call request_restrained_sets(model)
+  end subroutine read_output
+
+  !> Reads one record.
+  subroutine read_request(record, diagnostics, model, reactions_given)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the request
+    logical, intent(inout) :: reactions_given !! becomes true with REACtions
+
+    if (is_word(record%items(1), 'reactions')) then
+      reactions_given = .true.
+      call read_reactions(record, diagnostics, model)
+    else if (is_word(record%items(1), 'fields')) then
+      call read_fields(record, model%output)
+    else if (is_word(record%items(1), 'every')) then
+      model%output%every = item_integer(record, 2)
+    else if (is_word(record%items(1), 'state')) then
+      call read_state(record, model%output)
+    else if (is_word(record%items(1), 'history')) then
+      call read_history(record, diagnostics, model)
+    end if
+  end subroutine read_request
+
+  !> REACtions set set ...
+  subroutine read_reactions(record, diagnostics, model)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the names
+    integer, allocatable :: nodes(:)
+    logical :: found
+    integer :: i
+
+    do i = 2, item_count(record)
+      call find_nodes(model%mesh, item_name(record, i), nodes, found)
+      if (.not. found) then
+        call report_unknown_name(model%mesh, item_location(record, i), item_name(record, i), &
+          diagnostics)
+      else if (is_requested(model%output, item_name(record, i))) then
+        call report_error(diagnostics, item_location(record, i), 'reactions of '''// &
+          item_name(record, i)//''' are asked for twice', 'name each set once')
+      else
+        call add_reactions(model%output, item_name(record, i))
+      end if
+    end do
+  end subroutine read_reactions
+
+  !> Whether a set's reactions are on the list.
+  pure logical function is_requested(output, name)
+    type(output_request_t), intent(in) :: output !! the request
+    character(*), intent(in) :: name !! name of the set
+    integer :: i
+
+    is_requested = .false.
+    do i = 1, size(output%reactions)
+      if (output%reactions(i)%s == name) is_requested = .true.
+    end do
+  end function is_requested
+
+  !> Adds one set to the list.
+  pure subroutine add_reactions(output, name)
+    type(output_request_t), intent(inout) :: output !! the request
+    character(*), intent(in) :: name !! name of the set
+    type(string_t), allocatable :: longer(:)
+    integer :: n
+
+    n = size(output%reactions)
+    allocate (longer(n + 1))
+    longer(:n) = output%reactions
+    longer(n + 1)%s = name
+    call move_alloc(longer, output%reactions)
+  end subroutine add_reactions
+
+  !> FIELds displacement reaction stress strain contact, or NONE: only what is named is written.
+  pure subroutine read_fields(record, output)
+    type(record_t), intent(in) :: record !! the record
+    type(output_request_t), intent(inout) :: output !! receives the choice
+    integer :: i
+
+    output%displacement = .false.
+    output%reaction = .false.
+    output%stress = .false.
+    output%strain = .false.
+    output%contact = .false.
+    do i = 2, item_count(record)
+      associate (item => record%items(i))
+        if (is_word(item, 'displacement')) output%displacement = .true.
+        if (is_word(item, 'reaction')) output%reaction = .true.
+        if (is_word(item, 'stress')) output%stress = .true.
+        if (is_word(item, 'strain')) output%strain = .true.
+        if (is_word(item, 'contact')) output%contact = .true.
+      end associate
+    end do
+  end subroutine read_fields
+
+  !> STATe ALL, LAST or NONE.
+  pure subroutine read_state(record, output)
+    type(record_t), intent(in) :: record !! the record
+    type(output_request_t), intent(inout) :: output !! receives the choice
+
+    if (is_word(record%items(2), 'all')) output%state = state_all
+    if (is_word(record%items(2), 'last')) output%state = state_last
+    if (is_word(record%items(2), 'none')) output%state = state_none
+  end subroutine read_state
+
+  !> HISTory NODE n dof.
+  subroutine read_history(record, diagnostics, model)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the request
+    type(history_request_t) :: request
+
+    request%node = item_integer(record, 3)
+    request%dof = item_integer(record, 4)
+    if (.not. node_exists(model%mesh, request%node)) then
+      call report_missing_node(model%mesh, item_location(record, 3), request%node, diagnostics)
+    else
+      model%output%history = [model%output%history, request]
+    end if
+  end subroutine read_history
+
+  !> Without REACtions: every set with a restrained degree of freedom, in the order of the deck.
+  subroutine request_restrained_sets(model)
+    type(model_t), intent(inout) :: model !! mesh, conditions and request
+    integer :: i
+
+    do i = 1, size(model%mesh%sets)
+      associate (set => model%mesh%sets(i))
+        if (any(model%conditions%restrained(:, set%nodes))) then
+          call add_reactions(model%output, set%name)
+        end if
+      end associate
+    end do
+  end subroutine request_restrained_sets
+end module output_reader

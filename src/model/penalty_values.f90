@@ -1,0 +1,112 @@
+!> Penalty parameters and tributary areas of the slave nodes of a pair.
+!!
+!! AUTO takes on each side the mean cell size h = (6 V)^(1/3) and the smallest Young's modulus E of
+!! the elastic elements next to the pair, and the softer side's E/h; a node gets
+!! factor E/h A with its tributary area A, or with A = h^2 where no facet lies in the slave set.
+module penalty_values
+  use kinds, only: wp
+  use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use model_types, only: model_t
+  use tetrahedra, only: tetrahedron_volume
+  implicit none
+  private
+  public :: set_penalties, side_t, slave_side, master_side
+
+  !> Stiffness of one side of a pair.
+  type :: side_t
+    integer :: elements = 0 !! elastic elements next to the pair, 0 if the side is rigid
+    real(wp) :: modulus = 0.0_wp !! smallest Young's modulus
+    real(wp) :: h = 0.0_wp !! mean cell size [length]
+  end type side_t
+
+contains
+
+  !> Fills pair%epsilon from pair%area; `found` is false where AUTO meets two rigid sides.
+  subroutine set_penalties(model, pair, found)
+    type(model_t), intent(in) :: model !! mesh and materials
+    type(pair_t), intent(inout) :: pair !! the pair
+    logical, intent(out) :: found !! the penalties are known
+    type(side_t) :: side
+
+    found = .true.
+    select case (pair%penalty_kind)
+    case (penalty_nodal)
+      allocate (pair%epsilon(size(pair%nodes)), source=pair%penalty)
+    case (penalty_area)
+      pair%epsilon = pair%penalty*pair%area
+      found = all(pair%area > 0.0_wp)
+    case default
+      side = softer_side(slave_side(model, pair), master_side(model, pair))
+      found = side%elements > 0
+      if (.not. found) return
+      pair%epsilon = pair%penalty*(side%modulus/side%h)* &
+        merge(pair%area, side%h**2, pair%area > 0.0_wp)
+    end select
+  end subroutine set_penalties
+
+  !> The side with the smaller E/h; a rigid side is ignored.
+  pure function softer_side(a, b) result(side)
+    type(side_t), intent(in) :: a !! one side
+    type(side_t), intent(in) :: b !! the other side
+    type(side_t) :: side
+
+    side = a
+    if (a%elements == 0) side = b
+    if (a%elements == 0 .or. b%elements == 0) return
+    if (b%modulus/b%h < a%modulus/a%h) side = b
+  end function softer_side
+
+  !> Stiffness of the elements that hold a slave node.
+  function slave_side(model, pair) result(side)
+    type(model_t), intent(in) :: model !! mesh and materials
+    type(pair_t), intent(in) :: pair !! the pair
+    type(side_t) :: side
+    logical, allocatable :: is_slave(:), near(:)
+    integer :: e, k
+
+    allocate (is_slave(model%mesh%nodes), source=.false.)
+    allocate (near(model%mesh%elements), source=.false.)
+    is_slave(pair%nodes) = .true.
+    do e = 1, model%mesh%elements
+      do k = 1, size(model%mesh%ix, 1)
+        if (model%mesh%ix(k, e) == 0) exit
+        if (is_slave(model%mesh%ix(k, e))) near(e) = .true.
+      end do
+    end do
+    side = side_of(model, near)
+  end function slave_side
+
+  !> Stiffness of the elements behind the master facets.
+  function master_side(model, pair) result(side)
+    type(model_t), intent(in) :: model !! mesh and materials
+    type(pair_t), intent(in) :: pair !! the pair
+    type(side_t) :: side
+    logical, allocatable :: near(:)
+
+    allocate (near(model%mesh%elements), source=.false.)
+    near(pair%facet_elements) = .true.
+    side = side_of(model, near)
+  end function master_side
+
+  !> Smallest modulus and mean cell size of the elastic elements among those marked.
+  pure function side_of(model, near) result(side)
+    type(model_t), intent(in) :: model !! mesh and materials
+    logical, intent(in) :: near(:) !! (elements) next to the pair
+    type(side_t) :: side
+    real(wp) :: volume
+    integer :: e
+
+    do e = 1, size(near)
+      if (.not. near(e) .or. model%element_material(e) == 0) cycle
+      associate (material => model%materials(model%element_material(e)))
+        if (material%rigid) cycle
+        if (side%elements == 0) side%modulus = material%youngs_modulus
+        side%modulus = min(side%modulus, material%youngs_modulus)
+      end associate
+      volume = abs(tetrahedron_volume(model%mesh%x(:, model%mesh%ix(1:4, e))))
+      side%h = side%h + (6.0_wp*volume)**(1.0_wp/3.0_wp)
+      side%elements = side%elements + 1
+    end do
+    if (side%elements > 0) side%h = side%h/real(side%elements, wp)
+  end function side_of
+end module penalty_values

@@ -1,0 +1,109 @@
+!> Turns the solution commands of the deck into a checked list.
+module batch_reader
+  use text, only: lower
+  use deck_types, only: deck_t, data_set_t, item_word, item_quoted
+  use records, only: item_count
+  use diagnostics, only: diagnostics_t, report_error
+  use batch_types, only: batch_command_t
+  implicit none
+  private
+  public :: read_batch
+
+contains
+
+  !> Reads all solution commands; the list is complete even if some of them are wrong.
+  subroutine read_batch(deck, diagnostics, commands)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(batch_command_t), allocatable, intent(out) :: commands(:) !! the commands
+    integer :: i
+    logical :: has_increment
+
+    allocate (commands(size(deck%batch)))
+    has_increment = has_errors(deck, diagnostics)
+    do i = 1, size(commands)
+      commands(i) = command_of(deck%batch(i))
+      call check_command(commands(i), has_increment, diagnostics)
+    end do
+    call pair_loops(commands)
+  end subroutine read_batch
+
+  !> Whether solution commands may be missing, because there is an error behind the last
+  !! mesh record.
+  pure logical function has_errors(deck, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(in) :: diagnostics !! the deck's errors
+    integer :: i, first
+
+    first = 0
+    do i = 1, size(deck%mesh)
+      associate (set => deck%mesh(i))
+        first = max(first, set%head%at%line)
+        if (set%count > 0) first = max(first, set%records(set%count)%at%line)
+      end associate
+    end do
+    has_errors = .false.
+    do i = 1, diagnostics%kept
+      if (diagnostics%messages(i)%at%line > first) has_errors = .true.
+    end do
+  end function has_errors
+
+  !> The fields of one command.
+  pure function command_of(set) result(command)
+    type(data_set_t), intent(in) :: set !! the command
+    type(batch_command_t) :: command
+    integer :: i
+
+    command%command = set%command
+    command%at = set%head%at
+    if (item_count(set%head) > 1) then
+      associate (item => set%head%items(2))
+        if (item%kind == item_word .or. item%kind == item_quoted) then
+          command%option = lower(item%text)
+        end if
+      end associate
+    end if
+    do i = 1, min(3, item_count(set%head) - 2)
+      command%v(i) = set%head%items(i + 2)%value
+    end do
+  end function command_of
+
+  !> Time can advance only when DT has been given.
+  subroutine check_command(command, has_increment, diagnostics)
+    type(batch_command_t), intent(in) :: command !! the command
+    logical, intent(inout) :: has_increment !! a DT stands before
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    select case (command%command)
+    case ('dt')
+      has_increment = .true.
+    case ('step', 'time')
+      if (has_increment) return
+      call report_error(diagnostics, command%at, 'no time increment has been given', &
+        'write DT,, and a value before it')
+    case default
+      return
+    end select
+  end subroutine check_command
+
+  !> Finds the NEXT of each LOOP; that they match has been checked by the reader of the deck.
+  pure subroutine pair_loops(commands)
+    type(batch_command_t), intent(inout) :: commands(:) !! the commands
+    integer, allocatable :: started(:)
+    integer :: i, depth
+
+    allocate (started(size(commands)))
+    depth = 0
+    do i = 1, size(commands)
+      if (commands(i)%command == 'loop') then
+        depth = depth + 1
+        started(depth) = i
+      else if (commands(i)%command == 'next') then
+        if (depth == 0) cycle
+        commands(i)%partner = started(depth)
+        commands(started(depth))%partner = i
+        depth = depth - 1
+      end if
+    end do
+  end subroutine pair_loops
+end module batch_reader

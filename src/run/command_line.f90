@@ -1,0 +1,171 @@
+!> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
+module command_line
+  use text, only: edit_distance
+  use deck_types, only: override_t
+  use errors, only: error_t, raise, exit_deck
+  implicit none
+  private
+  public :: options_t, read_command_line, usage_line
+
+  character(*), parameter :: usage_line = &
+    'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] [--quiet]'
+
+  !> All options this version knows, for hints.
+  character(10), parameter :: known(9) = [character(10) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--quiet', '--version', '--help']
+
+  !> What the command line asks for.
+  type :: options_t
+    character(:), allocatable :: deck !! path of the deck
+    character(:), allocatable :: folder !! where files are written; empty: the working directory
+    character(:), allocatable :: solver !! back end, empty if not given
+    character(:), allocatable :: topic !! keyword of --help, empty for all
+    type(override_t), allocatable :: overrides(:) !! parameters of --set
+    logical :: check = .false. !! read and report only
+    logical :: quiet = .false. !! nothing on standard output
+    logical :: version = .false. !! print the version
+    logical :: help = .false. !! print help
+  end type options_t
+
+contains
+
+  !> Reads and checks the arguments of the program.
+  subroutine read_command_line(options, error)
+    type(options_t), intent(out) :: options !! what is asked for
+    type(error_t), allocatable, intent(out) :: error !! unknown or incomplete option
+    character(:), allocatable :: item
+    integer :: i
+
+    options%deck = ''
+    options%folder = ''
+    options%solver = ''
+    options%topic = ''
+    allocate (options%overrides(0))
+    i = 1
+    do while (i <= command_argument_count())
+      item = argument(i)
+      if (index(item, '--') == 1) then
+        call read_option(item, i, options, error)
+      else if (len(options%deck) == 0) then
+        options%deck = item
+      else
+        call raise(error, exit_deck, 'command line: error: a second deck, '//item// &
+          new_line('a')//'  run one deck at a time; '//usage_line)
+      end if
+      if (allocated(error)) return
+      i = i + 1
+    end do
+    if (len(options%deck) > 0 .or. options%version .or. options%help) return
+    call raise(error, exit_deck, 'command line: error: no deck'//new_line('a')//'  '//usage_line)
+  end subroutine read_command_line
+
+  !> Reads one option and its value; both `--name value` and `--name=value` are taken.
+  subroutine read_option(item, i, options, error)
+    character(*), intent(in) :: item !! the option as written
+    integer, intent(inout) :: i !! its place; moved on if it takes the next argument
+    type(options_t), intent(inout) :: options !! what is asked for
+    type(error_t), allocatable, intent(out) :: error !! unknown or incomplete
+    character(:), allocatable :: name, value
+    integer :: equals
+
+    equals = index(item, '=')
+    name = item
+    if (equals > 0) name = item(:equals - 1)
+    select case (name)
+    case ('--check')
+      options%check = .true.
+    case ('--quiet')
+      options%quiet = .true.
+    case ('--version')
+      options%version = .true.
+    case ('--help')
+      options%help = .true.
+      if (i < command_argument_count() .and. len(options%deck) == 0) then
+        i = i + 1
+        options%topic = argument(i)
+      end if
+    case ('--set', '--out', '--solver')
+      call take_value(item, equals, i, value, error)
+      if (allocated(error)) return
+      call keep_value(name, value, options, error)
+    case ('--threads', '--restart', '--step')
+      call raise(error, exit_deck, 'command line: error: '//name// &
+        ' is not available in this version'//new_line('a')//'  leave it out')
+    case default
+      call raise(error, exit_deck, 'command line: error: unknown option '//name// &
+        new_line('a')//'  did you mean '//nearest(name)//'? '//usage_line)
+    end select
+  end subroutine read_option
+
+  !> The value of an option: behind its `=`, or the next argument.
+  subroutine take_value(item, equals, i, value, error)
+    character(*), intent(in) :: item !! the option as written
+    integer, intent(in) :: equals !! place of its `=`, 0 for none
+    integer, intent(inout) :: i !! its place; moved on if the next argument is taken
+    character(:), allocatable, intent(out) :: value !! the value
+    type(error_t), allocatable, intent(out) :: error !! there is none
+
+    value = ''
+    if (equals > 0) then
+      value = item(equals + 1:)
+    else if (i < command_argument_count()) then
+      i = i + 1
+      value = argument(i)
+    else
+      call raise(error, exit_deck, 'command line: error: '//item//' wants a value'// &
+        new_line('a')//'  '//usage_line)
+    end if
+  end subroutine take_value
+
+  !> Enters the value of --set, --out or --solver.
+  subroutine keep_value(name, value, options, error)
+    character(*), intent(in) :: name !! the option
+    character(*), intent(in) :: value !! its value
+    type(options_t), intent(inout) :: options !! what is asked for
+    type(error_t), allocatable, intent(out) :: error !! --set without =
+    type(override_t), allocatable :: longer(:)
+    integer :: equals, n
+
+    if (name == '--out') options%folder = value
+    if (name == '--solver') options%solver = value
+    if (name /= '--set') return
+    equals = index(value, '=')
+    if (equals < 2 .or. equals == len(value)) then
+      call raise(error, exit_deck, 'command line: error: --set '//value//new_line('a')// &
+        '  write --set name=value')
+      return
+    end if
+    n = size(options%overrides)
+    allocate (longer(n + 1))
+    longer(1:n) = options%overrides
+    longer(n + 1)%name = value(:equals - 1)
+    longer(n + 1)%value = value(equals + 1:)
+    call move_alloc(longer, options%overrides)
+  end subroutine keep_value
+
+  !> The known option that looks most like a word.
+  function nearest(name) result(best)
+    character(*), intent(in) :: name !! an unknown option
+    character(:), allocatable :: best
+    integer :: k, distance, least
+
+    least = huge(least)
+    do k = 1, size(known)
+      distance = edit_distance(name, trim(known(k)))
+      if (distance >= least) cycle
+      least = distance
+      best = trim(known(k))
+    end do
+  end function nearest
+
+  !> One argument of the program.
+  function argument(i) result(t)
+    integer, intent(in) :: i !! its number
+    character(:), allocatable :: t
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(length) :: t)
+    call get_command_argument(i, t)
+  end function argument
+end module command_line

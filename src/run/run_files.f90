@@ -1,0 +1,265 @@
+!> The files of a run: tables, log and results; rows are written when an increment has converged.
+module run_files
+  use kinds, only: wp
+  use errors, only: error_t
+  use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
+  use mesh_names, only: find_nodes
+  use model_types, only: model_t, state_all, state_last, state_none
+  use system_types, only: system_t, state_t
+  use assembly, only: recover
+  use costs, only: begin_cost, end_cost, cost_output
+  use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
+    write_contacts, create_history_table, write_history, close_table
+  use run_log, only: log_t, create_log, close_log
+  use results_file, only: results_t, create_results, append_results, close_results, fields_due
+  use result_types, only: contact_row_t, frame_t, saved_state_t
+  use text_files, only: make_folder
+  implicit none
+  private
+  public :: run_files_t, create_files, write_row, close_files
+
+  !> Open files.
+  type :: run_files_t
+    logical :: open = .false. !! they have been created
+    type(table_t) :: reactions !! .rea
+    type(table_t) :: contacts !! .con
+    type(table_t) :: history !! .his, with OUTPut HISTory only
+    type(log_t) :: log !! .log
+    type(results_t) :: results !! .h5
+    real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
+  end type run_files_t
+
+contains
+
+  !> Creates all files; nothing is created before a deck has been accepted.
+  subroutine create_files(files, base, folder, model, system, deck_text, version, command, blas, &
+                          error)
+    type(run_files_t), intent(out) :: files !! open files
+    character(*), intent(in) :: base !! path without extension
+    character(*), intent(in) :: folder !! folder to make first, empty for none
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! the system
+    character(*), intent(in) :: deck_text !! the deck
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: command !! deck name and settings
+    character(*), intent(in) :: blas !! name of the BLAS
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    if (len(folder) > 0) call make_folder(folder, error)
+    if (allocated(error)) return
+    call create_log(files%log, base//'.log', model, version, command, blas, system%equations, &
+      error)
+    if (allocated(error)) return
+    call create_reaction_table(files%reactions, base//'.rea', model%title, &
+      model%output%reactions, error)
+    if (allocated(error)) return
+    call create_contact_table(files%contacts, base//'.con', model%title, model%pairs, error)
+    if (allocated(error)) return
+    if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
+      model%title, model%output%history, error)
+    if (allocated(error)) return
+    call create_results(files%results, base//'.h5', model, deck_text, version, command, error)
+    if (allocated(error)) return
+    allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
+    files%open = .true.
+  end subroutine create_files
+
+  !> Writes and flushes the rows of an end time.
+  subroutine write_row(files, model, system, state, increment, error)
+    type(run_files_t), intent(inout) :: files !! open files
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! cost table
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: increment !! its increment of time
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: sums(3, size(model%output%reactions))
+    type(contact_row_t) :: rows(size(model%pairs))
+    integer :: k
+
+    call begin_cost(system%costs, cost_output)
+    do k = 1, size(model%output%reactions)
+      sums(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
+    end do
+    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
+    do k = 1, size(model%pairs)
+      call sum_points(model, system, state, files%point_state, k, rows(k))
+    end do
+    call write_reactions(files%reactions, state%step, state%time, sums, error)
+    if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, rows, &
+      error)
+    if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
+      files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
+      model%output%history(k)%node), k=1, size(model%output%history))], error)
+    if (.not. allocated(error)) call write_fields(files, model, system, state, increment, sums, &
+      rows, error)
+    call end_cost(system%costs, cost_output)
+  end subroutine write_row
+
+  !> Appends fields and state to the results, those that are due and asked for.
+  subroutine write_fields(files, model, system, state, increment, sums, rows, error)
+    type(run_files_t), intent(inout) :: files !! open files
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! the system
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: increment !! its increment of time
+    real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
+    type(contact_row_t), intent(in) :: rows(:) !! (pairs) contact sums
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(frame_t) :: frame
+    type(saved_state_t) :: saved
+
+    if (.not. fields_due(model%output, state%step)) then
+      call append_results(files%results, model, state%step, state%time, sums, rows, error=error)
+      return
+    end if
+    call fill_frame(model, system, state, files%point_state, frame)
+    if (model%output%state == state_none) then
+      call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
+        error=error)
+    else
+      call fill_state(model, state, increment, saved)
+      call append_results(files%results, model, state%step, state%time, sums, rows, frame, saved, &
+        error)
+    end if
+  end subroutine write_fields
+
+  !> Sum of the reactions over the nodes of a set.
+  function reaction_of(model, state, name) result(r)
+    type(model_t), intent(in) :: model !! the problem
+    type(state_t), intent(in) :: state !! the converged state
+    character(*), intent(in) :: name !! the set
+    real(wp) :: r(3)
+    integer, allocatable :: nodes(:)
+    logical :: found
+
+    call find_nodes(model%mesh, name, nodes, found)
+    r = sum(state%reaction(:, nodes), 2)
+  end function reaction_of
+
+  !> Sums of one pair over its points (doc/manual, "Contact table").
+  subroutine sum_points(model, system, state, point_state, k, row)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! contact elements
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    integer, intent(in) :: k !! the pair
+    type(contact_row_t), intent(out) :: row !! its sums
+    real(wp) :: f(3), x(3), epsilon
+    integer :: p, element
+
+    row%max_criterion = -huge(1.0_wp)
+    do p = 1, size(model%pairs(k)%nodes)
+      element = system%first_point(k) + p - 1
+      if (system%contact%status(element) <= status_open) cycle
+      if (system%contact%status(element) == status_stick) row%stick = row%stick + 1
+      if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
+      epsilon = model%pairs(k)%epsilon(p)
+      associate (node => model%pairs(k)%nodes(p), point => point_state(:, element))
+        f = -point(1:3)
+        x = model%mesh%x(:, node) + state%u(:, node)
+        row%normal = row%normal + epsilon*abs(point(4))
+        row%tangential = row%tangential + epsilon*point(5)
+        row%force = row%force + f
+        row%moment = row%moment + [x(2)*f(3) - x(3)*f(2), x(3)*f(1) - x(1)*f(3), &
+          x(1)*f(2) - x(2)*f(1)]
+        row%max_penetration = max(row%max_penetration, -point(4))
+        row%max_elastic_slip = max(row%max_elastic_slip, point(5))
+        row%max_criterion = max(row%max_criterion, point(6))
+      end associate
+    end do
+    row%active = row%stick + row%slip
+    if (row%active == 0) row%max_criterion = 0.0_wp
+  end subroutine sum_points
+
+  !> The fields that the deck asks for.
+  subroutine fill_frame(model, system, state, point_state, frame)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! the system
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    type(frame_t), intent(out) :: frame !! the fields
+    real(wp), allocatable :: stress(:, :)
+    integer :: k
+
+    if (model%output%displacement) frame%displacement = state%u
+    if (model%output%reaction) frame%reaction = state%reaction
+    if (model%output%stress .or. model%output%strain) then
+      allocate (stress(n_element_stress, system%bulk%n))
+      call recover(system%bulk, task_stress, model%mesh%x, state%u, stress)
+      if (model%output%stress) frame%stress = stress(1:6, :)
+      if (model%output%strain) call strains(model, stress(1:6, :), frame%strain)
+    end if
+    if (.not. model%output%contact) return
+    allocate (frame%pairs(size(model%pairs)))
+    do k = 1, size(model%pairs)
+      associate (range => [system%first_point(k), system%first_point(k + 1) - 1])
+        frame%pairs(k)%host = model%pairs(k)%old%host
+        frame%pairs(k)%status = model%pairs(k)%old%status
+        frame%pairs(k)%tip = reshape([model%pairs(k)%old%tip(1), model%pairs(k)%old%tip(2)], &
+          [2, size(model%pairs(k)%nodes)], order=[2, 1])
+        frame%pairs(k)%traction = -point_state(1:3, range(1):range(2))
+        frame%pairs(k)%gap = point_state(4, range(1):range(2))
+        frame%pairs(k)%lay = point_state(7:9, range(1):range(2))
+      end associate
+    end do
+  end subroutine fill_frame
+
+  !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
+  !! strains half of gamma.
+  pure subroutine strains(model, stress, strain)
+    type(model_t), intent(in) :: model !! materials
+    real(wp), intent(in) :: stress(:, :) !! (6, elements)
+    real(wp), allocatable, intent(out) :: strain(:, :) !! (6, elements)
+    real(wp) :: e, nu
+    integer :: k, m
+
+    allocate (strain(6, size(stress, 2)), source=0.0_wp)
+    do k = 1, size(stress, 2)
+      m = model%element_material(k)
+      if (m == 0) cycle
+      if (model%materials(m)%rigid) cycle
+      e = model%materials(m)%youngs_modulus
+      nu = model%materials(m)%poissons_ratio
+      strain(:, k) = (1.0_wp + nu)/e*stress(:, k)
+      strain(1:3, k) = strain(1:3, k) - nu/e*sum(stress(1:3, k))
+    end do
+  end subroutine strains
+
+  !> What a restart needs.
+  subroutine fill_state(model, state, increment, saved)
+    type(model_t), intent(in) :: model !! contact history
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: increment !! increment of time
+    type(saved_state_t), intent(out) :: saved !! the state
+    integer :: k
+
+    saved%step = state%step
+    saved%time = state%time
+    saved%increment = increment
+    saved%displacement = state%u
+    allocate (saved%pairs(size(model%pairs)))
+    do k = 1, size(model%pairs)
+      saved%pairs(k)%points = model%pairs(k)%old
+    end do
+  end subroutine fill_state
+
+  !> Closes whatever is open; the first trouble is reported.
+  subroutine close_files(files, system, error)
+    type(run_files_t), intent(inout) :: files !! the files
+    type(system_t), intent(in) :: system !! cost table
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable :: next
+
+    if (.not. files%open) return
+    call close_results(files%results, system%costs, error)
+    call close_table(files%reactions, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%contacts, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%history, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_log(files%log, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    files%open = .false.
+  end subroutine close_files
+end module run_files

@@ -1,0 +1,65 @@
+!> Passes what the solution procedures report on to the log and to the live line of the terminal.
+module run_monitor
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: to_text
+  use monitors, only: monitor_t, iteration_t
+  use terminal, only: terminal_t, show_progress
+  use run_log, only: log_t, log_iteration_t, log_iteration, log_line
+  implicit none
+  private
+  public :: run_monitor_t
+
+  !> The log and the terminal of a run. Trouble with the log is kept until the run layer looks.
+  type, extends(monitor_t) :: run_monitor_t
+    type(log_t), pointer :: log => null() !! the log
+    type(terminal_t), pointer :: terminal => null() !! the terminal
+    type(error_t), allocatable :: trouble !! the log could not be written
+    integer :: step = 0 !! end time that is worked for
+    integer :: steps = 0 !! end times of the whole deck
+    integer :: solves = 0 !! linear solves of the run
+    integer :: solves_before = 0 !! linear solves before the present step
+  contains
+    procedure :: iteration => take_iteration !! one line of the log
+    procedure :: event => take_event !! one line of the log
+  end type run_monitor_t
+
+contains
+
+  !> Logs one iteration and shows it.
+  subroutine take_iteration(self, report)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    type(iteration_t), intent(in) :: report !! the iteration
+    type(log_iteration_t) :: line
+    type(error_t), allocatable :: error
+
+    self%solves = self%solves + 1
+    line%step = self%step
+    line%time = report%time
+    line%iteration = report%number
+    line%residual = report%residual
+    line%energy = report%energy
+    line%line_search = report%step_length
+    line%active = report%active
+    line%stick = report%stick
+    line%slip = report%slip
+    line%solver = report%solver
+    line%seconds = report%seconds
+    if (associated(self%log)) call log_iteration(self%log, line, error)
+    if (allocated(error)) call move_alloc(error, self%trouble)
+    if (associated(self%terminal)) call show_progress(self%terminal, 'step '//to_text(self%step) &
+      //' of '//to_text(self%steps)//', time '//to_text(report%time)//', solve ' &
+      //to_text(report%number)//', residual '//to_text(report%relative, 3)//', contact ' &
+      //to_text(report%active)//' ('//to_text(report%slip)//' slip)')
+  end subroutine take_iteration
+
+  !> Logs one line.
+  subroutine take_event(self, text)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    character(*), intent(in) :: text !! the line
+    type(error_t), allocatable :: error
+
+    if (associated(self%log)) call log_line(self%log, text, error)
+    if (allocated(error)) call move_alloc(error, self%trouble)
+  end subroutine take_event
+end module run_monitor

@@ -1,0 +1,91 @@
+!> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
+module assembly
+  use kinds, only: wp
+  use element_types, only: element_t, task_tangent, n_element_stress
+  use element_lists, only: element_list_t
+  use elmlib, only: element_routine, routine_none
+  use block_matrix, only: block_matrix_t
+  implicit none
+  private
+  public :: assemble, recover
+
+contains
+
+  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a.
+  subroutine assemble(list, task, x, u, r, a)
+    type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
+    integer, intent(in) :: task !! task_tangent or task_residual
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
+    type(block_matrix_t), intent(inout), optional :: a !! matrix; needed by task_tangent
+    type(element_t) :: e
+    integer :: k, i
+
+    do k = 1, list%n
+      if (list%routine(k) == routine_none) cycle
+      call gather(list, k, x, u, e)
+      call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+      list%h2(:, k) = e%h2
+      list%status(k) = e%status
+      do i = 1, e%nel
+        r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+      end do
+      if (task == task_tangent .and. present(a)) call scatter_matrix(list%block(:, :, k), e, a)
+    end do
+  end subroutine assemble
+
+  !> Result of task_stress for all elements.
+  subroutine recover(list, task, x, u, stress)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: task !! task_stress
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(out) :: stress(:, :) !! (n_element_stress, n) results
+    type(element_t) :: e
+    integer :: k
+
+    do k = 1, list%n
+      stress(1:n_element_stress, k) = 0.0_wp
+      if (list%routine(k) == routine_none) cycle
+      call gather(list, k, x, u, e)
+      call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+      stress(1:n_element_stress, k) = e%stress
+    end do
+  end subroutine recover
+
+  !> Local data of one element.
+  subroutine gather(list, k, x, u, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(element_t), intent(inout) :: e !! local data
+    integer :: i
+
+    e%number = k
+    e%nel = list%nel(k)
+    e%ix = list%ix(:, k)
+    do i = 1, e%nel
+      e%xl(:, i) = x(:, e%ix(i))
+      e%ul(:, i) = u(:, e%ix(i))
+    end do
+    e%h1 = list%h1(:, k)
+  end subroutine gather
+
+  !> Adds the element matrix block by block.
+  subroutine scatter_matrix(place, e, a)
+    integer, intent(in) :: place(:, :) !! (max_nodes, max_nodes) places in a
+    type(element_t), intent(in) :: e !! local data with its matrix
+    type(block_matrix_t), intent(inout) :: a !! matrix
+    integer :: i, j
+
+    do j = 1, e%nel
+      do i = 1, e%nel
+        associate (val => a%val(:, :, place(i, j)))
+          val = val + e%s(3*i - 2:3*i, 3*j - 2:3*j)
+        end associate
+      end do
+    end do
+  end subroutine scatter_matrix
+end module assembly

@@ -1,0 +1,176 @@
+!> The contact elements of a system: hosts to elements, elements to hosts, and the coupled pattern.
+module contact_system
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_search, cost_pattern
+  use element_types, only: status_off, status_open, status_stick, status_slip
+  use elmlib, only: routine_none, routine_mfec
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_parameters, only: point_parameters
+  use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
+  use facet_geometry, only: project_on_facet
+  use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
+  use csc_matrix, only: build_pattern
+  use umfpack_solver, only: forget_pattern
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: restart_points, move_hosts, load_contact, couple, settle_contact, contact_counts, &
+    keep_status
+
+  !> Points whose gap is larger than this many search radii take no part in a solve.
+  real(wp), parameter :: far_away = 1.0_wp
+
+contains
+
+  !> Working points of all pairs at the start of an increment.
+  subroutine restart_points(model, system)
+    type(model_t), intent(inout) :: model !! pairs: new is set
+    type(system_t), intent(inout) :: system !! cost table
+    integer :: k
+
+    call begin_cost(system%costs, cost_search)
+    do k = 1, size(model%pairs)
+      call begin_increment(model%pairs(k), system%x_old)
+    end do
+    call end_cost(system%costs, cost_search)
+  end subroutine restart_points
+
+  !> Lets the hosts of all pairs follow the tips.
+  subroutine move_hosts(model, system, tolerance, changes)
+    type(model_t), intent(inout) :: model !! pairs: hosts may change
+    type(system_t), intent(inout) :: system !! cost table
+    real(wp), intent(in) :: tolerance !! extrapolation allowed at flat edges
+    integer, intent(out) :: changes !! points with a new host
+    integer :: k
+
+    changes = 0
+    call begin_cost(system%costs, cost_search)
+    do k = 1, size(model%pairs)
+      call follow_tips(model%pairs(k), system%x_old, system%x_now, tolerance, changes)
+      changes = changes + overlooked(model%pairs(k), system, system%first_point(k))
+    end do
+    call end_cost(system%costs, cost_search)
+  end subroutine move_hosts
+
+  !> Points that have come through the surface although their elements are idle.
+  pure integer function overlooked(pair, system, first) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: first !! first element of the pair
+    integer :: p
+
+    n = 0
+    do p = 1, size(pair%nodes)
+      if (system%contact%routine(first + p - 1) /= routine_none) cycle
+      if (touches(pair, system%x_now, p, pair%new(p)%host)) n = n + 1
+    end do
+  end function overlooked
+
+  !> Makes the contact elements of the present hosts; points far above the surface stay idle.
+  subroutine load_contact(model, system)
+    type(model_t), intent(in) :: model !! pairs with their hosts
+    type(system_t), intent(inout) :: system !! gets contact
+    integer :: k, p
+
+    do k = 1, size(model%pairs)
+      do p = 1, size(model%pairs(k)%nodes)
+        call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
+      end do
+    end do
+  end subroutine load_contact
+
+  !> Makes one contact element.
+  subroutine load_point(pair, p, element, system)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: element !! its place in the list
+    type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
+    real(wp) :: xi(2), gap
+
+    associate (list => system%contact, point => pair%new(p), x => system%x_now)
+      list%routine(element) = routine_none
+      list%status(element) = status_off
+      if (point%host == 0) return
+      list%status(element) = status_open
+      call project_on_facet(x(:, pair%facets(:, point%host)), x(:, pair%nodes(p)), xi, gap)
+      if (gap > far_away*pair%search_radius) return
+      list%routine(element) = routine_mfec
+      list%ix(1, element) = pair%nodes(p)
+      list%ix(2:4, element) = pair%facets(:, point%host)
+      list%d(:, element) = point_parameters(pair, p, point%host)
+      list%h1(:, element) = point%tip
+    end associate
+  end subroutine load_point
+
+  !> Makes sure that the pattern of the coupled matrix holds every contact element.
+  subroutine couple(system)
+    type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
+
+    if (.not. graph_holds(system%matrix, system%contact)) then
+      call begin_cost(system%costs, cost_pattern)
+      call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
+      call place_bulk(system)
+      call build_pattern(system%matrix, system%equation, system%csc)
+      call forget_pattern(system%umfpack)
+      call end_cost(system%costs, cost_pattern)
+    end if
+    call locate_elements(system%matrix, system%contact)
+  end subroutine couple
+
+  !> Where each block of the bulk's matrix stands in the coupled matrix.
+  subroutine place_bulk(system)
+    type(system_t), intent(inout) :: system !! gets bulk_place
+    integer :: j, k
+
+    if (.not. allocated(system%bulk_place)) &
+      allocate (system%bulk_place(size(system%bulk_matrix%row)))
+    do j = 1, system%bulk_matrix%nodes
+      do k = system%bulk_matrix%ptr(j), system%bulk_matrix%ptr(j + 1) - 1
+        system%bulk_place(k) = find_block(system%matrix, system%bulk_matrix%row(k), j)
+      end do
+    end do
+  end subroutine place_bulk
+
+  !> Numbers of closed, sticking and slipping points of a range of contact elements.
+  pure subroutine contact_counts(system, first, last, active, stick, slip)
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: first !! first element
+    integer, intent(in) :: last !! last element
+    integer, intent(out) :: active !! closed
+    integer, intent(out) :: stick !! sticking
+    integer, intent(out) :: slip !! slipping
+
+    stick = count(system%contact%status(first:last) == status_stick)
+    slip = count(system%contact%status(first:last) == status_slip)
+    active = stick + slip
+  end subroutine contact_counts
+
+  !> Hands status and tips of the elements to the working points of the pairs.
+  subroutine keep_status(model, system)
+    type(model_t), intent(inout) :: model !! pairs: status of new
+    type(system_t), intent(in) :: system !! contact elements
+    integer :: k, p, element
+
+    do k = 1, size(model%pairs)
+      do p = 1, size(model%pairs(k)%nodes)
+        element = system%first_point(k) + p - 1
+        model%pairs(k)%new(p)%status = system%contact%status(element)
+        if (system%contact%status(element) > status_open) &
+          model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
+      end do
+    end do
+  end subroutine keep_status
+
+  !> Commits the history of an accepted increment.
+  subroutine settle_contact(model, system)
+    type(model_t), intent(inout) :: model !! pairs: new becomes old
+    type(system_t), intent(in) :: system !! contact elements at the converged state
+    integer :: k
+
+    call keep_status(model, system)
+    do k = 1, size(model%pairs)
+      call settle_points(model%pairs(k), system%x_now)
+    end do
+  end subroutine settle_contact
+end module contact_system

@@ -1,0 +1,127 @@
+!> One increment: conditions at its end, predictor, solves with frozen hosts, acceptance.
+module increments
+  use kinds, only: wp
+  use loads, only: load_factor
+  use model_types, only: model_t
+  use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
+  use predictor, only: carry_bodies
+  use residuals, only: form_residual, residual_norm
+  use newton, only: newton_t, solve_frozen, outcome_converged
+  use monitors, only: monitor_t
+  use system_types, only: system_t, state_t, settings_t
+  use text, only: to_text
+  implicit none
+  private
+  public :: solve_increment, begin_at, choose_start, accept
+
+contains
+
+  !> Solves for the state at `time`. On failure nothing is accepted: history and state stay.
+  subroutine solve_increment(model, system, state, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! history of its pairs is committed on success
+    type(system_t), intent(inout) :: system !! u is the new state on success
+    type(state_t), intent(inout) :: state !! last converged state; the new one on success
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(out) :: progress !! how it ended
+    integer :: pass, changes
+
+    system%x_old = model%mesh%x + state%u
+    call begin_at(model, system, state, time)
+    call choose_start(model, system, state, monitor)
+    do pass = 1, settings%most_passes
+      call load_contact(model, system)
+      call couple(system)
+      call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
+      if (progress%outcome /= outcome_converged) return
+      if (size(model%pairs) == 0) exit
+      system%x_now = model%mesh%x + system%u
+      call move_hosts(model, system, settings%extrapolation, changes)
+      if (changes == 0) exit
+      call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+    end do
+    call accept(model, system, state, time)
+  end subroutine solve_increment
+
+  !> Prescribed displacements and applied forces at `time`.
+  subroutine begin_at(model, system, state, time)
+    type(model_t), intent(in) :: model !! conditions and loads
+    type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp) :: factor
+    integer :: i, k
+
+    system%u = state%u
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        factor = load_factor(model%loads, model%conditions%load(k, i), time)
+        if (system%equation(k, i) == 0) then
+          system%u(k, i) = factor*model%conditions%displacement(k, i)
+          system%external(k, i) = 0.0_wp
+        else
+          system%external(k, i) = factor*model%conditions%force(k, i)
+        end if
+      end do
+    end do
+  end subroutine begin_at
+
+  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
+  !! smaller residual; chooses the hosts there.
+  subroutine choose_start(model, system, state, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    type(state_t), intent(in) :: state !! last converged state
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm_left, norm_carried
+
+    system%left = system%u
+    system%carried = system%u
+    call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
+      system%carried)
+    call start_here(model, system, norm_left)
+    if (all(abs(system%carried - system%left) <= 0.0_wp)) return
+    system%u = system%carried
+    call start_here(model, system, norm_carried)
+    if (norm_carried <= norm_left) return
+    system%u = system%left
+    call start_here(model, system, norm_left)
+    call monitor%event('  predictor dropped: it does not lower the residual')
+  end subroutine choose_start
+
+  !> Hosts and residual at the present u.
+  subroutine start_here(model, system, norm)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u given; residual formed
+    real(wp), intent(out) :: norm !! norm of the residual there
+    integer :: changes
+
+    system%x_now = model%mesh%x + system%u
+    if (size(model%pairs) > 0) then
+      call restart_points(model, system)
+      call move_hosts(model, system, 0.0_wp, changes)
+      call load_contact(model, system)
+    end if
+    call form_residual(system, model%mesh%x)
+    norm = residual_norm(system)
+  end subroutine start_here
+
+  !> Takes the converged iterate as the new state.
+  subroutine accept(model, system, state, time)
+    type(model_t), intent(inout) :: model !! history is committed
+    type(system_t), intent(inout) :: system !! converged
+    type(state_t), intent(inout) :: state !! becomes the new state
+    real(wp), intent(in) :: time !! its time
+
+    state%u = system%u
+    state%time = time
+    where (system%equation == 0)
+      state%reaction = system%bulk_force + system%contact_force - system%external
+    elsewhere
+      state%reaction = 0.0_wp
+    end where
+    system%x_now = model%mesh%x + state%u
+    call settle_contact(model, system)
+  end subroutine accept
+end module increments

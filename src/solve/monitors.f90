@@ -1,0 +1,46 @@
+!> What the solution procedures tell the outside while they work: the log, the progress line.
+module monitors
+  use kinds, only: wp
+  implicit none
+  private
+  public :: monitor_t, iteration_t
+
+  !> One Newton iteration.
+  type :: iteration_t
+    real(wp) :: time = 0.0_wp !! time of the increment
+    integer :: number = 0 !! linear solves so far in this increment
+    real(wp) :: residual = 0.0_wp !! norm of the residual on free dofs [force]
+    real(wp) :: relative = 0.0_wp !! the same over the norm of all nodal forces
+    real(wp) :: energy = 0.0_wp !! |R.du|
+    real(wp) :: energy_ratio = 0.0_wp !! the same over that of the first iteration
+    real(wp) :: step_length = 0.0_wp !! line search
+    integer :: active = 0 !! closed contact points
+    integer :: stick = 0 !! of them sticking
+    integer :: slip = 0 !! of them slipping
+    character(8) :: solver = '' !! back end
+    real(wp) :: seconds = 0.0_wp !! wall clock of this iteration [s]
+  end type iteration_t
+
+  !> Receives reports; the run layer extends it.
+  type, abstract :: monitor_t
+  contains
+    procedure(report_iteration), deferred :: iteration !! after each iteration
+    procedure(report_event), deferred :: event !! anything else worth a line in the log
+  end type monitor_t
+
+  abstract interface
+    !> Takes the report of one iteration.
+    subroutine report_iteration(self, report)
+      import :: monitor_t, iteration_t
+      class(monitor_t), intent(inout) :: self !! the receiver
+      type(iteration_t), intent(in) :: report !! the iteration
+    end subroutine report_iteration
+
+    !> Takes one line of text.
+    subroutine report_event(self, text)
+      import :: monitor_t
+      class(monitor_t), intent(inout) :: self !! the receiver
+      character(*), intent(in) :: text !! one line
+    end subroutine report_event
+  end interface
+end module monitors

@@ -1,0 +1,239 @@
+!> Semismooth Newton with line search on a system whose contact hosts are frozen.
+module newton
+  use kinds, only: wp
+  use costs, only: wall_seconds
+  use signals, only: stop_requested
+  use block_matrix, only: multiply
+  use umfpack_solver, only: factorise, solve, solver_done, solver_singular, solver_out_of_memory
+  use contact_system, only: contact_counts
+  use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
+    estimate_round_off
+  use supports, only: closing_length
+  use monitors, only: monitor_t, iteration_t
+  use system_types, only: system_t, settings_t
+  implicit none
+  private
+  public :: newton_t, solve_frozen, iterate, is_converged
+  public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
+    outcome_singular, outcome_memory, outcome_stopped
+
+  !> How a solve ended.
+  integer, parameter :: outcome_going_on = 0
+  integer, parameter :: outcome_converged = 1
+  integer, parameter :: outcome_stalled = 2
+  integer, parameter :: outcome_too_many = 3
+  integer, parameter :: outcome_singular = 4
+  integer, parameter :: outcome_memory = 5
+  integer, parameter :: outcome_stopped = 6
+
+  !> A step is accepted if it lowers the residual by this share of its length.
+  real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
+  !> The shortest step is 2^-8.
+  integer, parameter :: most_halvings = 8
+  !> Iterations in a row without a new lowest residual after which the solve has stalled.
+  integer, parameter :: patience = 12
+  !> The residual counts as round-off below this many times its estimate.
+  real(wp), parameter :: round_off_factor = 8.0_wp
+  !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
+  real(wp), parameter :: residual_share = 0.1_wp
+
+  !> Progress of the iteration within one increment.
+  type :: newton_t
+    integer :: solves = 0 !! linear solves of the increment
+    real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
+    real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
+    real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
+    integer :: since_lowest = 0 !! iterations since then
+    logical :: energy_met = .false. !! the last full step met the energy tolerance
+    integer :: outcome = outcome_going_on !! one of the outcomes
+  end type newton_t
+
+contains
+
+  !> Iterates until the residual is in balance, or until that is hopeless.
+  subroutine solve_frozen(system, x, time, settings, monitor, progress)
+    type(system_t), intent(inout) :: system !! u is moved
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: time !! time of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of each iteration
+    type(newton_t), intent(inout) :: progress !! counts on
+
+    call form_residual(system, x)
+    call estimate_round_off(system, x)
+    progress%lowest = residual_norm(system)
+    progress%since_lowest = 0
+    progress%energy_met = .false.
+    progress%outcome = outcome_going_on
+    do
+      if (is_converged(system, settings, progress)) progress%outcome = outcome_converged
+      if (progress%outcome /= outcome_going_on) exit
+      if (progress%solves >= settings%most_solves) then
+        progress%outcome = outcome_too_many
+      else if (progress%since_lowest >= patience) then
+        progress%outcome = outcome_stalled
+      else if (stop_requested()) then
+        progress%outcome = outcome_stopped
+      end if
+      if (progress%outcome /= outcome_going_on) exit
+      call iterate(system, x, time, settings, monitor, progress)
+    end do
+  end subroutine solve_frozen
+
+  !> The residual is zero, at its round-off, or within the tolerance the deck sets.
+  logical function is_converged(system, settings, progress) result(converged)
+    type(system_t), intent(in) :: system !! residual formed
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+    real(wp) :: norm
+
+    norm = residual_norm(system)
+    if (norm <= round_off_factor*system%round_off) then
+      converged = .true.
+    else if (settings%residual_tolerance > 0.0_wp) then
+      converged = norm <= settings%residual_tolerance*force_norm(system)
+    else
+      converged = progress%energy_met .and. &
+        norm <= residual_share*sqrt(settings%energy_tolerance)*force_norm(system)
+    end if
+  end function is_converged
+
+  !> One iteration: tangent, factor, direction, line search.
+  subroutine iterate(system, x, time, settings, monitor, progress)
+    type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: time !! time of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the iteration
+    type(newton_t), intent(inout) :: progress !! counts on
+    type(iteration_t) :: report
+    real(wp) :: begin, length
+    integer :: outcome
+
+    begin = wall_seconds()
+    call form_tangent(system, x)
+    call factorise(system%umfpack, system%csc, system%costs, outcome)
+    if (outcome == solver_done) call solve(system%umfpack, system%csc, system%right, &
+      system%solution, system%costs, outcome)
+    if (outcome /= solver_done) then
+      progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
+      return
+    end if
+    progress%solves = progress%solves + 1
+    progress%energy = abs(dot_product(system%right, system%solution))
+    if (progress%solves == 1) progress%first_energy = progress%energy
+    call spread_direction(system)
+    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+    if (any(system%grounded)) then
+      call approach(system, x, length, progress)
+      if (progress%outcome /= outcome_going_on) return
+    else
+      call search_line(system, x, length)
+    end if
+    progress%energy_met = length >= 1.0_wp .and. &
+      .not. any(system%grounded) .and. &
+      progress%energy <= settings%energy_tolerance*progress%first_energy
+    if (residual_norm(system) < progress%lowest) then
+      progress%lowest = residual_norm(system)
+      progress%since_lowest = 0
+    else
+      progress%since_lowest = progress%since_lowest + 1
+    end if
+    call describe(system, progress, time, length, wall_seconds() - begin, report)
+    call monitor%iteration(report)
+  end subroutine iterate
+
+  !> Solution vector to nodal displacements.
+  subroutine spread_direction(system)
+    type(system_t), intent(inout) :: system !! solution given; gets du
+    integer :: i, k
+
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        system%du(k, i) = 0.0_wp
+        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
+      end do
+    end do
+  end subroutine spread_direction
+
+  !> A step with grounded bodies: those that touch nothing move until they touch.
+  subroutine approach(system, x, length, progress)
+    type(system_t), intent(inout) :: system !! u is moved
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: length !! share of du
+    type(newton_t), intent(inout) :: progress !! singular if nothing can be touched
+
+    length = closing_length(x, system)
+    if (length > 0.0_wp) then
+      call form_trial(system, x, length)
+      call take_trial(system, length)
+      progress%since_lowest = 0
+      progress%lowest = huge(1.0_wp)
+    else if (length < 0.0_wp) then
+      progress%outcome = outcome_singular
+    else
+      call search_line(system, x, length)
+    end if
+  end subroutine approach
+
+  !> Moves to the trial that has been formed.
+  subroutine take_trial(system, length)
+    type(system_t), intent(inout) :: system !! u and bulk_force are moved
+    real(wp), intent(in) :: length !! share of du
+
+    system%u = system%trial
+    system%bulk_force = system%bulk_force + length*system%bulk_change
+  end subroutine take_trial
+
+  !> Backtracking on the residual norm; if no length lowers it enough, the best one is taken.
+  subroutine search_line(system, x, length)
+    type(system_t), intent(inout) :: system !! u is moved to the accepted length
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: length !! accepted share of du
+    real(wp) :: norm, start, best, best_length
+    integer :: halving
+
+    start = residual_norm(system)
+    best = huge(1.0_wp)
+    best_length = 1.0_wp
+    length = 1.0_wp
+    do halving = 0, most_halvings
+      call form_trial(system, x, length)
+      norm = residual_norm(system)
+      if (norm <= (1.0_wp - sufficient_decrease*length)*start) exit
+      if (norm < best) then
+        best = norm
+        best_length = length
+      end if
+      length = 0.5_wp*length
+    end do
+    if (halving > most_halvings) then
+      length = best_length
+      call form_trial(system, x, length)
+    end if
+    call take_trial(system, length)
+  end subroutine search_line
+
+  !> The report of one iteration.
+  subroutine describe(system, progress, time, length, seconds, report)
+    type(system_t), intent(in) :: system !! state after the iteration
+    type(newton_t), intent(in) :: progress !! counts and energies
+    real(wp), intent(in) :: time !! time of the increment
+    real(wp), intent(in) :: length !! accepted step length
+    real(wp), intent(in) :: seconds !! wall clock [s]
+    type(iteration_t), intent(out) :: report !! the report
+    real(wp) :: forces
+
+    report%time = time
+    report%number = progress%solves
+    report%residual = residual_norm(system)
+    forces = force_norm(system)
+    if (forces > 0.0_wp) report%relative = report%residual/forces
+    report%energy = progress%energy
+    if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
+    report%step_length = length
+    call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
+    report%solver = 'UMFPACK'
+    report%seconds = seconds
+  end subroutine describe
+end module newton

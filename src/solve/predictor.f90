@@ -1,0 +1,90 @@
+!> Predictor: every body is carried along rigidly with its prescribed increment (doc/theory,
+!! "Nonlinear solution").
+module predictor
+  use kinds, only: wp
+  use vectors, only: cross
+  use lapack_interface, only: dgelss
+  implicit none
+  private
+  public :: carry_bodies
+
+  !> Singular values below this share of the largest belong to motions nothing prescribes.
+  real(wp), parameter :: rank_tolerance = 1.0e-10_wp
+
+contains
+
+  !> Moves the free nodes of each body by the rigid motion that fits its prescribed increments best
+  !! (least squares, smallest motion among equals).
+  subroutine carry_bodies(x, equation, node_body, bodies, u_old, u)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
+    integer, intent(in) :: node_body(:) !! (nodes) body of each node
+    integer, intent(in) :: bodies !! number of bodies
+    real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) in: prescribed values set; out: all [length]
+    real(wp) :: motion(6), center(3), size_x
+    integer :: body, i
+
+    center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
+    size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
+    do body = 1, bodies
+      motion = best_motion(x, equation, node_body, body, u - u_old, center, size_x)
+      if (all(abs(motion) <= 0.0_wp)) cycle
+      do i = 1, size(x, 2)
+        if (node_body(i) /= body) cycle
+        where (equation(:, i) > 0) u(:, i) = u_old(:, i) + motion(1:3) &
+          + cross(motion(4:6), (x(:, i) - center)/size_x)
+      end do
+    end do
+  end subroutine carry_bodies
+
+  !> Translation and (scaled) rotation that fit the increments of a body.
+  function best_motion(x, equation, node_body, body, increment, center, size_x) result(motion)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
+    integer, intent(in) :: node_body(:) !! (nodes) body of each node
+    integer, intent(in) :: body !! the body
+    real(wp), intent(in) :: increment(:, :) !! (3, nodes) prescribed increments [length]
+    real(wp), intent(in) :: center(3) !! where rotations turn about [length]
+    real(wp), intent(in) :: size_x !! size of the model [length]
+    real(wp) :: motion(6), normal(6, 6), right(6, 1), row(6), values(6), work(200)
+    real(wp) :: y(3), largest
+    integer :: i, k, rank, info
+
+    normal = 0.0_wp
+    right = 0.0_wp
+    motion = 0.0_wp
+    largest = 0.0_wp
+    do i = 1, size(x, 2)
+      if (node_body(i) /= body) cycle
+      y = (x(:, i) - center)/size_x
+      do k = 1, 3
+        if (equation(k, i) > 0) cycle
+        row = rigid_row(k, y)
+        largest = max(largest, abs(increment(k, i)))
+        right(:, 1) = right(:, 1) + row*increment(k, i)
+        normal = normal + spread(row, 2, 6)*spread(row, 1, 6)
+      end do
+    end do
+    if (largest <= 0.0_wp) return
+    call dgelss(6, 6, 1, normal, 6, right, 6, values, rank_tolerance, rank, work, size(work), info)
+    if (info == 0) motion = right(:, 1)
+  end function best_motion
+
+  !> Component k of the displacement at y of the six unit motions.
+  pure function rigid_row(k, y) result(row)
+    integer, intent(in) :: k !! 1, 2 or 3
+    real(wp), intent(in) :: y(3) !! position from the center, over the size of the model
+    real(wp) :: row(6), turn(3), rotation(3)
+    integer :: m
+
+    row = 0.0_wp
+    row(k) = 1.0_wp
+    do m = 1, 3
+      turn = 0.0_wp
+      turn(m) = 1.0_wp
+      rotation = cross(turn, y)
+      row(3 + m) = rotation(k)
+    end do
+  end function rigid_row
+end module predictor

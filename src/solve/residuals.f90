@@ -1,0 +1,122 @@
+!> Residual and tangent of the whole system.
+module residuals
+  use kinds, only: wp, machine_epsilon
+  use costs, only: begin_cost, end_cost, cost_residual, cost_contact_tangent
+  use element_types, only: task_tangent, task_residual
+  use elmlib, only: routine_none
+  use elmt03, only: d03_epsilon
+  use block_matrix, only: multiply, multiply_absolute
+  use csc_matrix, only: fill_values
+  use assembly, only: assemble
+  use supports, only: ground_bodies
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, estimate_round_off
+
+contains
+
+  !> Internal forces at u: the bulk's by its matrix, contact by its elements.
+  subroutine form_residual(system, x)
+    type(system_t), intent(inout) :: system !! u given; gets bulk_force, contact_force, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call begin_cost(system%costs, cost_residual)
+    call multiply(system%bulk_matrix, system%u, system%bulk_force)
+    system%contact_force = 0.0_wp
+    call assemble(system%contact, task_residual, x, system%u, system%contact_force)
+    call gather_right(system, 0.0_wp)
+    call end_cost(system%costs, cost_residual)
+  end subroutine form_residual
+
+  !> The same at u + length du; the bulk is linear, so only contact is evaluated.
+  subroutine form_trial(system, x, length)
+    type(system_t), intent(inout) :: system !! u, du, bulk_change given; gets trial, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: length !! share of du
+
+    call begin_cost(system%costs, cost_residual)
+    system%trial = system%u + length*system%du
+    system%contact_force = 0.0_wp
+    call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
+    call gather_right(system, length)
+    call end_cost(system%costs, cost_residual)
+  end subroutine form_trial
+
+  !> right = applied - internal forces on the free degrees of freedom.
+  subroutine gather_right(system, length)
+    type(system_t), intent(inout) :: system !! gets right
+    real(wp), intent(in) :: length !! share of bulk_change
+    integer :: i, k
+
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) == 0) cycle
+        system%right(system%equation(k, i)) = system%external(k, i) - system%bulk_force(k, i) &
+          - length*system%bulk_change(k, i) - system%contact_force(k, i)
+      end do
+    end do
+  end subroutine gather_right
+
+  !> Tangent at u in csc; bodies that nothing holds at present are grounded.
+  subroutine form_tangent(system, x)
+    type(system_t), intent(inout) :: system !! gets matrix, csc, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: k
+
+    call begin_cost(system%costs, cost_contact_tangent)
+    system%matrix%val = 0.0_wp
+    do k = 1, size(system%bulk_place)
+      system%matrix%val(:, :, system%bulk_place(k)) = system%bulk_matrix%val(:, :, k)
+    end do
+    system%contact_force = 0.0_wp
+    call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
+    if (any(system%weak)) call ground_bodies(x, system)
+    call fill_values(system%matrix, system%equation, system%csc)
+    call end_cost(system%costs, cost_contact_tangent)
+  end subroutine form_tangent
+
+  !> Norm of the residual on the free degrees of freedom.
+  pure real(wp) function residual_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! right given
+
+    norm = norm2(system%right)
+  end function residual_norm
+
+  !> Norm of all nodal forces: applied, reactions, contact.
+  pure real(wp) function force_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! forces given
+    real(wp) :: reactions
+    integer :: i, k
+
+    reactions = 0.0_wp
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) cycle
+        reactions = reactions + (system%bulk_force(k, i) + system%contact_force(k, i) &
+          - system%external(k, i))**2
+      end do
+    end do
+    norm = norm2([sqrt(reactions), norm2(system%external), norm2(system%contact_force)])
+  end function force_norm
+
+  !> What round-off leaves of the residual at best: machine epsilon times the terms it sums.
+  subroutine estimate_round_off(system, x)
+    type(system_t), intent(inout) :: system !! u given; gets round_off
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp) :: terms
+    integer :: k
+
+    call multiply_absolute(system%bulk_matrix, system%u, system%trial)
+    where (system%equation == 0) system%trial = 0.0_wp
+    terms = norm2(system%trial)**2
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      associate (nodes => system%contact%ix(1:4, k))
+        terms = terms + (system%contact%d(d03_epsilon, k) &
+          *maxval(abs(x(:, nodes)) + abs(system%u(:, nodes))))**2
+      end associate
+    end do
+    system%round_off = machine_epsilon*sqrt(terms)
+  end subroutine estimate_round_off
+end module residuals

@@ -1,0 +1,114 @@
+!> From one end time to the next: automatic cut and growth of the increment.
+module stepping
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_no_convergence, exit_resources
+  use text, only: to_text
+  use model_types, only: model_t
+  use monitors, only: monitor_t
+  use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
+    outcome_singular, outcome_memory, outcome_stopped
+  use increments, only: solve_increment
+  use diagnosis, only: explain_failure, unrestrained_bodies
+  use signals, only: stop_exit_code
+  use system_types, only: system_t, state_t, settings_t
+  implicit none
+  private
+  public :: advance, raise_outcome
+
+  !> The interval between two end times is divided into this many parts at most.
+  integer, parameter :: finest = 1024
+
+contains
+
+  !> Solves from the state's time to `end_time`, in one increment if that converges.
+  subroutine advance(model, system, state, end_time, settings, monitor, error)
+    type(model_t), intent(inout) :: model !! history of its pairs
+    type(system_t), intent(inout) :: system !! the system
+    type(state_t), intent(inout) :: state !! last converged state
+    real(wp), intent(in) :: end_time !! where to arrive
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
+    type(newton_t) :: progress
+    integer :: done, part
+    logical :: hopeless
+    real(wp) :: begin, time
+
+    begin = state%time
+    done = 0
+    part = finest
+    do while (done < finest)
+      time = begin + (end_time - begin)*(real(done + part, wp)/real(finest, wp))
+      if (done + part == finest) time = end_time
+      call solve_increment(model, system, state, time, settings, monitor, progress)
+      if (progress%outcome == outcome_converged) then
+        done = done + part
+        if (done < finest .and. mod(done, 2*part) == 0) part = 2*part
+        cycle
+      end if
+      hopeless = part == 1
+      if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
+      if (hopeless) then
+        call raise_outcome(model, system, state, progress, time, error)
+        return
+      end if
+      part = part/2
+      call monitor%event('  cut: '//reason(progress%outcome)//'; the increment becomes 1/' &
+        //to_text(finest/part)//' of the step, from time '//to_text(state%time, 12))
+    end do
+  end subroutine advance
+
+  !> A shorter increment cannot help.
+  logical function is_final(outcome, model, system) result(final)
+    integer, intent(in) :: outcome !! how the solve ended
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+
+    final = outcome == outcome_memory .or. outcome == outcome_stopped
+    if (outcome == outcome_singular) final = unrestrained_bodies(model, system) > 0
+  end function is_final
+
+  !> Why an increment is cut.
+  pure function reason(outcome) result(t)
+    integer, intent(in) :: outcome !! how the solve ended
+    character(:), allocatable :: t
+
+    select case (outcome)
+    case (outcome_stalled)
+      t = 'Newton with line search has stalled'
+    case (outcome_too_many)
+      t = 'all linear solves of an increment are used up'
+    case (outcome_singular)
+      t = 'the matrix is singular'
+    case default
+      t = 'the solve failed'
+    end select
+  end function reason
+
+  !> Turns the end of a solve into an error that says what, where, and what to do.
+  subroutine raise_outcome(model, system, state, progress, time, error)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system at the failed iterate
+    type(state_t), intent(in) :: state !! last converged state
+    type(newton_t), intent(in) :: progress !! how it ended
+    real(wp), intent(in) :: time !! the time that was tried
+    type(error_t), allocatable, intent(out) :: error !! the error
+    character(:), allocatable :: text
+    character(1), parameter :: nl = new_line('a')
+
+    select case (progress%outcome)
+    case (outcome_memory)
+      call raise(error, exit_resources, 'error: out of memory while factorising ' &
+        //to_text(system%equations)//' equations'//nl &
+        //'  use a coarser mesh or a machine with more memory')
+    case (outcome_stopped)
+      call raise(error, stop_exit_code(), 'stopped by a signal at time ' &
+        //to_text(state%time, 12)//'; the files end with the last converged increment')
+    case default
+      call explain_failure(model, system, progress, time, text)
+      call raise(error, exit_no_convergence, 'error: '//reason(progress%outcome)//' at time ' &
+        //to_text(time, 12)//nl//text//nl//'  everything up to time ' &
+        //to_text(state%time, 12)//' is on disk')
+    end select
+  end subroutine raise_outcome
+end module stepping

@@ -1,0 +1,118 @@
+!> Builds the discrete system from a model: equations, element lists, the bulk's matrix.
+module system_building
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
+  use element_types, only: task_tangent
+  use element_lists, only: allocate_list
+  use elmlib, only: routine_t4
+  use elmt01, only: d01_youngs_modulus, d01_poissons_ratio
+  use model_types, only: model_t
+  use bodies, only: find_bodies
+  use block_matrix, only: build_graph, locate_elements
+  use assembly, only: assemble
+  use contact_hosts, only: start_pair
+  use supports, only: find_weak_bodies
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: build_system
+
+contains
+
+  !> Everything a run needs, at time 0.
+  subroutine build_system(model, system, state)
+    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(system_t), intent(inout) :: system !! filled; its costs go on counting
+    type(state_t), intent(out) :: state !! at rest
+    integer, allocatable :: element_body(:)
+    integer :: k
+
+    call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
+    call number_equations(model%conditions%restrained, system)
+    call find_weak_bodies(model%mesh%x, system)
+    call allocate_vectors(model%mesh%nodes, system, state)
+    call list_bulk(model, system)
+    call list_contact(model, system)
+    call begin_cost(system%costs, cost_pattern)
+    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix)
+    call locate_elements(system%bulk_matrix, system%bulk)
+    call end_cost(system%costs, cost_pattern)
+    call begin_cost(system%costs, cost_bulk_tangent)
+    call assemble(system%bulk, task_tangent, model%mesh%x, system%u, system%bulk_force, &
+      system%bulk_matrix)
+    call end_cost(system%costs, cost_bulk_tangent)
+    do k = 1, size(model%pairs)
+      call start_pair(model%pairs(k), model%mesh%x)
+    end do
+  end subroutine build_system
+
+  !> Numbers the free degrees of freedom in the order of the nodes.
+  subroutine number_equations(restrained, system)
+    logical, intent(in) :: restrained(:, :) !! (3, nodes)
+    type(system_t), intent(inout) :: system !! gets equation, equations
+    integer :: node, i
+
+    allocate (system%equation(3, size(restrained, 2)), source=0)
+    system%equations = 0
+    do node = 1, size(restrained, 2)
+      do i = 1, 3
+        if (restrained(i, node)) cycle
+        system%equations = system%equations + 1
+        system%equation(i, node) = system%equations
+      end do
+    end do
+  end subroutine number_equations
+
+  !> Vectors of the solution.
+  subroutine allocate_vectors(nodes, system, state)
+    integer, intent(in) :: nodes !! number of nodes
+    type(system_t), intent(inout) :: system !! gets its vectors
+    type(state_t), intent(inout) :: state !! gets its vectors
+
+    allocate (system%u(3, nodes), system%du(3, nodes), system%trial(3, nodes), &
+      system%external(3, nodes), system%bulk_force(3, nodes), system%bulk_change(3, nodes), &
+      system%contact_force(3, nodes), system%left(3, nodes), system%carried(3, nodes), &
+      system%x_old(3, nodes), system%x_now(3, nodes), source=0.0_wp)
+    allocate (system%right(system%equations), system%solution(system%equations), source=0.0_wp)
+    allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
+  end subroutine allocate_vectors
+
+  !> Bulk elements; those of rigid materials take no part.
+  subroutine list_bulk(model, system)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(inout) :: system !! gets bulk
+    integer :: k, m
+
+    call allocate_list(system%bulk, model%mesh%elements, size(model%materials))
+    do m = 1, size(model%materials)
+      system%bulk%d(d01_youngs_modulus, m) = model%materials(m)%youngs_modulus
+      system%bulk%d(d01_poissons_ratio, m) = model%materials(m)%poissons_ratio
+    end do
+    do k = 1, model%mesh%elements
+      m = model%element_material(k)
+      if (m == 0) cycle
+      system%bulk%set(k) = m
+      system%bulk%nel(k) = 4
+      system%bulk%ix(1:4, k) = model%mesh%ix(1:4, k)
+      if (.not. model%materials(m)%rigid) system%bulk%routine(k) = routine_t4
+    end do
+  end subroutine list_bulk
+
+  !> One contact element for each point; they stay idle until hosts are chosen.
+  subroutine list_contact(model, system)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(inout) :: system !! gets contact, first_point
+    integer :: k, n
+
+    allocate (system%first_point(size(model%pairs) + 1))
+    n = 0
+    do k = 1, size(model%pairs)
+      system%first_point(k) = n + 1
+      n = n + size(model%pairs(k)%nodes)
+    end do
+    system%first_point(size(model%pairs) + 1) = n + 1
+    call allocate_list(system%contact, n, n)
+    system%contact%nel = 4
+    system%contact%set = [(k, k=1, n)]
+  end subroutine list_contact
+end module system_building

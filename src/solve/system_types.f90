@@ -1,0 +1,62 @@
+!> The discrete system: equations, element lists, matrices, and the state that is solved for.
+module system_types
+  use kinds, only: wp
+  use costs, only: cost_t
+  use element_lists, only: element_list_t
+  use block_matrix, only: block_matrix_t
+  use csc_matrix, only: csc_matrix_t
+  use umfpack_solver, only: umfpack_t
+  implicit none
+  private
+  public :: system_t, state_t, settings_t
+
+  !> When an increment counts as converged, and how far the nonlinear solution goes.
+  type :: settings_t
+    real(wp) :: energy_tolerance = 1.0e-16_wp !! relative energy (FEAP)
+    real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
+    integer :: most_solves = 50 !! linear solves of one increment
+    integer :: most_passes = 8 !! changes of contact hosts within one increment
+    real(wp) :: extrapolation = 0.05_wp !! tip outside its facet at a flat edge, shape functions
+  end type settings_t
+
+  !> The state at the last converged time.
+  type :: state_t
+    real(wp) :: time = 0.0_wp !! time
+    integer :: step = 0 !! end times so far
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+  end type state_t
+
+  !> Everything that is built once from a model.
+  type :: system_t
+    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    integer :: equations = 0 !! free degrees of freedom
+    integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
+    integer :: bodies = 0 !! number of bodies
+    logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
+    logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
+    type(element_list_t) :: bulk !! bulk elements
+    type(element_list_t) :: contact !! contact elements, one a point
+    integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
+    type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
+    type(block_matrix_t) :: matrix !! tangent of bulk and contact
+    integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
+    type(csc_matrix_t) :: csc !! its free part
+    type(umfpack_t) :: umfpack !! its factor
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
+    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
+    real(wp), allocatable :: left(:, :) !! (3, nodes) start without predictor [length]
+    real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
+    real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
+    real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
+    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
+    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du [force]
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
+    real(wp), allocatable :: right(:) !! (equations) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations) solution [length]
+    real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
+    type(cost_t) :: costs !! cost table
+  end type system_t
+end module system_types

@@ -1,0 +1,124 @@
+!> Unsymmetric linear systems through UMFPACK: METIS ordering, symmetric strategy, long integers.
+module umfpack_solver
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated
+  use kinds, only: wp, long
+  use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_unsymmetric_factor, cost_solve
+  use csc_matrix, only: csc_matrix_t
+  use umfpack_interface, only: umfpack_dl_defaults, umfpack_dl_symbolic, umfpack_dl_numeric, &
+    umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
+  implicit none
+  private
+  public :: umfpack_t, forget_pattern, factorise, solve, free_umfpack
+  public :: solver_done, solver_singular, solver_out_of_memory, solver_failed
+
+  !> Outcomes.
+  integer, parameter :: solver_done = 0
+  integer, parameter :: solver_singular = 1
+  integer, parameter :: solver_out_of_memory = 2
+  integer, parameter :: solver_failed = 3
+
+  ! Places in Control and Info, and their values: umfpack.h
+  integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10
+  integer, parameter :: info_rcond = 67
+  real(wp), parameter :: strategy_symmetric = 3.0_wp, ordering_metis = 3.0_wp
+  integer(long), parameter :: status_ok = 0, status_singular = 1, status_memory = -1
+  integer(long), parameter :: system_a = 0
+
+  !> Handles and settings of one factorisation.
+  type :: umfpack_t
+    type(c_ptr) :: symbolic = c_null_ptr !! analysis of the pattern
+    type(c_ptr) :: numeric = c_null_ptr !! factor
+    real(wp) :: control(0:19) = 0.0_wp !! settings
+    real(wp) :: info(0:89) = 0.0_wp !! what UMFPACK says of its last call
+    logical :: ready = .false. !! settings are made
+  end type umfpack_t
+
+contains
+
+  !> Sets METIS and the symmetric strategy, which the automatic choice misses on these matrices.
+  subroutine prepare(solver)
+    type(umfpack_t), intent(inout) :: solver !! settings
+
+    call umfpack_dl_defaults(solver%control)
+    solver%control(control_strategy) = strategy_symmetric
+    solver%control(control_ordering) = ordering_metis
+    solver%control(control_refinement) = 0.0_wp
+    solver%ready = .true.
+  end subroutine prepare
+
+  !> Drops the analysis: the pattern has changed.
+  subroutine forget_pattern(solver)
+    type(umfpack_t), intent(inout) :: solver !! handles
+
+    if (c_associated(solver%symbolic)) call umfpack_dl_free_symbolic(solver%symbolic)
+    solver%symbolic = c_null_ptr
+  end subroutine forget_pattern
+
+  !> Factorises; the analysis is kept as long as the pattern holds.
+  subroutine factorise(solver, a, costs, outcome)
+    type(umfpack_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in) :: a !! matrix
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    integer(long) :: status
+
+    if (.not. solver%ready) call prepare(solver)
+    if (.not. c_associated(solver%symbolic)) then
+      call begin_cost(costs, cost_symbolic)
+      status = umfpack_dl_symbolic(a%n, a%n, a%ptr, a%row, a%val, solver%symbolic, &
+        solver%control, solver%info)
+      call end_cost(costs, cost_symbolic)
+      outcome = outcome_of(status)
+      if (outcome /= solver_done) return
+    end if
+    if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
+    call begin_cost(costs, cost_unsymmetric_factor)
+    status = umfpack_dl_numeric(a%ptr, a%row, a%val, solver%symbolic, solver%numeric, &
+      solver%control, solver%info)
+    call end_cost(costs, cost_unsymmetric_factor)
+    outcome = outcome_of(status)
+  end subroutine factorise
+
+  !> x = A^-1 b with the last factor.
+  subroutine solve(solver, a, b, x, costs, outcome)
+    type(umfpack_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in) :: a !! matrix
+    real(wp), intent(in) :: b(:) !! (n) right-hand side
+    real(wp), intent(inout) :: x(:) !! (n) solution
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    integer(long) :: status
+
+    call begin_cost(costs, cost_solve)
+    status = umfpack_dl_solve(system_a, a%ptr, a%row, a%val, x, b, solver%numeric, &
+      solver%control, solver%info)
+    call end_cost(costs, cost_solve)
+    outcome = outcome_of(status)
+    if (outcome == solver_done .and. .not. all(abs(x) <= huge(1.0_wp))) outcome = solver_singular
+  end subroutine solve
+
+  !> Outcome of a status of UMFPACK.
+  pure integer function outcome_of(status) result(outcome)
+    integer(long), intent(in) :: status !! what UMFPACK returned
+
+    select case (status)
+    case (status_ok)
+      outcome = solver_done
+    case (status_singular)
+      outcome = solver_singular
+    case (status_memory)
+      outcome = solver_out_of_memory
+    case default
+      outcome = solver_failed
+    end select
+  end function outcome_of
+
+  !> Releases everything.
+  subroutine free_umfpack(solver)
+    type(umfpack_t), intent(inout) :: solver !! handles
+
+    call forget_pattern(solver)
+    if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
+    solver%numeric = c_null_ptr
+  end subroutine free_umfpack
+end module umfpack_solver

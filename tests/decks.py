@@ -1,0 +1,83 @@
+"""What the scripts that run decks have in common (standard library only)."""
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+
+TRACES = ('Fortran runtime error', 'Backtrace for this error', 'Program received signal',
+          'Error termination', 'Floating-point exception', 'Segmentation fault', 'free():',
+          'malloc(', 'corrupted', 'terminate called', 'fault of ours')
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOP = os.path.dirname(HERE)
+
+
+class Run:
+    """One finished run of the program."""
+
+    def __init__(self, code, out, err, timed_out):
+        self.code, self.out, self.err, self.timed_out = code, out, err, timed_out
+
+    def crash(self):
+        """What is wrong with the way it ended, '' if it ended properly."""
+        if self.timed_out:
+            return 'did not end in time'
+        for text in TRACES:
+            if text in self.err or text in self.out:
+                return f'crashed: {text}'
+        if self.code < 0:
+            return f'ended by signal {-self.code}'
+        return ''
+
+
+def run(program, arguments, folder, seconds, limit=None):
+    """Runs the program in a folder; limit is called in the child before it starts."""
+    environment = dict(os.environ, OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', LC_ALL='C')
+    try:
+        done = subprocess.run([os.path.abspath(program)] + arguments, cwd=folder, timeout=seconds,
+                              env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, preexec_fn=limit, check=False)
+        code, out, err, late = done.returncode, done.stdout, done.stderr, False
+    except subprocess.TimeoutExpired as late_run:
+        code, out, err, late = -9, late_run.stdout or b'', late_run.stderr or b'', True
+    return Run(code, out.decode('utf-8', 'replace'), err.decode('utf-8', 'replace'), late)
+
+
+def fresh_folder():
+    """A temporary folder that removes itself."""
+    return tempfile.TemporaryDirectory(prefix='mfec-')
+
+
+def parser(text):
+    """The options all runners share."""
+    options = argparse.ArgumentParser(description=text,
+                                      formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument('--program', default=os.path.join(TOP, 'mfec'), help='what to run')
+    options.add_argument('-v', '--verbose', action='store_true', help='name what passes, too')
+    return options
+
+
+class Report:
+    """Counts, prints failures at once and the closing line at the end."""
+
+    def __init__(self, verbose=False):
+        self.passed = self.failed = 0
+        self.verbose = verbose
+
+    def add(self, name, faults):
+        """One test with the list of what is wrong."""
+        if faults:
+            self.failed += 1
+            print(f'FAILED {name}')
+            for fault in faults:
+                print('   ' + fault.replace('\n', '\n   '))
+        else:
+            self.passed += 1
+            if self.verbose:
+                print(f'passed {name}')
+        sys.stdout.flush()
+
+    def close(self):
+        """Prints the closing line; the exit code."""
+        print(f'{self.passed} passed, {self.failed} failed')
+        return 1 if self.failed or not self.passed else 0
