@@ -47,11 +47,12 @@ build/setup.stamp: .ci/setup
 	@.ci/setup system
 	@mkdir -p build && touch $@
 
-build/venv/stamp: postproc/requirements.txt .ci/setup
+# One after the other: two apt-get at a time lock each other out.
+build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
 	@.ci/setup python build/venv postproc/requirements.txt
 	@touch $@
 
-build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup
+build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@.ci/setup python build/venv-lint .ci/lint-requirements.txt
 	@touch $@
 

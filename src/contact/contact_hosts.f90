@@ -9,13 +9,18 @@ module contact_hosts
   use contact_types, only: pair_t, contact_point_t
   use contact_parameters, only: point_parameters
   use facet_geometry, only: project_on_facet, distance_to_facet, unfold, barycentric, &
-    edge_is_flat, facet_size
+    kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, find_facet, touches
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
+  !! plane of the facet departs from the surface, in shape functions.
+  real(wp), parameter :: departure = 1.0e-5_wp
+  !> Changes of host of one point within one increment; more would be ping-pong.
+  integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
 
@@ -23,12 +28,12 @@ contains
 
   !> First hosts and tips, on the reference positions.
   subroutine start_pair(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets old and new
+    type(pair_t), intent(inout) :: pair !! gets old, new, left, moves
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: p
 
-    if (allocated(pair%old)) deallocate (pair%old, pair%new)
-    allocate (pair%old(size(pair%nodes)), pair%new(size(pair%nodes)))
+    if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
+    allocate (pair%left(size(pair%nodes)), pair%moves(size(pair%nodes)), source=0)
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
     do p = 1, size(pair%nodes)
       call seek(pair, x, x, p, pair%old(p))
@@ -56,6 +61,8 @@ contains
     integer :: p
 
     pair%new = pair%old
+    pair%left = 0
+    pair%moves = 0
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%host > 0) then
@@ -70,14 +77,16 @@ contains
   end subroutine begin_increment
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
-  !! outside its facet than `tolerance` (flat edges) or at all (kinked edges). A new host counts as
-  !! a change only where the point touches the old or the new facet.
+  !! outside its facet than `tolerance` (less at a kinked edge). A new host counts as a change only
+  !! where the point touches the old or the new facet. No point goes back to the host it has left
+  !! last: on a ridge or in a valley two facets may point at each other for ever.
   subroutine follow_tips(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! new: hosts and start tips may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! in shape functions
+    real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
     integer, intent(inout) :: changes !! grows by the number of points with a new host
+    type(contact_point_t) :: before
     integer :: p, host
     logical :: touched
 
@@ -87,10 +96,16 @@ contains
         touched = touches(pair, x, p, host)
         if (host == 0) then
           call seek(pair, x_old, x, p, point)
-        else
+        else if (pair%moves(p) < most_moves) then
+          before = point
           call follow_tip(pair, x_old, x, tolerance, p, point)
+          if (point%host == pair%left(p)) point = before
         end if
         if (point%host == host) cycle
+        if (tolerance > 0.0_wp) then
+          pair%left(p) = host
+          pair%moves(p) = pair%moves(p) + 1
+        end if
         if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
       end associate
     end do
@@ -157,7 +172,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: host !! the facet
     real(wp), intent(in) :: xi(2) !! (xi, eta) of the point
-    real(wp), intent(in) :: tolerance !! allowed outside a flat edge, in shape functions
+    real(wp), intent(in) :: tolerance !! most that is allowed outside, in shape functions
     real(wp) :: n(3), allowed
     integer :: trial, k, across
 
@@ -168,12 +183,10 @@ contains
       if (n(k) >= 0.0_wp) return
       across = pair%neighbours(k, host)
       if (across > 0) then
-        allowed = 0.1_wp*rim_tolerance
-        if (tolerance > allowed) then
-          if (edge_is_flat(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))) &
-            allowed = tolerance
-        end if
-        if (n(k) < -allowed) then
+        allowed = 0.0_wp
+        if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
+          kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))))
+        if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
           next = across
           return
         end if

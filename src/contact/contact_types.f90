@@ -66,5 +66,7 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    integer, allocatable :: left(:) !! (points) host left last in this increment
+    integer, allocatable :: moves(:) !! (points) changes of host in this increment
   end type pair_t
 end module contact_types

@@ -4,10 +4,7 @@ module facet_geometry
   use vectors, only: cross
   implicit none
   private
-  public :: project_on_facet, distance_to_facet, unfold, barycentric, edge_is_flat, facet_size
-
-  !> Sine of the angle between two facets below which their common edge counts as flat.
-  real(wp), parameter :: flat_sine = 1.0e-7_wp
+  public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size
 
 contains
 
@@ -90,16 +87,16 @@ contains
     if (found /= 1) k = 0
   end function far_corner
 
-  !> The two facets lie in one plane, to flat_sine.
-  pure logical function edge_is_flat(xa, xb) result(flat)
+  !> Sine of the angle between the normals of two facets.
+  pure real(wp) function kink_sine(xa, xb) result(sine)
     real(wp), intent(in) :: xa(3, 3) !! corners of one facet [length]
     real(wp), intent(in) :: xb(3, 3) !! corners of its neighbour [length]
     real(wp) :: na(3), nb(3)
 
     na = cross(xa(:, 1) - xa(:, 3), xa(:, 2) - xa(:, 3))
     nb = cross(xb(:, 1) - xb(:, 3), xb(:, 2) - xb(:, 3))
-    flat = norm2(cross(na, nb)) <= flat_sine*norm2(na)*norm2(nb)
-  end function edge_is_flat
+    sine = norm2(cross(na/norm2(na), nb/norm2(nb)))
+  end function kink_sine
 
   !> Turns a point in the plane of facet a about the edge shared with facet b into the plane of b
   !! (doc/theory, "Crossing an edge"): lengths, and with them the friction force, are kept.

@@ -364,9 +364,9 @@ contains
     integer, intent(in) :: arguments !! number of arguments found
     logical :: several
 
-    several = name == 'min' .or. name == 'max'
-    if (several .and. arguments < 2) call fail(cursor, position, ''''//name// &
-      ''' with one argument', 'write '//name//'(a,b) or '//name//'(a,b,c,...)')
+    several = any(name == ['min', 'max'])
+    if (several .and. arguments < 2) &
+      call fail(cursor, position, ''''//name//''' with one argument', 'write '//name//'(a,b,...)')
     if (.not. several .and. arguments > 1) call fail(cursor, position, ''''//name//''' with '// &
       to_text(arguments)//' arguments', 'it takes one: '//name//'(a)')
   end subroutine check_arguments
@@ -382,8 +382,6 @@ contains
     do i = 1, size(function_names)
       call add_candidate(list, trim(function_names(i)))
     end do
-    call add_candidate(list, 'min')
-    call add_candidate(list, 'max')
     call fail(cursor, position, 'there is no function '''//name//'''', &
               did_you_mean(list, name, 'a product needs its *'))
   end subroutine report_no_function

@@ -1,6 +1,6 @@
 !> Finds the word a user probably meant.
 module hints
-  use text, only: string_t, edit_distance, lower
+  use text, only: string_t, lower
   implicit none
   private
   public :: word_list_t, add_candidate, nearest_word, did_you_mean
@@ -33,7 +33,7 @@ contains
   end subroutine add_candidate
 
   !> The candidate nearest to `word`; empty if none is near. Keywords (in which the first four
-  !> letters stand out as capitals) are compared by these letters as well as whole.
+  !> letters stand out as capitals) may be cut short.
   function nearest_word(list, word) result(hint)
     type(word_list_t), intent(in) :: list !! words to choose from
     character(*), intent(in) :: word !! what the user wrote
@@ -61,17 +61,48 @@ contains
     if (n < 2) allowed = 0
   end function allowed
 
-  !> How far a word is from a candidate.
+  !> How far a word is from a candidate, or from as many of its first letters.
   pure integer function difference(word, candidate) result(d)
     character(*), intent(in) :: word !! what the user wrote
     character(*), intent(in) :: candidate !! what might be meant
+    integer :: n
 
-    d = edit_distance(lower(word), lower(candidate))
-    if (len(word) >= 4 .and. len(candidate) > 4) then
-      if (is_abbreviated(candidate)) d = min(d, edit_distance(lower(word(:4)), &
-                                                              lower(candidate(:4))))
-    end if
+    d = alignment_distance(lower(word), lower(candidate))
+    n = len(word)
+    if (n < 4 .or. n >= len(candidate)) return
+    if (is_abbreviated(candidate)) d = min(d, alignment_distance(lower(word), &
+                                                                 lower(candidate(:n))))
   end function difference
+
+  !> Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`.
+  pure integer function alignment_distance(a, b) result(d)
+    character(*), intent(in) :: a !! first word
+    character(*), intent(in) :: b !! second word
+    integer :: table(-1:len(a), -1:len(b)), i, j
+
+    table = len(a) + len(b)
+    table(0:, 0) = [(i, i=0, len(a))]
+    table(0, 0:) = [(j, j=0, len(b))]
+    do j = 1, len(b)
+      do i = 1, len(a)
+        table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, &
+                          table(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
+        if (swapped(a, i, b, j)) table(i, j) = min(table(i, j), table(i - 2, j - 2) + 1)
+      end do
+    end do
+    d = table(len(a), len(b))
+  end function alignment_distance
+
+  !> Whether the characters up to a(i) are those up to b(j) in opposite order.
+  pure logical function swapped(a, i, b, j)
+    character(*), intent(in) :: a !! first word
+    integer, intent(in) :: i !! place in it
+    character(*), intent(in) :: b !! second word
+    integer, intent(in) :: j !! place in it
+
+    swapped = i > 1 .and. j > 1
+    if (swapped) swapped = a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)
+  end function swapped
 
   !> Whether a word is written as keywords are: COORdinates.
   pure logical function is_abbreviated(word)

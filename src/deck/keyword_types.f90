@@ -14,13 +14,16 @@ module keyword_types
   integer, parameter :: table_mesh = 1
   integer, parameter :: table_batch = 2
 
+  !> Room in the table.
+  integer, parameter :: most_commands = 80
+
   !> A word that only one data set knows, at the start of its records.
   type :: own_word_t
     character(16) :: name = '' !! in full, the letters that count as capitals
     character(4) :: key = '' !! first four letters, lower case
-    type(signature_t) :: signature !! what follows it
+    type(signature_t), allocatable :: signature !! what follows it
     logical :: available = .true. !! false if this version cannot do it
-    character(:), allocatable :: summary !! what it means
+    character(80) :: summary = '' !! what it means
   end type own_word_t
 
   !> A command.
@@ -29,17 +32,17 @@ module keyword_types
     character(4) :: key = '' !! first four letters, lower case
     integer :: table = table_mesh !! mesh or solution command
     logical :: available = .true. !! false if this version cannot do it
-    type(signature_t) :: head !! what follows the keyword itself
+    type(signature_t), allocatable :: head !! what follows the keyword itself
     logical :: has_data = .false. !! whether records without an own word belong to it
-    type(signature_t) :: data !! such a record
+    type(signature_t), allocatable :: data !! such a record
     type(own_word_t), allocatable :: words(:) !! its own words
-    character(:), allocatable :: summary !! one line
-    character(:), allocatable :: help !! more lines
+    character(80) :: summary = '' !! one line
+    character(96), allocatable :: help(:) !! more lines
   end type keyword_t
 
   !> All commands.
   type :: keyword_table_t
-    type(keyword_t), allocatable :: commands(:) !! may be larger than count
+    type(keyword_t) :: commands(most_commands) !! the first count of them are used
     integer :: count = 0 !! number of commands
   end type keyword_table_t
 
@@ -54,7 +57,6 @@ contains
     character(*), intent(in) :: summary !! what the command is for, one line
     logical, intent(in), optional :: available !! false if this version cannot do it
 
-    if (.not. allocated(table%commands)) allocate (table%commands(80))
     table%count = table%count + 1
     associate (command => table%commands(table%count))
       command%table = which
@@ -62,7 +64,7 @@ contains
       command%key = four_letters(name)
       command%head = compile_signature(head)
       command%summary = summary
-      command%help = ''
+      allocate (command%help(0))
       allocate (command%words(0))
       if (present(available)) command%available = available
     end associate
@@ -103,9 +105,14 @@ contains
     type(keyword_table_t), intent(inout) :: table !! the table
     character(*), intent(in) :: line !! at most 96 characters
 
-    associate (command => table%commands(table%count))
-      command%help = command%help//line//new_line('a')
-    end associate
+    character(96), allocatable :: more(:)
+    integer :: n
+
+    n = size(table%commands(table%count)%help)
+    allocate (more(n + 1))
+    more(:n) = table%commands(table%count)%help
+    more(n + 1) = line
+    call move_alloc(more, table%commands(table%count)%help)
   end subroutine explain
 
   !> Index of the command an item names, 0 if it names none.

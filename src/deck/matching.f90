@@ -1,20 +1,18 @@
 !> Checks a record against its signature and evaluates its numbers.
 module matching
-  use kinds, only: wp
-  use text, only: to_text
-  use deck_types, only: record_t, item_t, location_t, parameter_t, name_length, item_empty, &
-    item_number, item_word, item_quoted
+  use deck_types, only: record_t, item_t, parameter_t, item_empty, item_number, item_word, &
+    item_quoted
   use records, only: is_word, item_count, item_location
-  use signatures, only: token_t, signature_t, syntax_text, token_name, kind_positive, kind_count, &
-    kind_integer, kind_axis, kind_positive_real, kind_not_negative, kind_name, kind_file, &
-    kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing, kind_exact
+  use signatures, only: token_t, signature_t, syntax_text, token_name, kind_name, kind_file, &
+    kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing
   use hints, only: word_list_t, add_candidate, did_you_mean
   use numbers, only: is_letter
-  use expressions, only: problem_t, evaluate, find_parameter
+  use expressions, only: problem_t, find_parameter
   use diagnostics, only: diagnostics_t, report_error
+  use item_checks, only: set_value, report_problem, check_value, check_name, check_choice
   implicit none
   private
-  public :: match_t, match_record, evaluate_item, check_name
+  public :: match_t, match_record
 
   !> Ways to accept an item, the better the greater.
   integer, parameter :: accept_not = 0
@@ -44,8 +42,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether there was no error
     logical :: alive(most_alternatives), alive_before(most_alternatives), sound
-    integer :: accepted(most_alternatives), i, k, n
-    type(token_t) :: token
+    integer :: accepted(most_alternatives), i, j, k, n
 
     n = size(signature%alternatives)
     alive = .false.
@@ -55,8 +52,10 @@ contains
       do i = 1, n
         accepted(i) = accept_not
         if (.not. alive(i)) cycle
-        call token_at(signature, i, k - match%first + 1, token)
-        accepted(i) = acceptance(token, record%items(k))
+        associate (tokens => signature%alternatives(i)%tokens)
+          j = token_number(tokens, k - match%first + 1)
+          if (j > 0) accepted(i) = acceptance(tokens(j), record%items(k))
+        end associate
       end do
       if (all(accepted(:n) == accept_not)) then
         call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
@@ -66,33 +65,27 @@ contains
       alive_before = alive
       alive(:n) = alive(:n) .and. accepted(:n) == maxval(accepted(:n))
       i = findloc(alive(:n), .true., dim=1)
-      call token_at(signature, i, k - match%first + 1, token)
-      call take_item(record, k, token, signature, alive_before(:n), match, parameters, &
-                     diagnostics, sound)
+      j = token_number(signature%alternatives(i)%tokens, k - match%first + 1)
+      call take_item(record, k, signature%alternatives(i)%tokens(j), signature, &
+                     alive_before(:n), match, parameters, diagnostics, sound)
       good = good .and. sound
-      if (.not. token%available) return
+      if (.not. sound .and. record%items(k)%kind /= item_number) return
     end do
     call check_complete(record, signature, alive(:n), match, diagnostics, good)
   end subroutine match_record
 
-  !> The token of the k-th item in one alternative; a token without a label where nothing may stand.
-  pure subroutine token_at(signature, alternative, k, token)
-    type(signature_t), intent(in) :: signature !! what a record takes
-    integer, intent(in) :: alternative !! one way to write it
+  !> Number of the token of the k-th item in one alternative; 0 where nothing may stand.
+  pure integer function token_number(tokens, k) result(number)
+    type(token_t), intent(in) :: tokens(:) !! one way to write a record
     integer, intent(in) :: k !! number of the item in the signature
-    type(token_t), intent(out) :: token !! what stands there
-    integer :: n
 
-    associate (tokens => signature%alternatives(alternative)%tokens)
-      n = size(tokens)
-      if (k <= n) then
-        token = tokens(k)
-      else if (n > 0) then
-        if (tokens(n)%repeated) token = tokens(n)
-      end if
-    end associate
-    if (token%kind == kind_nothing .and. k <= n) token%label = '-'
-  end subroutine token_at
+    number = 0
+    if (k <= size(tokens)) then
+      number = k
+    else if (size(tokens) > 0) then
+      if (tokens(size(tokens))%repeated) number = size(tokens)
+    end if
+  end function token_number
 
   !> How well an item fits a token.
   pure integer function acceptance(token, item)
@@ -100,7 +93,6 @@ contains
     type(item_t), intent(in) :: item !! what stands here
 
     acceptance = accept_not
-    if (len_trim(token%label) == 0) return
     select case (token%kind)
     case (kind_keyword)
       if (is_word(item, token%key)) acceptance = accept_keyword
@@ -111,7 +103,8 @@ contains
     case (kind_name)
       if (item%kind == item_quoted) acceptance = accept_name
       if (item%kind == item_word) then
-        if (is_letter(item%text(1:1))) acceptance = accept_name
+        if (is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()') == 0) &
+          acceptance = accept_name
       end if
     case (kind_file, kind_any)
       if (item%kind /= item_empty) acceptance = accept_name
@@ -132,6 +125,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether there was no error
     type(word_list_t) :: words
+    type(problem_t), allocatable :: problem
 
     good = .true.
     if (.not. token%available) then
@@ -157,58 +151,15 @@ contains
           return
         end if
       end if
-      call list_expected_words(signature, alive, k - match%first + 1, words)
-      call evaluate_item(record%items(k), parameters, diagnostics, words, good)
+      call set_value(record%items(k), parameters, problem)
+      good = .not. allocated(problem)
+      if (.not. good) then
+        call list_expected_words(signature, alive, k - match%first + 1, words)
+        call report_problem(record%items(k), problem, parameters, words, diagnostics)
+      end if
       if (good) call check_value(record%items(k), token, diagnostics, good)
     end select
   end subroutine take_item
-
-  !> Turns an item into a number.
-  subroutine evaluate_item(item, parameters, diagnostics, words, good)
-    type(item_t), intent(inout) :: item !! the item
-    type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t), intent(inout) :: words !! keywords that might stand here instead
-    logical, intent(out) :: good !! whether it has a value
-    type(problem_t), allocatable :: problem
-    type(location_t) :: at
-    real(wp) :: value
-    integer :: i
-
-    good = .true.
-    if (item%kind == item_empty) return
-    call evaluate(item%text, parameters, value, problem)
-    good = .not. allocated(problem)
-    if (good) then
-      item%kind = item_number
-      item%value = value
-      return
-    end if
-    at = item%at
-    at%column = at%column + problem%position - 1
-    if (item%kind == item_quoted) at%column = at%column + 1
-    if (problem%undefined .and. words%count > 0) then
-      do i = 1, size(parameters)
-        call add_candidate(words, parameters(i)%name)
-      end do
-      problem%remedy = did_you_mean(words, item%text, 'a number is expected here, or one of: '// &
-                                    joined(words))
-    end if
-    call report_error(diagnostics, at, problem%what, problem%remedy)
-  end subroutine evaluate_item
-
-  !> Words in one line.
-  function joined(words) result(t)
-    type(word_list_t), intent(in) :: words !! the words
-    character(:), allocatable :: t
-    integer :: i
-
-    t = ''
-    do i = 1, min(words%count, 12)
-      if (i > 1) t = t//', '
-      t = t//words%words(i)%s
-    end do
-  end function joined
 
   !> Keywords that could stand as the k-th item.
   subroutine list_expected_words(signature, alive, k, words)
@@ -216,105 +167,17 @@ contains
     logical, intent(in) :: alive(:) !! ways still possible
     integer, intent(in) :: k !! number of the item in the signature
     type(word_list_t), intent(out) :: words !! the keywords
-    type(token_t) :: token
-    integer :: i
+    integer :: i, j
 
     do i = 1, size(alive)
       if (.not. alive(i)) cycle
-      call token_at(signature, i, k, token)
-      if (token%kind == kind_keyword) call add_candidate(words, trim(token%label))
+      associate (tokens => signature%alternatives(i)%tokens)
+        j = token_number(tokens, k)
+        if (j == 0) cycle
+        if (tokens(j)%kind == kind_keyword) call add_candidate(words, trim(tokens(j)%label))
+      end associate
     end do
   end subroutine list_expected_words
-
-  !> Checks that a number is of the kind its token wants.
-  subroutine check_value(item, token, diagnostics, good)
-    type(item_t), intent(inout) :: item !! an evaluated item; integers are rounded
-    type(token_t), intent(in) :: token !! what stands here
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    logical, intent(out) :: good !! whether the value is right
-    character(:), allocatable :: wanted
-
-    wanted = ''
-    select case (token%kind)
-    case (kind_positive)
-      if (.not. is_integer(item, 1, huge(1))) wanted = 'an integer greater than 0'
-    case (kind_count)
-      if (.not. is_integer(item, 0, huge(1))) wanted = 'an integer not less than 0'
-    case (kind_integer)
-      if (.not. is_integer(item, -huge(1), huge(1))) wanted = 'an integer'
-    case (kind_node_list)
-      if (.not. is_integer(item, 1, huge(1))) wanted = 'an integer greater than 0 or TO'
-    case (kind_axis)
-      if (.not. is_integer(item, 1, 3)) wanted = '1, 2 or 3'
-    case (kind_exact)
-      if (.not. is_integer(item, token%exact, token%exact)) wanted = to_text(token%exact)// &
-        ' (nothing else is available in this version)'
-    case (kind_positive_real)
-      if (item%value <= 0.0_wp) wanted = 'a number greater than 0'
-    case (kind_not_negative)
-      if (item%value < 0.0_wp) wanted = 'a number not less than 0'
-    end select
-    good = len(wanted) == 0
-    if (.not. good) call report_error(diagnostics, item%at, &
-      trim(token%label)//' = '//to_text(item%value)//' is out of its range', &
-      trim(token%label)//' is '//wanted)
-  end subroutine check_value
-
-  !> Whether a number is an integer within bounds; it is rounded if it is one up to round-off.
-  logical function is_integer(item, lowest, highest)
-    type(item_t), intent(inout) :: item !! an evaluated item
-    integer, intent(in) :: lowest !! least value allowed
-    integer, intent(in) :: highest !! greatest value allowed
-
-    is_integer = abs(item%value) <= real(huge(1), wp)
-    if (.not. is_integer) return
-    is_integer = abs(item%value - anint(item%value)) <= 1e-9_wp*max(1.0_wp, abs(item%value))
-    if (.not. is_integer) return
-    item%value = anint(item%value)
-    is_integer = nint(item%value) >= lowest .and. nint(item%value) <= highest
-  end function is_integer
-
-  !> Checks that a name is one.
-  subroutine check_name(item, diagnostics, good)
-    type(item_t), intent(in) :: item !! the item
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    logical, intent(out) :: good !! whether it can be a name
-
-    good = .false.
-    if (len(item%text) > name_length) then
-      call report_error(diagnostics, item%at, 'a name of '//to_text(len(item%text))// &
-                        ' characters', 'names have up to '//to_text(name_length)//' characters')
-    else if (len(item%text) == 0) then
-      call report_error(diagnostics, item%at, 'an empty name', 'a name begins with a letter')
-    else if (.not. is_letter(item%text(1:1))) then
-      call report_error(diagnostics, item%at, ''''//item%text//''' is no name', &
-                        'a name begins with a letter')
-    else
-      good = .true.
-    end if
-  end subroutine check_name
-
-  !> Checks that a word is among those a label lists.
-  subroutine check_choice(item, token, diagnostics, good)
-    type(item_t), intent(in) :: item !! the item
-    type(token_t), intent(in) :: token !! lists the words
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    logical, intent(out) :: good !! whether it is one of them
-    type(word_list_t) :: words
-    character(48) :: rest
-    integer :: comma
-
-    rest = token%label
-    good = .false.
-    do while (len_trim(rest) > 0)
-      comma = index(trim(rest)//',', ',')
-      if (is_word(item, rest(:comma - 1))) good = .true.
-      call add_candidate(words, rest(:comma - 1))
-      rest = rest(comma + 1:)
-    end do
-    if (.not. good) call report_error(diagnostics, item%at, 'unknown word '''//item%text//'''', &
-      did_you_mean(words, item%text, 'one of: '//joined(words)))
-  end subroutine check_choice
 
   !> Checks that TO stands between two numbers.
   subroutine check_range_word(record, k, match, diagnostics, good)
@@ -345,7 +208,7 @@ contains
     if (token%kind /= kind_keyword) what = 'the item '//what
     call report_error(diagnostics, record%items(k)%at, what//' of '//trim(match%name)// &
                       ' is not available in this version', &
-                      '--help '//trim(match%name)//' shows what is')
+                      '--help '//match%name(:index(match%name, ' '))//'shows what is')
   end subroutine report_unavailable
 
   !> Says that an item cannot stand where it does.
@@ -358,17 +221,17 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(word_list_t) :: words
-    type(token_t) :: token
     logical :: room, option
-    integer :: i
+    integer :: i, j
 
     room = .false.
     option = .false.
     do i = 1, size(alive)
       if (.not. alive(i)) cycle
-      call token_at(signature, i, k - match%first + 1, token)
-      room = room .or. len_trim(token%label) > 0
-      option = option .or. token%kind == kind_nothing .and. token%label == '-'
+      j = token_number(signature%alternatives(i)%tokens, k - match%first + 1)
+      if (j == 0) cycle
+      room = .true.
+      option = option .or. signature%alternatives(i)%tokens(j)%kind == kind_nothing
     end do
     associate (item => record%items(k))
       call list_expected_words(signature, alive, k - match%first + 1, words)
@@ -430,6 +293,7 @@ contains
         if (k > size(tokens)) return
         if (tokens(k)%optional) return
         if (len(missing) == 0) missing = token_name(tokens(k))
+        if (tokens(k)%kind == kind_nothing) missing = token_name(tokens(min(k + 1, size(tokens))))
       end associate
     end do
     good = .false.

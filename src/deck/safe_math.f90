@@ -8,10 +8,10 @@ module safe_math
   public :: safe_sum, safe_product, safe_quotient, safe_power, apply_function, function_names, &
     is_function, is_reserved
 
-  !> Functions of one argument; the degree forms end in d.
-  character(5), parameter :: function_names(19) = [character(5) :: 'sqrt', 'abs', 'exp', 'log', &
+  !> Functions; the degree forms end in d; all but min and max have one argument.
+  character(5), parameter :: function_names(21) = [character(5) :: 'sqrt', 'abs', 'exp', 'log', &
     'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'sinh', 'cosh', 'tanh', 'sind', 'cosd', 'tand', &
-    'asind', 'acosd', 'atand']
+    'asind', 'acosd', 'atand', 'min', 'max']
 
   real(wp), parameter :: largest = huge(1.0_wp)
   !> Largest argument of exp.
@@ -179,8 +179,7 @@ contains
   pure logical function is_function(name)
     character(*), intent(in) :: name !! any name
 
-    is_function = any(function_names == lower(name)) .or. lower(name) == 'min' &
-      .or. lower(name) == 'max'
+    is_function = any(function_names == lower(name))
   end function is_function
 
   !> Whether a name cannot be that of a parameter.

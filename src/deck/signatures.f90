@@ -143,7 +143,7 @@ contains
     if (token%kind == kind_keyword) t = ''''//t//''''
   end function token_name
 
-  !> The ways to write a record, in the notation of the manual.
+  !> The ways to write a record that are available, in the notation of the manual.
   function syntax_text(signature, head, fields) result(t)
     type(signature_t), intent(in) :: signature !! what the record takes
     character(*), intent(in) :: head !! what it begins with, may be empty
@@ -153,6 +153,9 @@ contains
 
     t = ''
     do i = 1, size(signature%alternatives)
+      if (size(signature%alternatives) > 1) then
+        if (.not. all(signature%alternatives(i)%tokens%available)) cycle
+      end if
       one = head
       do j = 1, size(signature%alternatives(i)%tokens)
         if (fields) then
@@ -162,7 +165,7 @@ contains
         end if
         one = one//token_syntax(signature%alternatives(i)%tokens(j))
       end do
-      if (i > 1) t = t//' | '
+      if (len(t) > 0) t = t//' | '
       t = t//one
     end do
   end function syntax_text

@@ -1,7 +1,7 @@
 !> ELEMents: numbered elements, with FEAP's generation of the numbers between two records.
 module elements_reader
   use text, only: to_text
-  use errors, only: error_t
+  use errors, only: error_t, raise, exit_deck
   use deck_types, only: data_set_t, record_t
   use records, only: item_integer, item_count
   use diagnostics, only: diagnostics_t, report_error
@@ -10,6 +10,11 @@ module elements_reader
   implicit none
   private
   public :: read_elements
+
+  !> Longest gap that is filled between two records, and longest jump beyond the highest element:
+  !! more is taken for a slip of the pen.
+  integer, parameter :: longest_gap = 100000
+  integer, parameter :: longest_jump = 1000000
 
   !> What one record says: `element increment material n1 n2 n3 n4`.
   type :: element_record_t
@@ -85,8 +90,13 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(element_record_t), intent(inout) :: now !! what it says; number 0 if it cannot be used
 
-    if (now%number > before%number) return
-    if (now%number == before%number) then
+    if (before%number > 0 .and. now%number - before%number > longest_gap) then
+      call report_error(diagnostics, record%items(1)%at, 'element '//to_text(now%number)// &
+        ' leaves out '//to_text(now%number - before%number - 1)//' elements behind element '// &
+        to_text(before%number), 'at most '//to_text(longest_gap)//' are generated')
+    else if (now%number > before%number) then
+      return
+    else if (now%number == before%number) then
       call report_error(diagnostics, record%items(1)%at, 'element '//to_text(now%number)// &
         ' is defined twice', 'give each element once')
     else
@@ -106,7 +116,12 @@ contains
     type(element_record_t), intent(inout) :: now !! what it says; number 0 if it cannot be used
     type(error_t), allocatable :: error
 
-    call reserve_elements(mesh, origin, now%number, error)
+    if (now%number - longest_jump > mesh%elements) then
+      call raise(error, exit_deck, 'element '//to_text(now%number)// &
+        ' is far beyond the highest so far, '//to_text(mesh%elements))
+    else
+      call reserve_elements(mesh, origin, now%number, error)
+    end if
     if (.not. allocated(error)) return
     call report_error(diagnostics, record%items(1)%at, error%message, &
       'number the elements from 1 without gaps')

@@ -153,9 +153,8 @@ contains
     call check_control(deck, 1, 'numnp', mesh%nodes, 'the highest node number is', diagnostics)
     call check_control(deck, 2, 'numel', mesh%elements, 'the highest element number is', &
       diagnostics)
-    call check_control(deck, 3, 'nummat', materials, 'the highest material number is', diagnostics)
-    call check_control(deck, 4, 'ndm', 3, 'a mesh has space dimension', diagnostics)
-    call check_control(deck, 5, 'ndf', 3, 'a node has degrees of freedom', diagnostics)
+    if (all(deck%mesh%complete)) call check_control(deck, 3, 'nummat', materials, &
+      'the highest material number is', diagnostics)
     if (deck%control(6) > 4) return
     call check_control(deck, 6, 'nen', 4, 'the most nodes of an element are', diagnostics)
   end subroutine check_numbers

@@ -16,17 +16,18 @@ module mesh_reader
 
 contains
 
-  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. After an error the mesh must not be
-  !! used, but the names of its parts can still be looked up.
+  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. A mesh that is not sound must not be
+  !! computed with, but the names of its parts can be looked up.
   subroutine read_mesh(deck, diagnostics, mesh)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(out) :: mesh !! the mesh
     type(element_origin_t) :: origin
-    integer :: errors, i, region, material
+    integer :: names, errors, i, region, material
     logical :: complete
     type(error_t), allocatable :: error
 
+    names = error_count(diagnostics)
     call start_mesh(mesh, origin, deck%control(1), deck%control(2))
     call gather_names(deck, diagnostics, mesh)
     errors = error_count(diagnostics)
@@ -48,21 +49,24 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck) .and. error_count(diagnostics) == errors
+    complete = all_read(deck, ['coor', 'elem', 'bloc']) .and. error_count(diagnostics) == errors
     if (complete) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh)
+    mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &
+      error_count(diagnostics) == names
   end subroutine read_mesh
 
-  !> True if no record of a mesh command was left out because of an error.
-  pure logical function all_read(deck)
+  !> True if no record of these commands was left out because of an error.
+  pure logical function all_read(deck, commands)
     type(deck_t), intent(in) :: deck !! the deck
+    character(4), intent(in) :: commands(:) !! first four letters of each
     integer :: i
 
     all_read = .true.
     do i = 1, size(deck%mesh)
-      if (all(deck%mesh(i)%command /= ['coor', 'elem', 'bloc', 'set ', 'surf'])) cycle
+      if (all(deck%mesh(i)%command /= commands)) cycle
       all_read = all_read .and. deck%mesh(i)%complete
     end do
   end function all_read

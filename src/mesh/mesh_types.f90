@@ -33,6 +33,7 @@ module mesh_types
 
   !> The mesh as the deck describes it. Node and element numbers are the deck's own.
   type :: mesh_t
+    logical :: sound = .false. !! nothing in it is wrong or missing: it can be computed with
     integer :: nodes = 0 !! highest node number
     integer :: elements = 0 !! highest element number
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates

@@ -192,7 +192,8 @@ contains
     if (list%parts(i)%state /= state_untouched) return
     list%parts(i)%state = state_visiting
     command = list%parts(i)%command
-    good = .true.
+    ! a part whose records were refused is not evaluated, nor what depends on it
+    good = deck%mesh(command)%complete
     associate (head => deck%mesh(command)%head)
       if (list%parts(i)%surface > 0 .and. item_count(head) >= 4) then
         call follow(deck, mesh, head%items(4), .false., diagnostics, list, good)

@@ -16,6 +16,7 @@ module contact_reader
     type(pair_t) :: pair !! what the deck says so far
     logical :: has_form = .false. !! NTOS has been given
     logical :: has_direction = .false. !! DIREction has been given
+    logical :: complete = .true. !! all records of its data set could be used
   end type pair_draft_t
 
 contains
@@ -26,19 +27,21 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_draft_t), allocatable, intent(out) :: drafts(:) !! the pairs
     integer :: i, k, n
+    logical :: no_pair
 
     allocate (drafts(count_pairs(deck)))
     n = 0
     do i = 1, size(deck%mesh)
-      if (deck%mesh(i)%command == 'pair') call start_pair(deck%mesh(i)%head, drafts, n)
-      if (deck%mesh(i)%command /= 'cont' .and. deck%mesh(i)%command /= 'pair') cycle
+      if (deck%mesh(i)%command /= 'cont') cycle
+      no_pair = .true.
       do k = 1, deck%mesh(i)%count
         associate (record => deck%mesh(i)%records(k))
           if (is_word(record%items(1), 'pair')) then
-            call start_pair(record, drafts, n)
-          else if (n == 0) then
-            call report_error(diagnostics, record%at, 'no PAIR is open here', &
-              'write PAIR and its number first')
+            call start_pair(record, deck%mesh(i)%complete, drafts, n)
+            no_pair = .false.
+          else if (no_pair) then
+            if (deck%mesh(i)%complete) call report_error(diagnostics, record%at, &
+              'no PAIR is open here', 'write PAIR and its number first')
             exit
           else
             call read_word(record, diagnostics, drafts(n))
@@ -59,8 +62,7 @@ contains
     n = 0
     do i = 1, size(deck%mesh)
       associate (set => deck%mesh(i))
-        if (set%command == 'pair') n = n + 1
-        if (set%command /= 'cont' .and. set%command /= 'pair') cycle
+        if (set%command /= 'cont') cycle
         do k = 1, set%count
           if (is_word(set%records(k)%items(1), 'pair')) n = n + 1
         end do
@@ -69,12 +71,14 @@ contains
   end function count_pairs
 
   !> PAIR n [name].
-  subroutine start_pair(record, drafts, n)
+  subroutine start_pair(record, complete, drafts, n)
     type(record_t), intent(in) :: record !! the record
+    logical, intent(in) :: complete !! all records of its data set could be used
     type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs
     integer, intent(inout) :: n !! how many have been started
 
     n = n + 1
+    drafts(n)%complete = complete
     associate (pair => drafts(n)%pair)
       pair%at = record%at
       pair%number = item_integer(record, 2)
@@ -120,7 +124,7 @@ contains
     type(pair_draft_t), intent(inout) :: draft !! the pair
 
     if (draft%has_form) then
-      call report_error(diagnostics, record%at, 'the pair has its surfaces already', &
+      if (draft%complete) call report_error(diagnostics, record%at, 'the pair has its surfaces already', &
         'start another PAIR, or delete one of the two records')
       return
     end if
@@ -211,7 +215,7 @@ contains
     integer :: k
 
     associate (pair => drafts(i)%pair)
-      if (.not. drafts(i)%has_form) then
+      if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
           'write NTOS slave master')
       end if

@@ -11,11 +11,6 @@ module loads_reader
   private
   public :: read_loads
 
-  !> The records behind END, and how many of them have been read.
-  type :: table_reader_t
-    integer :: next = 1 !! next record of deck%tables
-  end type table_reader_t
-
 contains
 
   !> Fills model%loads.
@@ -23,25 +18,22 @@ contains
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the loads
-    type(table_reader_t) :: reader
-    integer :: i
+    integer :: i, next
 
     allocate (model%loads(0))
+    next = 1
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command == 'prop') call read_mesh_table(deck%mesh(i), diagnostics, model)
     end do
     do i = 1, size(deck%batch)
       if (deck%batch(i)%command == 'prop') then
-        call read_batch_tables(deck, deck%batch(i)%head, reader, diagnostics, model)
+        call read_batch_table(deck, deck%batch(i)%head, next, diagnostics, model)
       end if
     end do
-    if (.not. allocated(deck%tables)) return
-    do i = reader%next, size(deck%tables)
-      if (item_count(deck%tables(i)) == 0) cycle
-      call report_error(diagnostics, deck%tables(i)%at, 'data that no PROP command reads', &
-        'write PROP,,n in the batch for each table behind its END')
-      return
-    end do
+    if (next > size(deck%tables)) return
+    call report_error(diagnostics, deck%tables(next)%at, &
+      'data that no PROP command reads', &
+      'write PROP,,n in the batch for each table behind its END')
   end subroutine read_loads
 
   !> PROPortional n with one record `t p` for each point.
@@ -62,11 +54,11 @@ contains
       if (i == 1) cycle
       call check_time(table%t(i - 1), table%t(i), set%records(i), diagnostics, good)
     end do
-    if (set%count == 0) then
+    if (set%count == 0 .and. set%complete) then
       call report_error(diagnostics, set%head%at, 'proportional load '// &
         to_text(table%number)//' has no points', 'write records of time and factor below it')
-      good = .false.
     end if
+    good = good .and. set%count > 0
     call add_table(table, set%head, good, diagnostics, model)
   end subroutine read_mesh_table
 
@@ -102,43 +94,46 @@ contains
       table%t = [0.0_wp]
       table%p = [0.0_wp]
     end if
-    model%loads = [model%loads, table]
+    call append_table(table, model%loads)
   end subroutine add_table
 
-  !> FEAP's PROP,,n1,n2: tables n1 to n2 stand behind the END of the batch.
-  subroutine read_batch_tables(deck, head, reader, diagnostics, model)
+  !> Appends a table to the list.
+  subroutine append_table(table, tables)
+    type(load_table_t), intent(in) :: table !! the table
+    type(load_table_t), allocatable, intent(inout) :: tables(:) !! the list
+    type(load_table_t), allocatable :: longer(:)
+
+    allocate (longer(size(tables) + 1))
+    longer(:size(tables)) = tables
+    longer(size(longer)) = table
+    call move_alloc(longer, tables)
+  end subroutine append_table
+
+  !> FEAP's PROP,,n: table n stands behind the END of the batch.
+  subroutine read_batch_table(deck, head, next, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(record_t), intent(in) :: head !! the PROP command
-    type(table_reader_t), intent(inout) :: reader !! where the next table stands
+    integer, intent(inout) :: next !! record where the next table stands
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(model_t), intent(inout) :: model !! receives the tables
+    type(model_t), intent(inout) :: model !! receives the table
     type(load_table_t) :: table
-    integer :: first, last, number
     logical :: good, found
 
-    first = 0
-    last = 0
-    if (item_count(head) > 2) first = item_integer(head, 3)
-    if (item_count(head) > 3) last = item_integer(head, 4)
-    first = max(first, 1)
-    last = max(first, last)
-    do number = first, last
-      call read_feap_table(deck, reader, diagnostics, table, found, good)
-      if (.not. found) then
-        call report_error(diagnostics, head%at, 'the table of proportional load '// &
-          to_text(number)//' is missing', &
-          'write it behind the END of the batch, or as PROPortional among the mesh commands')
-        return
-      end if
-      table%number = number
+    call read_feap_table(deck, next, diagnostics, table, found, good)
+    table%number = max(1, item_integer(head, 3))
+    if (found) then
       call add_table(table, head, good, diagnostics, model)
-    end do
-  end subroutine read_batch_tables
+    else
+      call report_error(diagnostics, head%at, 'the table of proportional load '// &
+        to_text(table%number)//' is missing', &
+        'write it behind the END of the batch, or as PROPortional among the mesh commands')
+    end if
+  end subroutine read_batch_table
 
   !> The next table behind END: of type 1 (one record), or of type 2 (a record, then points).
-  subroutine read_feap_table(deck, reader, diagnostics, table, found, good)
+  subroutine read_feap_table(deck, next, diagnostics, table, found, good)
     type(deck_t), intent(in) :: deck !! the deck
-    type(table_reader_t), intent(inout) :: reader !! where the table starts
+    integer, intent(inout) :: next !! record where the table starts
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(load_table_t), intent(out) :: table !! the table
     logical, intent(out) :: found !! there was one
@@ -147,23 +142,18 @@ contains
 
     good = .true.
     found = .false.
-    if (.not. allocated(deck%tables)) return
-    do while (reader%next <= size(deck%tables))
-      if (item_count(deck%tables(reader%next)) > 0) exit
-      reader%next = reader%next + 1
-    end do
-    found = reader%next <= size(deck%tables)
+    found = next <= size(deck%tables)
     if (.not. found) return
-    associate (head => deck%tables(reader%next))
-      reader%next = reader%next + 1
+    associate (head => deck%tables(next))
+      next = next + 1
       kind = item_integer(head, 1)
       select case (kind)
       case (0)
-        table = ramp_table()
+        call make_ramp(table)
       case (1)
         call read_function(head, diagnostics, table, good)
       case (2)
-        call read_points(deck, head, reader, diagnostics, table, good)
+        call read_points(deck, head, next, diagnostics, table, good)
       case default
         good = .false.
         call report_error(diagnostics, head%at, 'proportional load of type '//to_text(kind), &
@@ -173,14 +163,14 @@ contains
   end subroutine read_feap_table
 
   !> FEAP's default: the factor is the time.
-  function ramp_table() result(table)
-    type(load_table_t) :: table
+  pure subroutine make_ramp(table)
+    type(load_table_t), intent(out) :: table !! the table
 
     table%function_form = .true.
     allocate (table%t(2), table%p(6))
     table%t = [0.0_wp, 1.0e20_wp]
     table%p = [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp]
-  end function ramp_table
+  end subroutine make_ramp
 
   !> Type 1: `1 k tmin tmax a0 a1 a2 a3 a4`, missing items are 0, and an exponent below 1 is 1.
   subroutine read_function(record, diagnostics, table, good)
@@ -208,10 +198,10 @@ contains
   end subroutine read_function
 
   !> Type 2: `2 l`, then records of l pairs `t p`; a blank record, or the end, ends the table.
-  subroutine read_points(deck, head, reader, diagnostics, table, good)
+  subroutine read_points(deck, head, next, diagnostics, table, good)
     type(deck_t), intent(in) :: deck !! the deck
     type(record_t), intent(in) :: head !! the record `2 l`
-    type(table_reader_t), intent(inout) :: reader !! where the points start
+    integer, intent(inout) :: next !! record where the points start
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(load_table_t), intent(out) :: table !! the table
     logical, intent(out) :: good !! it is right
@@ -223,9 +213,9 @@ contains
     good = .true.
     n = 0
     allocate (t(pairs*size(deck%tables)), p(pairs*size(deck%tables)))
-    do while (reader%next <= size(deck%tables))
-      associate (record => deck%tables(reader%next))
-        if (ends_table(record, pairs, n)) exit
+    do while (next <= size(deck%tables))
+      associate (record => deck%tables(next))
+        if (record%group /= head%group) exit
         do i = 1, (item_count(record) + 1)/2
           n = n + 1
           t(n) = item_real(record, 2*i - 1)
@@ -234,7 +224,7 @@ contains
           if (n > 1) call check_time(t(n - 1), t(n), record, diagnostics, good)
         end do
       end associate
-      reader%next = reader%next + 1
+      next = next + 1
     end do
     if (n == 0) then
       call report_error(diagnostics, head%at, 'the table has no points', &
@@ -244,20 +234,4 @@ contains
     table%t = t(:n)
     table%p = p(:n)
   end subroutine read_points
-
-  !> Whether a record ends a table of points: it is blank, or all zero behind the first point, or
-  !! longer than the table's records.
-  pure logical function ends_table(record, pairs, n)
-    type(record_t), intent(in) :: record !! the record
-    integer, intent(in) :: pairs !! points in a record of the table
-    integer, intent(in) :: n !! points read so far
-    integer :: i
-
-    ends_table = item_count(record) == 0 .or. item_count(record) > 2*pairs
-    if (ends_table .or. n == 0) return
-    do i = 1, item_count(record)
-      if (abs(record%items(i)%value) > 0.0_wp) return
-    end do
-    ends_table = .true.
-  end function ends_table
 end module loads_reader

@@ -49,7 +49,7 @@ contains
     do i = 1, set%count
       call read_property(set%records(i), diagnostics, material, elastic)
     end do
-    if (elastic .or. material%rigid) return
+    if (elastic .or. material%rigid .or. .not. set%complete) return
     call report_error(diagnostics, set%head%at, 'material '//to_text(material%number)// &
       ' has no elastic constants', 'write ELAStic ISOTropic E nu, or RIGId')
   end subroutine read_material

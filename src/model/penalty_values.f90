@@ -14,7 +14,8 @@ module penalty_values
 
   !> Stiffness of one side of a pair.
   type :: side_t
-    real(wp) :: modulus = 0.0_wp !! smallest Young's modulus, 0 if the side is rigid
+    integer :: elements = 0 !! elastic elements next to the pair, 0 if the side is rigid
+    real(wp) :: modulus = 0.0_wp !! smallest Young's modulus
     real(wp) :: h = 0.0_wp !! mean cell size [length]
   end type side_t
 
@@ -36,11 +37,8 @@ contains
       found = all(pair%area > 0.0_wp)
     case default
       side = softer_side(slave_side(model, pair), master_side(model, pair))
-      found = side%modulus > 0.0_wp
-      if (.not. found) then
-        allocate (pair%epsilon(size(pair%nodes)), source=1.0_wp)
-        return
-      end if
+      found = side%elements > 0
+      if (.not. found) return
       pair%epsilon = pair%penalty*(side%modulus/side%h)* &
         merge(pair%area, side%h**2, pair%area > 0.0_wp)
     end select
@@ -53,8 +51,8 @@ contains
     type(side_t) :: side
 
     side = a
-    if (a%modulus <= 0.0_wp) side = b
-    if (a%modulus <= 0.0_wp .or. b%modulus <= 0.0_wp) return
+    if (a%elements == 0) side = b
+    if (a%elements == 0 .or. b%elements == 0) return
     if (b%modulus/b%h < a%modulus/a%h) side = b
   end function softer_side
 
@@ -96,20 +94,19 @@ contains
     logical, intent(in) :: near(:) !! (elements) next to the pair
     type(side_t) :: side
     real(wp) :: volume
-    integer :: e, n
+    integer :: e
 
-    n = 0
     do e = 1, size(near)
       if (.not. near(e) .or. model%element_material(e) == 0) cycle
       associate (material => model%materials(model%element_material(e)))
         if (material%rigid) cycle
-        if (n == 0) side%modulus = material%youngs_modulus
+        if (side%elements == 0) side%modulus = material%youngs_modulus
         side%modulus = min(side%modulus, material%youngs_modulus)
       end associate
       volume = abs(tetrahedron_volume(model%mesh%x(:, model%mesh%ix(1:4, e))))
       side%h = side%h + (6.0_wp*volume)**(1.0_wp/3.0_wp)
-      n = n + 1
+      side%elements = side%elements + 1
     end do
-    if (n > 0) side%h = side%h/real(n, wp)
+    if (side%elements > 0) side%h = side%h/real(side%elements, wp)
   end function side_of
 end module penalty_values

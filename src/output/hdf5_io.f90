@@ -2,13 +2,14 @@
 !!
 !! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
 module hdf5_io
-  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, &
-    h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, h5acreate_f, &
-    h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, h5screate_simple_f, h5screate_f, &
-    h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5tclose_f, h5lexists_f, h5pcreate_f, &
-    h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, &
-    h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, h5t_ieee_f64le, &
-    h5t_c_s1, h5t_str_nullpad_f, h5p_file_create_f
+  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
+    h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, &
+    h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
+    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f
+  use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &
+    h5screate_simple_f, h5screate_f, h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, &
+    h5tclose_f, h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, &
+    h5t_ieee_f64le, h5t_c_s1, h5t_str_nullpad_f
   use kinds, only: wp
   use errors, only: error_t, raise, exit_resources
   implicit none
@@ -39,14 +40,13 @@ contains
     character(*), intent(in) :: path !! its name
     type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
     integer(hid_t) :: creation
-    integer :: s(4), status
+    integer :: s(3), status
 
-    s = 0
     file%path = trim(path)
-    call h5open_f(s(1))
-    call h5eset_auto_f(0, s(2))
-    call h5pcreate_f(h5p_file_create_f, creation, s(3))
-    call h5pset_obj_track_times_f(creation, .false., s(4))
+    creation = -1_hid_t
+    call start_library(s(1))
+    call h5pcreate_f(h5p_file_create_f, creation, s(2))
+    call h5pset_obj_track_times_f(creation, .false., s(3))
     call h5fcreate_f(file%path, h5f_acc_trunc_f, file%id, status, creation_prp=creation)
     if (any(s < 0) .or. status < 0) call raise_hdf5(error, file, 'creating')
     call h5pclose_f(creation, status)
@@ -57,15 +57,25 @@ contains
     type(hdf5_file_t), intent(out) :: file !! the file, open
     character(*), intent(in) :: path !! its name
     type(error_t), allocatable, intent(out) :: error !! no such file, no HDF5 file
-    integer :: s(3)
+    integer :: s(2)
 
-    s = 0
     file%path = trim(path)
-    call h5open_f(s(1))
-    call h5eset_auto_f(0, s(2))
-    call h5fopen_f(file%path, h5f_acc_rdonly_f, file%id, s(3))
+    call start_library(s(1))
+    call h5fopen_f(file%path, h5f_acc_rdonly_f, file%id, s(2))
     if (any(s < 0)) call raise_hdf5(error, file, 'opening')
   end subroutine open_hdf5
+
+  !> Starts the HDF5 library. It shall not print, and not write at the end of the program what it
+  !! could not write before: it crashes there when the disk is full.
+  subroutine start_library(status)
+    integer, intent(out) :: status !! negative: failed
+    integer :: s(3)
+
+    call h5dont_atexit_f(s(1))
+    call h5open_f(s(2))
+    call h5eset_auto_f(0, s(3))
+    status = min(s(2), s(3))
+  end subroutine start_library
 
   !> Hands everything written so far to the system.
   subroutine flush_hdf5(file, error)

@@ -20,13 +20,33 @@ contains
     logical :: has_increment
 
     allocate (commands(size(deck%batch)))
-    has_increment = .false.
+    has_increment = has_errors(deck, diagnostics)
     do i = 1, size(commands)
       commands(i) = command_of(deck%batch(i))
       call check_command(commands(i), has_increment, diagnostics)
     end do
-    call pair_loops(diagnostics, commands)
+    call pair_loops(commands)
   end subroutine read_batch
+
+  !> Whether solution commands may be missing, because there is an error behind the last
+  !! mesh record.
+  pure logical function has_errors(deck, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(in) :: diagnostics !! the deck's errors
+    integer :: i, first
+
+    first = 0
+    do i = 1, size(deck%mesh)
+      associate (set => deck%mesh(i))
+        first = max(first, set%head%at%line)
+        if (set%count > 0) first = max(first, set%records(set%count)%at%line)
+      end associate
+    end do
+    has_errors = .false.
+    do i = 1, diagnostics%kept
+      if (diagnostics%messages(i)%at%line > first) has_errors = .true.
+    end do
+  end function has_errors
 
   !> The fields of one command.
   pure function command_of(set) result(command)
@@ -66,9 +86,8 @@ contains
     end select
   end subroutine check_command
 
-  !> Finds the NEXT of each LOOP.
-  subroutine pair_loops(diagnostics, commands)
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+  !> Finds the NEXT of each LOOP; that they match has been checked by the reader of the deck.
+  pure subroutine pair_loops(commands)
     type(batch_command_t), intent(inout) :: commands(:) !! the commands
     integer, allocatable :: started(:)
     integer :: i, depth
@@ -80,19 +99,11 @@ contains
         depth = depth + 1
         started(depth) = i
       else if (commands(i)%command == 'next') then
-        if (depth == 0) then
-          call report_error(diagnostics, commands(i)%at, 'NEXT without LOOP', &
-            'write LOOP,,n before it, or delete it')
-          cycle
-        end if
+        if (depth == 0) cycle
         commands(i)%partner = started(depth)
         commands(started(depth))%partner = i
         depth = depth - 1
       end if
-    end do
-    do i = 1, depth
-      call report_error(diagnostics, commands(started(i))%at, 'LOOP without NEXT', &
-        'write NEXT behind the commands to repeat')
     end do
   end subroutine pair_loops
 end module batch_reader

@@ -1,6 +1,7 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
-  use text, only: string_t, to_text, edit_distance
+  use text, only: edit_distance
+  use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   implicit none
   private
@@ -19,8 +20,7 @@ module command_line
     character(:), allocatable :: folder !! where files are written; empty: the working directory
     character(:), allocatable :: solver !! back end, empty if not given
     character(:), allocatable :: topic !! keyword of --help, empty for all
-    type(string_t), allocatable :: names(:) !! parameters of --set
-    type(string_t), allocatable :: values(:) !! their values, as written
+    type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
     logical :: quiet = .false. !! nothing on standard output
     logical :: version = .false. !! print the version
@@ -40,7 +40,7 @@ contains
     options%folder = ''
     options%solver = ''
     options%topic = ''
-    allocate (options%names(0), options%values(0))
+    allocate (options%overrides(0))
     i = 1
     do while (i <= command_argument_count())
       item = argument(i)
@@ -105,6 +105,7 @@ contains
     character(:), allocatable, intent(out) :: value !! the value
     type(error_t), allocatable, intent(out) :: error !! there is none
 
+    value = ''
     if (equals > 0) then
       value = item(equals + 1:)
     else if (i < command_argument_count()) then
@@ -122,7 +123,7 @@ contains
     character(*), intent(in) :: value !! its value
     type(options_t), intent(inout) :: options !! what is asked for
     type(error_t), allocatable, intent(out) :: error !! --set without =
-    type(string_t), allocatable :: longer(:)
+    type(override_t), allocatable :: longer(:)
     integer :: equals, n
 
     if (name == '--out') options%folder = value
@@ -134,15 +135,12 @@ contains
         '  write --set name=value')
       return
     end if
-    n = size(options%names)
+    n = size(options%overrides)
     allocate (longer(n + 1))
-    longer(1:n) = options%names
-    longer(n + 1)%s = value(:equals - 1)
-    call move_alloc(longer, options%names)
-    allocate (longer(n + 1))
-    longer(1:n) = options%values
-    longer(n + 1)%s = value(equals + 1:)
-    call move_alloc(longer, options%values)
+    longer(1:n) = options%overrides
+    longer(n + 1)%name = value(:equals - 1)
+    longer(n + 1)%value = value(equals + 1:)
+    call move_alloc(longer, options%overrides)
   end subroutine keep_value
 
   !> The known option that looks most like a word.

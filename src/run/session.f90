@@ -63,7 +63,7 @@ contains
     type(deck_t) :: deck
     type(diagnostics_t) :: diagnostics
 
-    call read_deck(options%deck, options%names, options%values, deck, diagnostics, error)
+    call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
     call read_model(deck, diagnostics, model)
     call read_batch(deck, diagnostics, commands)
@@ -146,8 +146,8 @@ contains
     integer :: k
 
     t = options%deck
-    do k = 1, size(options%names)
-      t = t//' --set '//options%names(k)%s//'='//options%values(k)%s
+    do k = 1, size(options%overrides)
+      t = t//' --set '//options%overrides(k)%name//'='//options%overrides(k)%value
     end do
   end function settings_text
 end module session

@@ -1,11 +1,10 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
   use kinds, only: wp
-  use vectors, only: cross
   use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
-  use element_types, only: status_open, status_stick
-  use lapack_interface, only: dsyev
+  use element_types, only: status_open
+  use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular
@@ -13,9 +12,6 @@ module diagnosis
   implicit none
   private
   public :: explain_failure, unrestrained_bodies, check_supports
-
-  !> Eigenvalues of a body's support below this share of the largest belong to free motions.
-  real(wp), parameter :: free_tolerance = 1.0e-12_wp
 
 contains
 
@@ -53,7 +49,7 @@ contains
     integer :: b
 
     do b = 1, system%bodies
-      call free_motion(model, system, b, .false., free, motion)
+      call free_motion(model%mesh%x, system, b, .false., free, motion)
       if (.not. free) cycle
       if (in_a_pair(model, system, b)) then
         call monitor%event('warning: '//body_name(model, system, b)//' is held by contact alone')
@@ -91,91 +87,13 @@ contains
 
     body = 0
     do b = 1, system%bodies
-      call free_motion(model, system, b, .true., free, motion)
+      call free_motion(model%mesh%x, system, b, .true., free, motion)
       if (free) then
         body = b
         return
       end if
     end do
   end function unrestrained_bodies
-
-  !> Looks for a rigid motion of a body that no support resists (nor a closed contact point, if
-  !! they count): the null space of the supports' 6 x 6 Gram matrix.
-  subroutine free_motion(model, system, body, with_contact, free, motion)
-    type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(in) :: system !! the system
-    integer, intent(in) :: body !! the body
-    logical, intent(in) :: with_contact !! closed contact points hold, too
-    logical, intent(out) :: free !! there is such a motion
-    real(wp), intent(out) :: motion(6) !! translation, and rotation times the model's size
-    real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x
-    integer :: i, k, info, dofs
-
-    center = 0.5_wp*(maxval(model%mesh%x, 2) + minval(model%mesh%x, 2))
-    size_x = max(maxval(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2)), tiny(1.0_wp))
-    gram = 0.0_wp
-    dofs = 0
-    do i = 1, size(system%node_body)
-      if (system%node_body(i) /= body) cycle
-      do k = 1, 3
-        if (system%equation(k, i) > 0) dofs = dofs + 1
-        if (system%equation(k, i) == 0) &
-          call add_support(gram, unit_vector(k), (model%mesh%x(:, i) - center)/size_x)
-      end do
-    end do
-    if (with_contact) call add_contact(model, system, body, center, size_x, gram)
-    call dsyev('V', 'U', 6, gram, 6, values, work, size(work), info)
-    motion = gram(:, 1)
-    free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
-  end subroutine free_motion
-
-  !> Adds a support that resists motion of the point y along n.
-  pure subroutine add_support(gram, n, y)
-    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
-    real(wp), intent(in) :: n(3) !! direction
-    real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
-    real(wp) :: row(6)
-
-    row = [n, cross(y, n)]
-    gram = gram + spread(row, 2, 6)*spread(row, 1, 6)
-  end subroutine add_support
-
-  !> Adds what closed contact points hold: all directions in stick, the normal in slip.
-  subroutine add_contact(model, system, body, center, size_x, gram)
-    type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(in) :: system !! contact elements
-    integer, intent(in) :: body !! the body
-    real(wp), intent(in) :: center(3) !! where rotations turn about [length]
-    real(wp), intent(in) :: size_x !! size of the model [length]
-    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
-    real(wp) :: n(3), y(3)
-    integer :: k, i
-
-    do k = 1, system%contact%n
-      if (system%contact%status(k) <= status_open) cycle
-      associate (nodes => system%contact%ix(:, k), x => model%mesh%x)
-        if (system%node_body(nodes(1)) /= body .and. system%node_body(nodes(2)) /= body) cycle
-        y = (x(:, nodes(1)) - center)/size_x
-        if (system%contact%status(k) == status_stick) then
-          do i = 1, 3
-            call add_support(gram, unit_vector(i), y)
-          end do
-        else
-          n = cross(x(:, nodes(2)) - x(:, nodes(4)), x(:, nodes(3)) - x(:, nodes(4)))
-          call add_support(gram, n/norm2(n), y)
-        end if
-      end associate
-    end do
-  end subroutine add_contact
-
-  !> Unit vector along axis k.
-  pure function unit_vector(k) result(n)
-    integer, intent(in) :: k !! 1, 2 or 3
-    real(wp) :: n(3)
-
-    n = 0.0_wp
-    n(k) = 1.0_wp
-  end function unit_vector
 
   !> Names a body that can move freely, and how.
   function describe_body(model, system, body) result(t)
@@ -190,7 +108,7 @@ contains
     logical :: free
     integer :: node, dof, k
 
-    call free_motion(model, system, body, .true., free, motion)
+    call free_motion(model%mesh%x, system, body, .true., free, motion)
     k = maxloc(abs(motion), 1)
     dof = mod(k - 1, 3) + 1
     node = 0

@@ -8,6 +8,7 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
+  use supports, only: closing_length
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -123,8 +124,14 @@ contains
     if (progress%solves == 1) progress%first_energy = progress%energy
     call spread_direction(system)
     call multiply(system%bulk_matrix, system%du, system%bulk_change)
-    call search_line(system, x, length)
+    if (any(system%grounded)) then
+      call approach(system, x, length, progress)
+      if (progress%outcome /= outcome_going_on) return
+    else
+      call search_line(system, x, length)
+    end if
     progress%energy_met = length >= 1.0_wp .and. &
+      .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     if (residual_norm(system) < progress%lowest) then
       progress%lowest = residual_norm(system)
@@ -148,6 +155,35 @@ contains
       end do
     end do
   end subroutine spread_direction
+
+  !> A step with grounded bodies: those that touch nothing move until they touch.
+  subroutine approach(system, x, length, progress)
+    type(system_t), intent(inout) :: system !! u is moved
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: length !! share of du
+    type(newton_t), intent(inout) :: progress !! singular if nothing can be touched
+
+    length = closing_length(x, system)
+    if (length > 0.0_wp) then
+      call form_trial(system, x, length)
+      call take_trial(system, length)
+      progress%since_lowest = 0
+      progress%lowest = huge(1.0_wp)
+    else if (length < 0.0_wp) then
+      progress%outcome = outcome_singular
+    else
+      call search_line(system, x, length)
+    end if
+  end subroutine approach
+
+  !> Moves to the trial that has been formed.
+  subroutine take_trial(system, length)
+    type(system_t), intent(inout) :: system !! u and bulk_force are moved
+    real(wp), intent(in) :: length !! share of du
+
+    system%u = system%trial
+    system%bulk_force = system%bulk_force + length*system%bulk_change
+  end subroutine take_trial
 
   !> Backtracking on the residual norm; if no length lowers it enough, the best one is taken.
   subroutine search_line(system, x, length)
@@ -175,8 +211,7 @@ contains
       length = best_length
       call form_trial(system, x, length)
     end if
-    system%u = system%trial
-    system%bulk_force = system%bulk_force + length*system%bulk_change
+    call take_trial(system, length)
   end subroutine search_line
 
   !> The report of one iteration.

@@ -8,6 +8,7 @@ module residuals
   use block_matrix, only: multiply, multiply_absolute
   use csc_matrix, only: fill_values
   use assembly, only: assemble
+  use supports, only: ground_bodies
   use system_types, only: system_t
   implicit none
   private
@@ -57,7 +58,7 @@ contains
     end do
   end subroutine gather_right
 
-  !> Tangent at u in csc, and the residual with it.
+  !> Tangent at u in csc; bodies that nothing holds at present are grounded.
   subroutine form_tangent(system, x)
     type(system_t), intent(inout) :: system !! gets matrix, csc, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -70,6 +71,7 @@ contains
     end do
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
+    if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent

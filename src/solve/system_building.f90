@@ -4,13 +4,14 @@ module system_building
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
   use element_types, only: task_tangent
   use element_lists, only: allocate_list
-  use elmlib, only: routine_t4, routine_mfec
+  use elmlib, only: routine_t4
   use elmt01, only: d01_youngs_modulus, d01_poissons_ratio
   use model_types, only: model_t
   use bodies, only: find_bodies
   use block_matrix, only: build_graph, locate_elements
   use assembly, only: assemble
   use contact_hosts, only: start_pair
+  use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -28,6 +29,7 @@ contains
 
     call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
     call number_equations(model%conditions%restrained, system)
+    call find_weak_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
     call list_bulk(model, system)
     call list_contact(model, system)

@@ -33,6 +33,8 @@ module system_types
     integer :: equations = 0 !! free degrees of freedom
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
+    logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
+    logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     type(element_list_t) :: bulk !! bulk elements
     type(element_list_t) :: contact !! contact elements, one a point
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact

@@ -1,0 +1,12 @@
+"""Reading, comparing and drawing what mfec writes.
+
+    from mfec_post import read_table, Results
+    rea = read_table('demo/mfc_0.1/sliding_cube.rea')
+    top = rea[rea['set'] == 'top']
+    with Results('demo/mfc_0.1/sliding_cube.h5') as run:
+        u = run.set_displacement('top')
+"""
+from .results import Results
+from .tables import read_table, rows_of, TableError
+
+__all__ = ['Results', 'TableError', 'read_table', 'rows_of']

@@ -1,0 +1,111 @@
+"""The results file (.h5): fields, tables, contact points."""
+import h5py
+import numpy as np
+
+
+def text_of(value):
+    """A string of the file without the blanks at its end."""
+    return value.decode('utf-8', 'replace').rstrip('\0 ')
+
+
+class Results:
+    """A results file open for reading. End times of the fields count from 0 (-1 is the last)."""
+
+    def __init__(self, path):
+        self.path = path
+        self.file = h5py.File(path, 'r')
+        self.vtk = self.file['VTKHDF']
+        self.steps = int(self.vtk['Steps'].attrs['NSteps'])
+        self.times = self.vtk['Steps/Values'][:self.steps]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Closes the file."""
+        self.file.close()
+
+    def index(self, frame):
+        """The end time `frame`, counted from 0, or from the end if negative."""
+        index = frame + self.steps if frame < 0 else frame
+        if not 0 <= index < self.steps:
+            raise IndexError(f'{self.path} holds {self.steps} end times with fields, not {frame}')
+        return index
+
+    def text(self, name):
+        """A text of /run: title, deck, version, settings."""
+        return text_of(self.file['run'][name][0])
+
+    @property
+    def points(self):
+        """Reference coordinates (points, 3)."""
+        return self.vtk['Points'][:]
+
+    @property
+    def node_numbers(self):
+        """Node number of the deck of each point."""
+        return self.vtk['PointData/node_number'][:]
+
+    @property
+    def cells(self):
+        """Corner points of the tetrahedra (cells, 4)."""
+        offsets = self.vtk['Offsets'][:-1]
+        return self.vtk['Connectivity'][:][offsets[:, None] + np.arange(4)]
+
+    def point_field(self, name, frame=-1):
+        """A field over the points at one end time."""
+        return self._field('PointData', name, frame, int(self.vtk['NumberOfPoints'][0]))
+
+    def cell_field(self, name, frame=-1):
+        """A field over the cells at one end time."""
+        return self._field('CellData', name, frame, int(self.vtk['NumberOfCells'][0]))
+
+    def _field(self, group, name, frame, count):
+        if name not in self.vtk[group]:
+            raise KeyError(f'{self.path} has no field {name}; it has: '
+                           + ', '.join(self.vtk[group]))
+        first = int(self.vtk['Steps'][group + 'Offsets'][name][self.index(frame)])
+        return self.vtk[group][name][first:first + count]
+
+    def set_nodes(self, name):
+        """Indices of the points of a node set of the deck."""
+        sets = self.file['run/sets']
+        if name not in sets:
+            raise KeyError(f'{self.path} has no set {name}; it has: ' + ', '.join(sets))
+        return np.flatnonzero(np.isin(self.node_numbers, sets[name][:]))
+
+    def set_displacement(self, name):
+        """Mean displacement of the nodes of a set at each end time (times, 3)."""
+        nodes = self.set_nodes(name)
+        return np.array([self.point_field('displacement', k)[nodes].mean(axis=0)
+                         for k in range(self.steps)]).reshape(-1, 3)
+
+    def history(self, kind):
+        """The table `reactions` or `contact` as a dictionary of columns."""
+        columns = {name: data[:] for name, data in self.file['history'][kind].items()}
+        rows = min((len(column) for column in columns.values()), default=0)
+        for name, column in columns.items():
+            columns[name] = column[:rows]
+            if column.dtype.kind == 'S':
+                columns[name] = np.array([text_of(item) for item in column[:rows]])
+        return columns
+
+    @property
+    def pairs(self):
+        """Contact pairs: their names, and the keys of their groups."""
+        groups = self.file['contact'] if 'contact' in self.file else {}
+        return {text_of(groups[key].attrs['name']): key for key in groups
+                if isinstance(groups[key], h5py.Group)}
+
+    def contact(self, pair, frame=-1):
+        """The contact points of a pair at one end time as a dictionary of arrays."""
+        group = self.file['contact'][self.pairs[pair]]
+        index = self.index(frame)
+        points = {name: group[name][index] for name in
+                  ('host', 'status', 'traction', 'gap', 'tip', 'lay')}
+        points['node'] = group['node'][:]
+        points['facets'] = group['facets'][:]
+        return points

@@ -1,0 +1,66 @@
+"""The text tables .rea, .con and .his as numpy structured arrays."""
+import numpy as np
+
+TEXT = {'set', 'pair'}
+INTEGER = {'step', 'active', 'stick', 'slip'}
+
+
+class TableError(Exception):
+    """A table that cannot be read: no such file, no header, a broken row."""
+
+
+def column_type(name):
+    """The numpy type of a column."""
+    if name in TEXT:
+        return 'U31'
+    return 'i8' if name in INTEGER else 'f8'
+
+
+def read_table(path):
+    """All rows of a table; the columns are named by the last header line.
+
+    A last line without its end, as a killed run may leave it, is dropped.
+    """
+    try:
+        with open(path, encoding='utf-8') as stream:
+            text = stream.read()
+    except (OSError, UnicodeDecodeError) as problem:
+        raise TableError(f'cannot read {path}: {problem}') from problem
+    names, rows = None, []
+    lines = text.split('\n')[:-1]
+    for number, line in enumerate(lines, 1):
+        if line.startswith('#'):
+            names = line[1:].split()
+        elif line.strip():
+            rows.append((number, line.split()))
+    if not names or names[0] != 'step':
+        raise TableError(f'{path}: no header line with the names of the columns')
+    table = np.zeros(len(rows), dtype=[(name, column_type(name)) for name in names])
+    for i, (number, words) in enumerate(rows):
+        if len(words) != len(names):
+            raise TableError(f'{path}:{number}: {len(words)} items, {len(names)} columns')
+        try:
+            table[i] = tuple(words)
+        except ValueError as problem:
+            raise TableError(f'{path}:{number}: {problem}') from problem
+    return table
+
+
+def rows_of(table, name):
+    """The rows of one set or pair."""
+    key = key_of(table)
+    if key is None:
+        raise TableError('the table has no column set or pair')
+    rows = table[table[key] == name]
+    if len(rows) == 0:
+        known = ', '.join(sorted(set(table[key])))
+        raise TableError(f'the table has no {key} {name!r}; it has: {known}')
+    return rows
+
+
+def key_of(table):
+    """The name of the column of names, None if there is none."""
+    for key in ('set', 'pair'):
+        if key in table.dtype.names:
+            return key
+    return None

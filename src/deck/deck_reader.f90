@@ -1,0 +1,277 @@
+!> Reads a deck: text becomes checked records, and all that is wrong is gathered.
+module deck_reader
+  use errors, only: error_t, raise, exit_deck
+  use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t, parameter_t, &
+    item_word
+  use numbers, only: is_digit
+  use records, only: item_integer, is_word
+  use signatures, only: compile_signature
+  use keywords, only: keyword_table
+  use source, only: add_file
+  use diagnostics, only: diagnostics_t, report_error
+  use line_reader, only: open_reader, next_title, status_record, status_blank, status_end, &
+    status_damaged
+  use matching, only: match_t, match_record
+  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record
+  use deck_parameters, only: check_overrides
+  use mesh_section, only: read_mesh_record, read_blank_line, close_set
+  use batch_section, only: read_batch_record, read_table_record, check_loops
+  implicit none
+  private
+  public :: read_deck, read_source
+
+  !> Sections of a deck.
+  integer, parameter :: in_mesh = 1
+  integer, parameter :: in_batch = 2
+  integer, parameter :: in_tables = 3
+
+contains
+
+  !> Reads a deck with all it includes.
+  subroutine read_deck(path, overrides, deck, diagnostics, error)
+    character(*), intent(in) :: path !! the main file
+    type(override_t), intent(in) :: overrides(:) !! parameters that the command line sets
+    type(deck_t), intent(out) :: deck !! what was read
+    type(diagnostics_t), intent(inout) :: diagnostics !! takes the source and all errors
+    type(error_t), allocatable, intent(out) :: error !! only if the main file cannot be read
+    character(:), allocatable :: problem
+
+    call add_file(diagnostics%source, path, problem)
+    if (allocated(problem)) then
+      call raise(error, exit_deck, 'cannot read the deck '''//path//''': '//problem)
+      return
+    end if
+    call read_source(overrides, deck, diagnostics)
+  end subroutine read_deck
+
+  !> Reads the deck whose main file is the first of the source.
+  subroutine read_source(overrides, deck, diagnostics)
+    type(override_t), intent(in) :: overrides(:) !! parameters that the command line sets
+    type(deck_t), intent(out) :: deck !! what was read
+    type(diagnostics_t), intent(inout) :: diagnostics !! holds the source, takes all errors
+    type(reading_t) :: reading
+    integer :: section
+    logical :: empty
+
+    call start_reading(reading, overrides)
+    call locate_end(diagnostics, deck%last)
+    call read_title(reading, deck, diagnostics, empty)
+    if (empty) then
+      call report_error(diagnostics, deck%last, 'the deck is empty', &
+                        'a deck begins with MFEC * * title')
+    else
+      section = in_mesh
+      call read_sections(reading, deck, diagnostics, section)
+      call close_set(reading)
+      call check_whole(reading, deck, diagnostics, section)
+    end if
+    call check_overrides(reading, diagnostics)
+    call take_sets(reading%mesh, deck%mesh)
+    call take_sets(reading%batch, deck%batch)
+    call take_parameters(reading, deck%parameters)
+    if (.not. allocated(deck%tables)) allocate (deck%tables(0))
+  end subroutine read_source
+
+  !> Makes ready to read.
+  subroutine start_reading(reading, overrides)
+    type(reading_t), intent(out) :: reading !! where reading stands
+    type(override_t), intent(in) :: overrides(:) !! parameters that the command line sets
+    integer :: i
+
+    call open_reader(reading%lines)
+    call keyword_table(reading%table)
+    allocate (reading%parameters(16))
+    allocate (reading%overrides(size(overrides)), reading%used(size(overrides)))
+    do i = 1, size(overrides)
+      reading%overrides(i)%name = overrides(i)%name
+      reading%overrides(i)%value = overrides(i)%value
+    end do
+    reading%used = .false.
+  end subroutine start_reading
+
+  !> The last line of the main file.
+  subroutine locate_end(diagnostics, last)
+    type(diagnostics_t), intent(in) :: diagnostics !! holds the source
+    type(location_t), intent(out) :: last !! its place
+
+    last = location_t(1, max(1, diagnostics%source%files(1)%lines), 1)
+  end subroutine locate_end
+
+  !> Reads the title and the control record.
+  subroutine read_title(reading, deck, diagnostics, empty)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(deck_t), intent(inout) :: deck !! takes title and control record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: empty !! whether there is nothing in the deck
+    type(record_t) :: record
+    integer :: status
+    logical :: found
+
+    empty = .false.
+    call next_title(reading%lines, diagnostics, deck%title, found)
+    do
+      call fetch_record(reading, diagnostics, record, status)
+      if (status /= status_blank) exit
+    end do
+    if (.not. found) then
+      empty = status == status_end
+      if (empty) return
+      call report_error(diagnostics, location_of(record, deck%last), &
+                        'the title is missing', 'a deck begins with MFEC * * title')
+    end if
+    if (status == status_record) then
+      if (record%items(1)%kind == item_word .and. is_digit(record%items(1)%text(1:1))) then
+        call read_control(reading, record, deck, diagnostics)
+        return
+      end if
+    end if
+    call push_back(reading, record, status)
+  end subroutine read_title
+
+  !> Reads the control record.
+  subroutine read_control(reading, record, deck, diagnostics)
+    type(reading_t), intent(in) :: reading !! holds the parameters
+    type(record_t), intent(inout) :: record !! the record
+    type(deck_t), intent(inout) :: deck !! takes its numbers
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(match_t) :: match
+    logical :: good
+    integer :: i
+
+    match%name = 'the control record'
+    call match_record(record, compile_signature( &
+                      'n:numnp n:numel n:nummat [n:ndm] [n:ndf] [n:nen]'), match, &
+                      reading%parameters(:reading%n_parameters), diagnostics, good)
+    if (.not. good) return
+    do i = 1, size(record%items)
+      deck%control(i) = item_integer(record, i)
+    end do
+    do i = 4, 5
+      if (deck%control(i) /= 0 .and. deck%control(i) /= 3) call report_error(diagnostics, &
+        record%items(i)%at, 'ndm and ndf are 3 in this program', 'write 3 or 0, or leave the '// &
+        'control record out')
+    end do
+    call move_record(record, deck%control_record)
+  end subroutine read_control
+
+  !> Reads mesh commands, solution commands and tables.
+  subroutine read_sections(reading, deck, diagnostics, section)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(deck_t), intent(inout) :: deck !! takes the tables
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    integer, intent(out) :: section !! the section in which the deck ends
+    type(record_t) :: record
+    type(data_set_t) :: tables
+    character(4) :: command
+    integer :: status, group
+
+    section = in_mesh
+    group = 1
+    do
+      call fetch_record(reading, diagnostics, record, status)
+      command = ''
+      select case (status)
+      case (status_end)
+        exit
+      case (status_blank)
+        if (section == in_mesh) call read_blank_line(reading)
+        if (section == in_tables .and. tables%count > 0) group = group + 1
+      case (status_damaged)
+        reading%set%complete = .false.
+      case default
+        if (section == in_mesh) call read_mesh_record(reading, record, diagnostics, command)
+        if (section == in_batch) call read_batch_record(reading, record, diagnostics, command)
+        if (section == in_tables) call read_behind_end(reading, record, group, tables, &
+                                                       diagnostics, command)
+      end select
+      if (command == 'stop') exit
+      call change_section(reading, command, section)
+    end do
+    allocate (deck%tables(tables%count))
+    do group = 1, tables%count
+      call move_record(tables%records(group), deck%tables(group))
+    end do
+  end subroutine read_sections
+
+  !> Goes to the next section of the deck where a command says so.
+  subroutine change_section(reading, command, section)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    character(4), intent(in) :: command !! the command just obeyed
+    integer, intent(inout) :: section !! the section at hand
+
+    if (section == in_mesh .and. command == 'batc') then
+      section = in_batch
+    else if (section == in_batch .and. command == 'end') then
+      section = in_tables
+      reading%passing = .false.
+    end if
+  end subroutine change_section
+
+  !> Obeys a record behind the END of BATCh.
+  subroutine read_behind_end(reading, record, group, tables, diagnostics, command)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(inout) :: record !! the record
+    integer, intent(in) :: group !! number of its block
+    type(data_set_t), intent(inout) :: tables !! the records so far
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    character(4), intent(out) :: command !! stop, or empty
+
+    command = ''
+    if (is_word(record%items(1), 'stop')) then
+      command = 'stop'
+    else
+      call read_table_record(reading, record, group, tables, diagnostics)
+    end if
+  end subroutine read_behind_end
+
+  !> Reports what is missing in the deck as a whole.
+  subroutine check_whole(reading, deck, diagnostics, section)
+    type(reading_t), intent(in) :: reading !! what was read
+    type(deck_t), intent(in) :: deck !! knows the last line
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    integer, intent(in) :: section !! the section in which the deck ends
+    logical :: elements
+    integer :: i
+
+    elements = reading%refused
+    do i = 1, reading%mesh%count
+      select case (reading%mesh%sets(i)%command)
+      case ('elem', 'bloc')
+        elements = elements .or. reading%mesh%sets(i)%count > 0 &
+          .or. .not. reading%mesh%sets(i)%complete
+      end select
+    end do
+    if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &
+                                          'ELEMents or BLOCk make them')
+    if (section == in_mesh) then
+      call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
+                        'solution commands stand between BATCh and END')
+    else if (section == in_batch) then
+      call report_error(diagnostics, deck%last, 'BATCh is not ended', &
+                        'write END behind the last solution command')
+    end if
+    call check_loops(reading, diagnostics)
+  end subroutine check_whole
+
+  !> Where a record stands, or the end of the deck if it has no items.
+  pure type(location_t) function location_of(record, last) result(at)
+    type(record_t), intent(in) :: record !! the record
+    type(location_t), intent(in) :: last !! last line of the deck
+
+    at = last
+    if (allocated(record%items)) at = record%at
+  end function location_of
+
+  !> Gives the parameters to the deck.
+  subroutine take_parameters(reading, parameters)
+    type(reading_t), intent(in) :: reading !! what was read
+    type(parameter_t), allocatable, intent(out) :: parameters(:) !! exactly as many as there are
+    integer :: i
+
+    allocate (parameters(reading%n_parameters))
+    do i = 1, reading%n_parameters
+      parameters(i)%name = reading%parameters(i)%name
+      parameters(i)%value = reading%parameters(i)%value
+    end do
+  end subroutine take_parameters
+end module deck_reader

@@ -1,0 +1,131 @@
+!> The text of --help and --help KEYWORD, from the keyword table.
+module keyword_help
+  use deck_types, only: item_t, item_word
+  use signatures, only: syntax_text, signature_t
+  use hints, only: word_list_t, did_you_mean
+  use keyword_types, only: keyword_table_t, keyword_t, find_keyword, find_word, &
+    list_keywords, table_mesh, table_batch
+  use keywords, only: keyword_table
+  implicit none
+  private
+  public :: help_text
+
+contains
+
+  !> Help on the program (empty keyword) or on one command.
+  function help_text(keyword) result(t)
+    character(*), intent(in) :: keyword !! a command or an own word; empty for all
+    character(:), allocatable :: t
+    type(keyword_table_t) :: table
+    type(word_list_t) :: list
+    type(item_t) :: item
+    integer :: i, mesh, batch
+
+    call keyword_table(table)
+    if (len_trim(keyword) == 0) then
+      t = usage()//summaries(table, table_mesh, 'Mesh commands:')// &
+        summaries(table, table_batch, 'Solution commands (after BATCh):')
+      return
+    end if
+    item%kind = item_word
+    item%text = trim(adjustl(keyword))
+    mesh = find_keyword(table, table_mesh, item)
+    batch = find_keyword(table, table_batch, item)
+    t = ''
+    if (mesh > 0) t = t//command_help(table%commands(mesh))
+    if (batch > 0) t = t//command_help(table%commands(batch))
+    if (mesh + batch > 0) return
+    do i = 1, table%count
+      if (find_word(table%commands(i), item) > 0) t = t//command_help(table%commands(i))
+    end do
+    if (len(t) > 0) return
+    call list_keywords(table, table_mesh, list)
+    call list_keywords(table, table_batch, list)
+    t = 'There is no command '''//item%text//''': '// &
+      did_you_mean(list, item%text, '--help lists the commands')//new_line('a')
+  end function help_text
+
+  !> How the program is called.
+  function usage() result(t)
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+
+    t = 'Usage: mfec deck.inp [options]'//nl// &
+      '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
+      '  --out DIR          writes the results to DIR'//nl// &
+      '  --check            reads, meshes and reports without solving'//nl// &
+      '  --solver S         AUTO or UMFPack'//nl// &
+      '  --threads N        number of threads'//nl// &
+      '  --quiet            no progress'//nl// &
+      '  --version          version and libraries'//nl// &
+      '  --help [KEYWORD]   this list, or help on a command'//nl
+  end function usage
+
+  !> One line for each command of a table.
+  function summaries(table, which, title) result(t)
+    type(keyword_table_t), intent(in) :: table !! the table
+    integer, intent(in) :: which !! mesh or solution commands
+    character(*), intent(in) :: title !! heading
+    character(:), allocatable :: t
+    integer :: i
+
+    t = new_line('a')//title//new_line('a')
+    do i = 1, table%count
+      associate (command => table%commands(i))
+        if (command%table /= which) cycle
+        t = t//'  '//command%name//trim(command%summary)//unavailable(command%available)//new_line('a')
+      end associate
+    end do
+  end function summaries
+
+  !> A remark on what this version cannot do.
+  function unavailable(available) result(t)
+    logical, intent(in) :: available !! whether it can
+    character(:), allocatable :: t
+
+    t = ''
+    if (.not. available) t = ' (not available in this version)'
+  end function unavailable
+
+  !> All about one command.
+  function command_help(command) result(t)
+    type(keyword_t), intent(in) :: command !! the command
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+    integer :: i
+
+    t = trim(command%name)//': '//trim(command%summary)//unavailable(command%available)//nl//nl
+    t = t//syntax_lines(command%head, trim(command%name), '  ', command%table == table_batch)
+    if (command%has_data) t = t//syntax_lines(command%data, '', '    ', .false.)
+    do i = 1, size(command%words)
+      associate (word => command%words(i))
+        t = t//syntax_lines(word%signature, trim(word%name), '    ', .false.)
+        t = t//'      '//trim(word%summary)//unavailable(word%available)//nl
+      end associate
+    end do
+    t = t//nl
+    do i = 1, size(command%help)
+      t = t//trim(command%help(i))//nl
+    end do
+    if (size(command%help) > 0) t = t//nl
+  end function command_help
+
+  !> The ways to write a record, one a line; those that are not available say so.
+  function syntax_lines(signature, head, indent, fields) result(t)
+    type(signature_t), intent(in) :: signature !! what the record takes
+    character(*), intent(in) :: head !! what it begins with
+    character(*), intent(in) :: indent !! blanks at the start of a line
+    logical, intent(in) :: fields !! whether fields are parted by commas
+    character(:), allocatable :: t
+    type(signature_t) :: one
+    integer :: i
+
+    t = ''
+    allocate (one%alternatives(1))
+    do i = 1, size(signature%alternatives)
+      one%alternatives(1)%tokens = signature%alternatives(i)%tokens
+      t = t//indent//syntax_text(one, head, fields)// &
+        unavailable(all(one%alternatives(1)%tokens%available))//new_line('a')
+    end do
+  end function syntax_lines
+end module keyword_help

@@ -1,0 +1,353 @@
+!> Reads the mesh commands with their data.
+module mesh_section
+  use deck_types, only: record_t, item_t, item_word, item_quoted, item_empty
+  use records, only: item_count, four_letters
+  use numbers, only: is_letter, is_name_character
+  use signatures, only: syntax_text
+  use hints, only: word_list_t, nearest_word, did_you_mean
+  use expressions, only: find_parameter
+  use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
+    takes_names, table_mesh, table_batch
+  use diagnostics, only: diagnostics_t, report_error
+  use reading, only: reading_t, append_record, append_set, move_record
+  use matching, only: match_t, match_record
+  use deck_parameters, only: define_parameter
+  implicit none
+  private
+  public :: read_mesh_record, read_blank_line, close_set
+
+  !> What the first item of a record makes of it.
+  integer, parameter :: starts_command = 1
+  integer, parameter :: starts_word = 2
+  integer, parameter :: starts_data = 3
+  integer, parameter :: starts_nothing = 4
+
+contains
+
+  !> Obeys a record of the mesh section.
+  subroutine read_mesh_record(reading, record, diagnostics, command)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(inout) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    character(4), intent(out) :: command !! the command it starts, empty if none
+    integer :: kind, number
+
+    command = ''
+    if (reading%in_parameters .and. reading%lines%equals) then
+      call define_parameter(reading, record, diagnostics)
+      return
+    end if
+    call classify(reading, record%items(1), kind, number)
+    select case (kind)
+    case (starts_command)
+      command = reading%table%commands(number)%key
+      call start_command(reading, number, record, diagnostics)
+    case (starts_word)
+      call take_word(reading, number, record, diagnostics)
+    case (starts_data)
+      call take_data(reading, record, diagnostics)
+    case default
+      call refuse(reading, record, diagnostics)
+    end select
+  end subroutine read_mesh_record
+
+  !> Finds out by its first item what a record is.
+  subroutine classify(reading, item, kind, number)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(item_t), intent(in) :: item !! first item of the record
+    integer, intent(out) :: kind !! one of the constants above
+    integer, intent(out) :: number !! index of the command or own word
+    logical :: names
+
+    kind = starts_data
+    number = 0
+    if (item%kind /= item_word) return
+    if (.not. is_letter(item%text(1:1))) return
+    names = .false.
+    if (reading%open > 0) then
+      number = find_word(reading%table%commands(reading%open), item)
+      kind = starts_word
+      if (number > 0) return
+      names = takes_names(reading%table%commands(reading%open))
+    end if
+    kind = starts_data
+    if (scan(item%text, '+*/^()') > 0) return
+    if (.not. names .and. index(item%text, '-') > 0) return
+    kind = starts_command
+    number = find_keyword(reading%table, table_mesh, item)
+    if (number > 0) return
+    kind = starts_data
+    if (names) return
+    if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) &
+      kind = starts_nothing
+  end subroutine classify
+
+  !> Closes the open set and starts another.
+  subroutine start_command(reading, number, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    integer, intent(in) :: number !! index of the command
+    type(record_t), intent(inout) :: record !! its record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical :: good
+
+    call close_set(reading)
+    reading%closed = 0
+    reading%skipping = .false.
+    reading%passing = .false.
+    associate (command => reading%table%commands(number))
+      if (.not. command%available) then
+        call report_error(diagnostics, record%at, trim(command%name)// &
+                          ' is not available in this version', &
+                          '--help lists the commands and says which are')
+        call skip(reading)
+        return
+      end if
+      call match_head(reading, command, record, diagnostics, good)
+      reading%open = number
+      reading%keep = good
+      select case (command%key)
+      case ('para')
+        reading%in_parameters = .true.
+        reading%keep = .false.
+      case ('end', 'batc', 'stop')
+        reading%open = 0
+      case ('pair')
+        call continue_contact(reading, record, diagnostics, good)
+      case default
+        if (command%key == 'cont') reading%contact = .true.
+        reading%set%command = command%key
+        call move_record(record, reading%set%head)
+      end select
+    end associate
+  end subroutine start_command
+
+  !> Makes a PAIR after a blank line the first record of another CONTact set.
+  subroutine continue_contact(reading, record, diagnostics, good)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(inout) :: record !! the record of PAIR
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(in) :: good !! whether the record is right
+
+    if (.not. reading%contact) call report_error(diagnostics, record%at, &
+      'PAIR without CONTact', 'begin with CONTact')
+    reading%contact = .true.
+    reading%open = find_keyword_by_key(reading, 'cont')
+    reading%set%command = 'cont'
+    reading%set%head = record
+    reading%keep = .true.
+    reading%set%complete = good
+    record%word = find_word(reading%table%commands(reading%open), record%items(1))
+    if (good) call append_record(reading%set, record)
+  end subroutine continue_contact
+
+  !> Index of a mesh command, known to exist.
+  pure integer function find_keyword_by_key(reading, key) result(number)
+    type(reading_t), intent(in) :: reading !! holds the table
+    character(4), intent(in) :: key !! its first four letters
+
+    do number = 1, reading%table%count
+      if (reading%table%commands(number)%table /= table_mesh) cycle
+      if (reading%table%commands(number)%key == key) return
+    end do
+  end function find_keyword_by_key
+
+  !> Checks what follows a command in its own record.
+  subroutine match_head(reading, command, record, diagnostics, good)
+    type(reading_t), intent(in) :: reading !! holds the parameters
+    type(keyword_t), intent(in) :: command !! the command
+    type(record_t), intent(inout) :: record !! its record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: good !! whether there was no error
+    type(match_t) :: match
+
+    match%first = 2
+    match%name = command%name
+    match%head = command%name
+    call match_record(record, command%head, match, reading%parameters(:reading%n_parameters), &
+                      diagnostics, good)
+  end subroutine match_head
+
+  !> Ends the open set and gives it to the deck.
+  subroutine close_set(reading)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+
+    if (reading%open > 0) then
+      if (reading%keep) call append_set(reading%mesh, reading%set)
+    end if
+    reading%open = 0
+    reading%keep = .false.
+    reading%in_parameters = .false.
+    reading%set%count = 0
+    reading%set%complete = .true.
+  end subroutine close_set
+
+  !> Obeys a blank line: it ends the open set.
+  subroutine read_blank_line(reading)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+
+    reading%passing = .false.
+    if (reading%open == 0) return
+    associate (command => reading%table%commands(reading%open))
+      if (command%has_data .or. size(command%words) > 0) reading%closed = reading%open
+    end associate
+    call close_set(reading)
+  end subroutine read_blank_line
+
+  !> Passes over the data of a command that is refused.
+  subroutine skip(reading)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+
+    call close_set(reading)
+    reading%skipping = .true.
+    reading%passing = .true.
+    reading%refused = .true.
+  end subroutine skip
+
+  !> Takes a record that begins with an own word of the open set.
+  subroutine take_word(reading, number, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    integer, intent(in) :: number !! index of the own word
+    type(record_t), intent(inout) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(match_t) :: match
+    logical :: good
+
+    associate (command => reading%table%commands(reading%open))
+      associate (word => command%words(number))
+        good = word%available
+        if (good) then
+          match%first = 2
+          match%name = trim(command%name)//' '//word%name
+          match%head = word%name
+          call match_record(record, word%signature, match, &
+                            reading%parameters(:reading%n_parameters), diagnostics, good)
+        else
+          call report_error(diagnostics, record%at, trim(word%name)//' of '// &
+                            trim(command%name)//' is not available in this version', &
+                            '--help '//trim(command%name)//' shows what is')
+        end if
+      end associate
+    end associate
+    record%word = number
+    call keep_record(reading, record, good)
+  end subroutine take_word
+
+  !> Takes a record that begins with a number or a name.
+  subroutine take_data(reading, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(inout) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(match_t) :: match
+    logical :: good
+
+    if (reading%skipping) return
+    if (reading%open == 0) then
+      call report_stray(reading, record, diagnostics)
+      reading%skipping = .true.
+      return
+    end if
+    associate (command => reading%table%commands(reading%open))
+      if (.not. command%has_data) then
+        call report_error(diagnostics, record%at, 'a record of '//trim(command%name)// &
+                          ' that begins with '''//record%items(1)%text//'''', &
+                          own_words_text(reading, command))
+        reading%set%complete = .false.
+        if (size(command%words) == 0) call skip(reading)
+        return
+      end if
+      match%first = 1
+      match%name = command%name
+      call match_record(record, command%data, match, &
+                        reading%parameters(:reading%n_parameters), diagnostics, good)
+    end associate
+    call keep_record(reading, record, good)
+  end subroutine take_data
+
+  !> Keeps a good record.
+  subroutine keep_record(reading, record, good)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(inout) :: record !! the record
+    logical, intent(in) :: good !! whether there was no error in it
+
+    if (good) then
+      call append_record(reading%set, record)
+    else
+      reading%set%complete = .false.
+    end if
+  end subroutine keep_record
+
+  !> Says which records a command takes.
+  function own_words_text(reading, command) result(t)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(keyword_t), intent(in) :: command !! the command
+    character(:), allocatable :: t
+    integer :: i
+
+    if (reading%in_parameters) then
+      t = 'write name = expression'
+    else if (size(command%words) == 0) then
+      t = trim(command%name)//' takes no data records'
+    else
+      t = 'its records begin with one of'
+      do i = 1, size(command%words)
+        if (command%words(i)%available) t = t//' '//trim(command%words(i)%name)
+      end do
+    end if
+  end function own_words_text
+
+  !> Reports a data record where no data set is open.
+  subroutine report_stray(reading, record, diagnostics)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+
+    if (reading%closed > 0) then
+      call report_error(diagnostics, record%at, 'data after the blank line that ended '// &
+                        trim(reading%table%commands(reading%closed)%name), &
+                        'remove the blank line, or repeat '// &
+                        trim(reading%table%commands(reading%closed)%name)//' below it')
+    else
+      call report_error(diagnostics, record%at, 'a data record without a command', &
+                        'begin with the command it belongs to')
+    end if
+  end subroutine report_stray
+
+  !> Reports a record that begins with an unknown word.
+  subroutine refuse(reading, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(word_list_t) :: commands, words
+    character(:), allocatable :: remedy, word
+
+    if (reading%passing) return
+    word = record%items(1)%text
+    call list_keywords(reading%table, table_mesh, commands)
+    if (reading%in_parameters) then
+      remedy = 'write '//word//' = expression'
+      if (item_count(record) == 1) remedy = did_you_mean(commands, word, remedy)
+      call report_error(diagnostics, record%at, '''='' is missing after '''//word//'''', remedy)
+      return
+    end if
+    if (find_keyword(reading%table, table_batch, record%items(1)) > 0) then
+      call report_error(diagnostics, record%at, ''''//word//''' is a solution command', &
+                        'solution commands stand between BATCh and END')
+      call skip(reading)
+      return
+    end if
+    if (reading%open > 0) then
+      call list_words(reading%table%commands(reading%open), words)
+      remedy = nearest_word(words, word)
+      if (len(remedy) > 0 .or. (words%count > 0 .and. len(nearest_word(commands, word)) == 0)) then
+        call report_error(diagnostics, record%at, 'unknown word '''//word//''' in '// &
+          trim(reading%table%commands(reading%open)%name), did_you_mean(words, word, &
+          own_words_text(reading, reading%table%commands(reading%open))))
+        reading%set%complete = .false.
+        return
+      end if
+    end if
+    call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', &
+                      did_you_mean(commands, word, '--help lists the commands'))
+    call skip(reading)
+  end subroutine refuse
+end module mesh_section

@@ -1,0 +1,189 @@
+!> How bodies are held: by supports, by closed contact points, or, for one iteration, by grounding.
+module supports
+  use kinds, only: wp
+  use vectors, only: cross
+  use element_types, only: status_open, status_stick
+  use elmlib, only: routine_none
+  use lapack_interface, only: dsyev
+  use facet_geometry, only: project_on_facet
+  use block_matrix, only: find_block
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: free_motion, find_weak_bodies, ground_bodies, closing_length
+
+  !> Eigenvalues of a body's support below this share of the largest belong to free motions.
+  real(wp), parameter :: free_tolerance = 1.0e-12_wp
+
+  !> Stiffness of the grounding of a node over its own stiffness.
+  real(wp), parameter :: grounding = 1.0e-6_wp
+  !> A body that comes to its first touch is let through the surface by this share of the size of
+  !! the facets, so that the points next to the first one touch as well.
+  real(wp), parameter :: overshoot = 1.0e-4_wp
+
+contains
+
+  !> Looks for a rigid motion of a body that no support resists (nor a closed contact point, if
+  !! they count): the null space of the supports' 6 x 6 Gram matrix.
+  subroutine free_motion(x, system, body, with_contact, free, motion)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    logical, intent(in) :: with_contact !! closed contact points hold, too
+    logical, intent(out) :: free !! there is such a motion
+    real(wp), intent(out) :: motion(6) !! translation, and rotation times the model's size
+    real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x
+    integer :: i, k, info, dofs
+
+    center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
+    size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
+    gram = 0.0_wp
+    dofs = 0
+    do i = 1, size(system%node_body)
+      if (system%node_body(i) /= body) cycle
+      do k = 1, 3
+        if (system%equation(k, i) > 0) dofs = dofs + 1
+        if (system%equation(k, i) == 0) &
+          call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
+      end do
+    end do
+    if (with_contact) call add_contact(x, system, body, center, size_x, gram)
+    call dsyev('V', 'U', 6, gram, 6, values, work, size(work), info)
+    motion = gram(:, 1)
+    free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
+  end subroutine free_motion
+
+  !> Adds a support that resists motion of the point y along n.
+  pure subroutine add_support(gram, n, y)
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    real(wp), intent(in) :: n(3) !! direction
+    real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
+    real(wp) :: row(6)
+
+    row = [n, cross(y, n)]
+    gram = gram + spread(row, 2, 6)*spread(row, 1, 6)
+  end subroutine add_support
+
+  !> Adds what closed contact points hold: all directions in stick, the normal in slip.
+  subroutine add_contact(x, system, body, center, size_x, gram)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: body !! the body
+    real(wp), intent(in) :: center(3) !! where rotations turn about [length]
+    real(wp), intent(in) :: size_x !! size of the model [length]
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    real(wp) :: n(3), y(3)
+    integer :: k, i
+
+    do k = 1, system%contact%n
+      if (system%contact%status(k) <= status_open) cycle
+      associate (nodes => system%contact%ix(:, k))
+        if (system%node_body(nodes(1)) /= body .and. system%node_body(nodes(2)) /= body) cycle
+        y = (x(:, nodes(1)) - center)/size_x
+        if (system%contact%status(k) == status_stick) then
+          do i = 1, 3
+            call add_support(gram, unit_vector(i), y)
+          end do
+        else
+          n = cross(x(:, nodes(2)) - x(:, nodes(4)), x(:, nodes(3)) - x(:, nodes(4)))
+          call add_support(gram, n/norm2(n), y)
+        end if
+      end associate
+    end do
+  end subroutine add_contact
+
+  !> Unit vector along axis k.
+  pure function unit_vector(k) result(n)
+    integer, intent(in) :: k !! 1, 2 or 3
+    real(wp) :: n(3)
+
+    n = 0.0_wp
+    n(k) = 1.0_wp
+  end function unit_vector
+
+  !> Marks the bodies that their supports alone do not hold.
+  subroutine find_weak_bodies(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! gets weak
+    real(wp) :: motion(6)
+    integer :: body
+
+    allocate (system%weak(system%bodies), system%grounded(system%bodies), source=.false.)
+    do body = 1, system%bodies
+      call free_motion(x, system, body, .false., system%weak(body), motion)
+    end do
+  end subroutine find_weak_bodies
+
+  !> Grounds the bodies that nothing holds at present: springs in the tangent only, so that the
+  !! residual, and with it the solution, does not know of them.
+  subroutine ground_bodies(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
+    real(wp) :: motion(6)
+    integer :: body, node, place, k
+
+    system%grounded = .false.
+    do body = 1, system%bodies
+      if (system%weak(body)) call free_motion(x, system, body, .true., system%grounded(body), &
+        motion)
+    end do
+    if (.not. any(system%grounded)) return
+    do node = 1, size(system%node_body)
+      if (system%node_body(node) == 0) cycle
+      if (.not. system%grounded(system%node_body(node))) cycle
+      place = find_block(system%matrix, node, node)
+      do k = 1, 3
+        system%matrix%val(k, k, place) = (1.0_wp + grounding)*system%matrix%val(k, k, place)
+      end do
+    end do
+  end subroutine ground_bodies
+
+  !> Length of the step du that closes the first contact point of a grounded body which touches
+  !! nothing yet; 0 if there is no such body, negative if there is one and nothing closes.
+  real(wp) function closing_length(x, system) result(length)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! u, du, contact elements
+    real(wp) :: now, later, limit
+    integer :: k
+    logical :: touching(system%bodies)
+
+    length = 0.0_wp
+    touching = .not. system%grounded
+    do k = 1, system%contact%n
+      if (system%contact%status(k) <= status_open) cycle
+      touching(system%node_body(system%contact%ix(1:2, k))) = .true.
+    end do
+    if (all(touching)) return
+    length = -1.0_wp
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      if (all(touching(system%node_body(system%contact%ix(1:2, k))))) cycle
+      now = gap_of(x, system%u, k, system)
+      later = gap_of(x, system%u + system%du, k, system)
+      if (later >= now) cycle
+      limit = (now + overshoot*size_of(x, k, system))/(now - later)
+      if (length < 0.0_wp .or. limit < length) length = limit
+    end do
+  end function closing_length
+
+  !> Normal gap of a contact element at displacements u.
+  real(wp) function gap_of(x, u, k, system) result(gap)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: k !! contact element
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp) :: y(3, 4), xi(2)
+
+    y = x(:, system%contact%ix(1:4, k)) + u(:, system%contact%ix(1:4, k))
+    call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
+  end function gap_of
+
+  !> Size of the facet of a contact element.
+  pure real(wp) function size_of(x, k, system) result(h)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(in) :: k !! contact element
+    type(system_t), intent(in) :: system !! contact elements
+
+    h = norm2(x(:, system%contact%ix(3, k)) - x(:, system%contact%ix(2, k)))
+  end function size_of
+end module supports
