@@ -54,7 +54,8 @@ contains
     back%m(2, 2) = 1.0_wp
   end subroutine stick
 
-  !> An axis with coefficient zero carries nothing; the other is one-dimensional friction.
+  !> An axis with coefficient zero carries nothing; the other is one-dimensional friction. The
+  !! trial state is always mapped, so the point slips even where the other axis holds.
   pure subroutine axis_without_friction(s, rho, mu, back)
     real(wp), intent(in) :: s(2) !! trial components [length]
     real(wp), intent(in) :: rho !! -g_N [length]
@@ -65,8 +66,7 @@ contains
     back%slip = .true.
     do i = 1, 2
       if (mu(i) <= 0.0_wp) cycle
-      back%slip = abs(s(i)) > mu(i)*rho
-      if (back%slip) then
+      if (abs(s(i)) > mu(i)*rho) then
         back%r(i) = sign(mu(i), s(i))
         back%s(i) = back%r(i)*rho
       else
