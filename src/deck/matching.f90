@@ -240,7 +240,7 @@ contains
                           'an empty option is two commas: '//with_empty_option(record))
       else if (.not. room) then
         call report_error(diagnostics, item%at, 'too many items: '''//item%text//'''', &
-                          expectation(signature, match))
+                          expectation(signature, match)//parameter_advice(record, parameters))
       else if (item%kind == item_empty) then
         call report_error(diagnostics, item%at, 'an empty field', expectation(signature, match))
       else
@@ -249,6 +249,18 @@ contains
       end if
     end associate
   end subroutine report_item
+
+  !> Advice for a record that begins with the name of a parameter; empty if it does not.
+  function parameter_advice(record, parameters) result(t)
+    type(record_t), intent(in) :: record !! the record
+    type(parameter_t), intent(in) :: parameters(:) !! parameters there are
+    character(:), allocatable :: t
+
+    t = ''
+    if (record%items(1)%kind /= item_word) return
+    if (find_parameter(parameters, record%items(1)%text) > 0) &
+      t = '; a parameter at the start of a record is written ('//record%items(1)%text//')'
+  end function parameter_advice
 
   !> Whether an item is meant as a number.
   logical function is_value(item, parameters)

@@ -50,7 +50,7 @@ contains
     end if
     ! what was left out because of an error must not give rise to others
     complete = all_read(deck, ['coor', 'elem', 'bloc']) .and. error_count(diagnostics) == errors
-    if (complete) call check_numbers(deck, origin, diagnostics, mesh)
+    if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh)

@@ -124,8 +124,8 @@ contains
     type(pair_draft_t), intent(inout) :: draft !! the pair
 
     if (draft%has_form) then
-      if (draft%complete) call report_error(diagnostics, record%at, 'the pair has its surfaces already', &
-        'start another PAIR, or delete one of the two records')
+      if (draft%complete) call report_error(diagnostics, record%at, &
+        'the pair has its surfaces already', 'start another PAIR, or delete one of the two records')
       return
     end if
     draft%has_form = .true.

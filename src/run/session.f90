@@ -63,6 +63,8 @@ contains
     type(deck_t) :: deck
     type(diagnostics_t) :: diagnostics
 
+    deck_text = ''
+    allocate (commands(0))
     call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
     call read_model(deck, diagnostics, model)
