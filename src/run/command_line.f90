@@ -93,7 +93,7 @@ contains
         ' is not available in this version'//new_line('a')//'  leave it out')
     case default
       call raise(error, exit_deck, 'command line: error: unknown option '//name// &
-        new_line('a')//'  did you mean '//nearest(name)//'? '//usage_line)
+        new_line('a')//'  did you mean '//nearest_option(name)//'? '//usage_line)
     end select
   end subroutine read_option
 
@@ -144,7 +144,7 @@ contains
   end subroutine keep_value
 
   !> The known option that looks most like a word.
-  function nearest(name) result(best)
+  function nearest_option(name) result(best)
     character(*), intent(in) :: name !! an unknown option
     character(:), allocatable :: best
     integer :: k, distance, least
@@ -156,7 +156,7 @@ contains
       least = distance
       best = trim(known(k))
     end do
-  end function nearest
+  end function nearest_option
 
   !> One argument of the program.
   function argument(i) result(t)

@@ -178,7 +178,7 @@ contains
             //to_text(system%contact%ix(1, element))//' on the facet of nodes ' &
             //to_text(system%contact%ix(2, element))//', '//to_text(system%contact%ix(3, element)) &
             //', '//to_text(system%contact%ix(4, element))//nl &
-            //'  smaller steps (DT), a softer penalty, or friction below the slope of the facet help'
+            //'  try smaller steps (DT) or a softer penalty'
           return
         end associate
       end do
