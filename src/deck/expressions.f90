@@ -362,13 +362,14 @@ contains
     integer, intent(in) :: position !! first letter of the name
     character(*), intent(in) :: name !! name of the function
     integer, intent(in) :: arguments !! number of arguments found
-    logical :: several
 
-    several = any(name == ['min', 'max'])
-    if (several .and. arguments < 2) &
-      call fail(cursor, position, ''''//name//''' with one argument', 'write '//name//'(a,b,...)')
-    if (.not. several .and. arguments > 1) call fail(cursor, position, ''''//name//''' with '// &
-      to_text(arguments)//' arguments', 'it takes one: '//name//'(a)')
+    if (name == 'min' .or. name == 'max') then
+      if (arguments < 2) call fail(cursor, position, ''''//name//''' with one argument', &
+                                   'write '//name//'(a,b,...)')
+    else if (arguments > 1) then
+      call fail(cursor, position, ''''//name//''' with '//to_text(arguments)//' arguments', &
+                'it takes one: '//name//'(a)')
+    end if
   end subroutine check_arguments
 
   !> Says that there is no such function, and which is near.

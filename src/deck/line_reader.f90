@@ -80,8 +80,9 @@ contains
       call scan_current(reader, diagnostics)
       if (reader%scan%fault /= 0) exit
       ! a comment line between joined lines is skipped
-      if (joining .and. reader%scan%count == count .and. reader%scan%comment) &
+      if (joining .and. reader%scan%count == count .and. reader%scan%comment) then
         reader%scan%continued = .true.
+      end if
       if (reader%scan%continued) cycle
       if (reader%scan%count > 0 .or. .not. reader%scan%comment) exit
     end do
