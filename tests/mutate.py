@@ -121,7 +121,7 @@ def whole(path):
 
 
 def trial(program, base, text, check):
-    """Runs one damaged deck; what is wrong."""
+    """Runs one damaged deck; its exit code and what is wrong."""
     with decks.fresh_folder() as folder:
         deck, out = os.path.join(folder, 'damaged.inp'), os.path.join(folder, 'out')
         os.mkdir(out)
@@ -136,7 +136,7 @@ def trial(program, base, text, check):
             for path in glob.glob(os.path.join(out, '*')):
                 os.remove(path)
             done = decks.run(program, arguments + ['--check'], folder, SECONDS, short_memory)
-        return judge(done, out)
+        return done.code, judge(done, out)
 
 
 def judge(done, out):
@@ -194,9 +194,11 @@ def main():
         check = number % 2 == 1 or base not in cheap
         return number, base, text, trial(given.program, base, text, check)
 
+    codes = {}
     numbers = range(given.count) if given.only is None else [given.only]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for number, base, text, faults in pool.map(one, numbers):
+        for number, base, text, (code, faults) in pool.map(one, numbers):
+            codes[code] = codes.get(code, 0) + 1
             if given.only is not None:
                 print(text)
             if faults:
@@ -206,6 +208,7 @@ def main():
                     stream.write(text)
                 faults.insert(0, f'{os.path.relpath(base, decks.TOP)} -> {kept}')
             report.add(f'mutation {number}', faults)
+    print('exit codes: ' + ', '.join(f'{n} times {code}' for code, n in sorted(codes.items())))
     return report.close()
 
 
