@@ -11,7 +11,7 @@ module elmt03
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_stick, status_slip
-  use friction_return, only: return_map, return_t
+  use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
   public :: elmt03_mfec
@@ -288,7 +288,7 @@ contains
     e%stress(7:9) = c%p(:, 1)
     if (e%status == status_open) return
     ratio = 0.0_wp
-    where (mu > 0.0_wp) ratio = c%back%s/mu
+    where (has_friction(mu)) ratio = c%back%s/mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
     e%stress(6) = norm2(ratio) - abs(c%g_n)
