@@ -239,6 +239,8 @@ contains
       case ('elem', 'bloc')
         elements = elements .or. reading%mesh%sets(i)%count > 0 &
           .or. .not. reading%mesh%sets(i)%complete
+      case default
+        continue
       end select
     end do
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &

@@ -103,8 +103,9 @@ contains
     case (kind_name)
       if (item%kind == item_quoted) acceptance = accept_name
       if (item%kind == item_word) then
-        if (is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()') == 0) &
+        if (is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()') == 0) then
           acceptance = accept_name
+        end if
       end if
     case (kind_file, kind_any)
       if (item%kind /= item_empty) acceptance = accept_name
@@ -258,8 +259,9 @@ contains
 
     t = ''
     if (record%items(1)%kind /= item_word) return
-    if (find_parameter(parameters, record%items(1)%text) > 0) &
+    if (find_parameter(parameters, record%items(1)%text) > 0) then
       t = '; a parameter at the start of a record is written ('//record%items(1)%text//')'
+    end if
   end function parameter_advice
 
   !> Whether an item is meant as a number.
