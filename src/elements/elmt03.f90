@@ -191,11 +191,7 @@ contains
     real(wp) :: b(3, 12), dg(3, 12), row(12)
     integer :: k
 
-    if (e%status == status_open) then
-      e%s = 0.0_wp
-      return
-    end if
-    if (e%status == status_stick) then
+    if (e%status /= status_slip) then
       call stick_tangent(d(d03_epsilon), e)
       return
     end if
@@ -215,12 +211,16 @@ contains
     e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
   end subroutine tangent
 
-  !> K = eps B^T B at the old tip.
+  !> K = eps B^T B at the old tip; zero for an open point.
   pure subroutine stick_tangent(epsilon, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(element_t), intent(inout) :: e !! gets s
     real(wp) :: b(3, 12)
 
+    if (e%status == status_open) then
+      e%s = 0.0_wp
+      return
+    end if
     b = gap_operator(e%h1)
     e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
   end subroutine stick_tangent
