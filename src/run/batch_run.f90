@@ -126,7 +126,8 @@ contains
       case ('disp')
         if (run%converged) call close_increment(run, model, system, state, files, monitor, &
           terminal, error)
-        if (.not. allocated(error)) call print_displacements(command, model, state, files%log, error)
+        if (.not. allocated(error)) call print_displacements(command, model, state, files%log, &
+          error)
       case ('reac')
         if (run%converged) call close_increment(run, model, system, state, files, monitor, &
           terminal, error)
