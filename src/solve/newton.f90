@@ -137,7 +137,6 @@ contains
       call search_line(system, x, length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
-      .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     if (residual_norm(system) < progress%lowest) then
       progress%lowest = residual_norm(system)
