@@ -9,6 +9,6 @@ module kinds
   integer, parameter :: wp = c_double
   !> SuiteSparse's long integer (factors of 3-D meshes pass 2^31 entries).
   integer, parameter :: long = c_long
-  real(wp), parameter :: pi = 3.141592653589793238462643383279503_wp
+  real(wp), parameter :: pi = 3.14159265358979324_wp
   real(wp), parameter :: machine_epsilon = epsilon(1.0_wp)
 end module kinds

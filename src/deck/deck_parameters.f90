@@ -45,8 +45,6 @@ contains
     type(record_t), intent(in) :: record !! name and value
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether it is a definition
-    character(:), allocatable :: joined
-    integer :: i
 
     good = .false.
     associate (name => record%items(1)%text, at => record%items(1)%at)
@@ -58,21 +56,32 @@ contains
         call report_error(diagnostics, at, ''''//name//''' has a meaning of its own', &
                           'choose a name that is no function''s and not pi')
       else if (item_count(record) < 2) then
-        call report_error(diagnostics, item_location(record, 2), 'too few items: the value of '''// &
-                          name//''' is missing', 'write '//name//' = expression')
+        call report_error(diagnostics, item_location(record, 2), &
+                          'too few items: the value of '''//name//''' is missing', &
+                          'write '//name//' = expression')
       else if (item_count(record) > 2) then
-        joined = ''
-        do i = 2, item_count(record)
-          joined = joined//record%items(i)%text
-        end do
         call report_error(diagnostics, record%items(3)%at, 'too many items: '''// &
-                          record%items(3)%text//'''', 'one parameter a line, no blanks inside '// &
-                          'an expression: '//name//' = '//joined)
+                          record%items(3)%text//'''', 'one parameter a line'// &
+                          without_blanks(record))
       else
         good = .true.
       end if
     end associate
   end subroutine check_definition
+
+  !> Advice for an expression that was written with blanks; empty if it was not.
+  function without_blanks(record) result(t)
+    type(record_t), intent(in) :: record !! name and more than one item
+    character(:), allocatable :: t
+    integer :: i
+
+    t = ''
+    if (scan(record%items(3)%text//'x', '+-*/^)') /= 1) return
+    t = ', and no blanks inside an expression: '//record%items(1)%text//' = '
+    do i = 2, item_count(record)
+      t = t//record%items(i)%text
+    end do
+  end function without_blanks
 
   !> Whether a parameter may have this name.
   pure logical function is_parameter_name(name)
@@ -96,6 +105,7 @@ contains
     type(problem_t), allocatable :: problem
     type(location_t) :: command_line
     logical :: seen
+    real(wp) :: given
     integer :: i, known
 
     known = find_parameter(reading%parameters(:reading%n_parameters), name)
@@ -108,8 +118,11 @@ contains
           value = reading%parameters(known)%value
           cycle
         end if
-        call evaluate(setting%value, reading%parameters(:reading%n_parameters), value, problem)
-        if (.not. allocated(problem)) cycle
+        call evaluate(setting%value, reading%parameters(:reading%n_parameters), given, problem)
+        if (.not. allocated(problem)) then
+          value = given
+          cycle
+        end if
         call report_error(diagnostics, command_line, '--set '//setting%name//'='// &
                           setting%value//': '//problem%what, problem%remedy)
       end associate

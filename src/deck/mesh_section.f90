@@ -78,8 +78,9 @@ contains
     if (number > 0) return
     kind = starts_data
     if (names) return
-    if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) &
+    if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) then
       kind = starts_nothing
+    end if
   end subroutine classify
 
   !> Closes the open set and starts another.
@@ -255,6 +256,10 @@ contains
         if (size(command%words) == 0) call skip(reading)
         return
       end if
+      if (is_misspelt_command(reading, record)) then
+        call refuse(reading, record, diagnostics)
+        return
+      end if
       match%first = 1
       match%name = command%name
       call match_record(record, command%data, match, &
@@ -262,6 +267,19 @@ contains
     end associate
     call keep_record(reading, record, good)
   end subroutine take_data
+
+  !> Whether a name that stands alone, where a set takes names, looks like a command.
+  logical function is_misspelt_command(reading, record) result(misspelt)
+    type(reading_t), intent(in) :: reading !! holds the table
+    type(record_t), intent(in) :: record !! the record
+    type(word_list_t) :: commands
+
+    misspelt = .false.
+    if (item_count(record) > 1 .or. record%items(1)%kind /= item_word) return
+    if (len(record%items(1)%text) < 4 .or. .not. is_letter(record%items(1)%text(1:1))) return
+    call list_keywords(reading%table, table_mesh, commands)
+    misspelt = len(nearest_word(commands, record%items(1)%text)) > 0
+  end function is_misspelt_command
 
   !> Keeps a good record.
   subroutine keep_record(reading, record, good)

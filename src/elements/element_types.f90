@@ -6,12 +6,13 @@ module element_types
   use kinds, only: wp
   implicit none
   private
-  public :: element_t, task_tangent, task_residual, task_stress
+  public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: status_off, status_open, status_stick, status_slip
   public :: max_nodes, max_dofs, n_element_history, n_element_stress
 
   !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
   integer, parameter :: task_tangent = 3 !! matrix s and vector r
+  integer, parameter :: task_stick_tangent = 4 !! as 3, the matrix of a contact element that sticks
   integer, parameter :: task_residual = 6 !! vector r only
   integer, parameter :: task_stress = 8 !! stress of a bulk element, state of a contact point
 
@@ -38,6 +39,7 @@ module element_types
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
     real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
     integer :: status = status_open !! of a contact element
+    real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]
     real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element
   end type element_t
 end module element_types

@@ -9,9 +9,9 @@
 module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, task_tangent, task_residual, task_stress, status_open, &
-    status_stick, status_slip
-  use friction_return, only: return_map, return_t
+  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+    task_stress, status_open, status_stick, status_slip
+  use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
   public :: elmt03_mfec
@@ -72,6 +72,9 @@ contains
     case (task_tangent)
       call residual(d(d03_epsilon), c, e)
       call tangent(d, c, e)
+    case (task_stick_tangent)
+      call residual(d(d03_epsilon), c, e)
+      call stick_tangent(d(d03_epsilon), e)
     case (task_residual)
       call residual(d(d03_epsilon), c, e)
     case (task_stress)
@@ -135,7 +138,7 @@ contains
   pure subroutine move_cone(d, c, e)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
-    type(element_t), intent(inout) :: e !! gets status and h2
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
     real(wp) :: s(2), s_new(3)
 
     s = [dot_product(c%p(:, 1), c%g), dot_product(c%p(:, 2), c%g)]
@@ -151,17 +154,19 @@ contains
       c%tip = e%h1
     end if
     e%h2 = c%tip
+    e%slip = c%g_new - c%g_n*c%e
   end subroutine move_cone
 
   !> No contact: no force; the tip is the projection.
   pure subroutine leave_open(c, e)
     type(cone_t), intent(inout) :: c !! facet and gap; gets g_new, tip
-    type(element_t), intent(inout) :: e !! gets status and h2
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
 
     e%status = status_open
     c%g_new = 0.0_wp
     c%tip = c%xi
     e%h2 = c%tip
+    e%slip = 0.0_wp
   end subroutine leave_open
 
   !> r_S = eps g, r_a = -N_a(tip) eps g.
@@ -186,15 +191,11 @@ contains
     real(wp) :: b(3, 12), dg(3, 12), row(12)
     integer :: k
 
-    if (e%status == status_open) then
-      e%s = 0.0_wp
+    if (e%status /= status_slip) then
+      call stick_tangent(d(d03_epsilon), e)
       return
     end if
     b = gap_operator(c%tip)
-    if (e%status == status_stick) then
-      e%s(1:12, 1:12) = d(d03_epsilon)*matmul(transpose(b), b)
-      return
-    end if
     dg = gap_derivative(c, e%h1)
     e%s(1:12, 1:12) = matmul(transpose(b), dg)
     row = matmul(c%d1, b - dg)
@@ -209,6 +210,20 @@ contains
     end do
     e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
   end subroutine tangent
+
+  !> K = eps B^T B at the old tip; zero for an open point.
+  pure subroutine stick_tangent(epsilon, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(element_t), intent(inout) :: e !! gets s
+    real(wp) :: b(3, 12)
+
+    if (e%status == status_open) then
+      e%s = 0.0_wp
+      return
+    end if
+    b = gap_operator(e%h1)
+    e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
+  end subroutine stick_tangent
 
   !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
   pure function gap_operator(xi) result(b)
@@ -273,7 +288,7 @@ contains
     e%stress(7:9) = c%p(:, 1)
     if (e%status == status_open) return
     ratio = 0.0_wp
-    where (mu > 0.0_wp) ratio = c%back%s/mu
+    where (has_friction(mu)) ratio = c%back%s/mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
     e%stress(6) = norm2(ratio) - abs(c%g_n)

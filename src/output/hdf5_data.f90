@@ -6,13 +6,14 @@ module hdf5_data
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
     h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
-    h5dopen_f, h5dclose_f, h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
+    h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
     h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5tclose_f, &
     h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f, h5t_std_i32le, h5t_std_i64le, &
     h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double
   use kinds, only: wp
   use errors, only: error_t
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type, keep_open, &
+    find_data_set
   implicit none
   private
   public :: make_series, make_text_series, write_block, read_block, series_shape
@@ -56,7 +57,7 @@ contains
 
   !> Makes an empty data set of numbers; its last dimension grows.
   subroutine make_series(file, path, stored, leading, block, unit, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer, intent(in) :: stored !! one of the stored constants
     integer, intent(in) :: leading(:) !! dimensions before the last
@@ -83,7 +84,7 @@ contains
 
   !> Makes an empty data set of strings of one length.
   subroutine make_text_series(file, path, length, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer, intent(in) :: length !! length of the strings
     character(*), intent(in) :: description !! meaning
@@ -100,7 +101,7 @@ contains
 
   !> Writes the two attributes that every data set carries.
   subroutine describe(file, path, unit, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     character(*), intent(in) :: unit !! unit of the numbers
     character(*), intent(in) :: description !! meaning
@@ -113,7 +114,7 @@ contains
 
   !> Makes an empty data set of any type.
   subroutine make_data_set(file, path, type_id, leading, block, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer(hid_t), intent(in) :: type_id !! type in the file
     integer, intent(in) :: leading(:) !! dimensions before the last
@@ -141,10 +142,13 @@ contains
     end if
     call h5pset_obj_track_times_f(creation, .false., s(6))
     call h5dcreate_f(file%id, path, type_id, space, data_set, s(7), dcpl_id=creation)
-    call h5dclose_f(data_set, s(8))
-    call h5pclose_f(creation, s(9))
-    if (any(s < 0)) call raise_hdf5(error, file, 'making the data set '//path)
-    call h5sclose_f(space, s(1))
+    call h5pclose_f(creation, s(8))
+    call h5sclose_f(space, s(9))
+    if (any(s < 0)) then
+      call raise_hdf5(error, file, 'making the data set '//path)
+    else
+      call keep_open(file, path, data_set)
+    end if
   end subroutine make_data_set
 
   !> Entries of the last dimension in a chunk: whole blocks while they are small, so that a block
@@ -165,7 +169,7 @@ contains
 
   !> Shape of a data set; zeros if it is not there.
   subroutine series_shape(file, path, dims, rank)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(out) :: dims(max_rank) !! its dimensions, zeros behind the last
     integer, intent(out) :: rank !! number of dimensions, 0 if it is not there
@@ -175,19 +179,18 @@ contains
 
     dims = 0
     rank = 0
-    call h5dopen_f(file%id, path, data_set, status)
-    if (status < 0) return
+    call find_data_set(file, path, data_set)
+    if (data_set < 0) return
     call h5dget_space_f(data_set, space, status)
     call h5sget_simple_extent_ndims_f(space, rank, status)
     if (rank <= max_rank) call h5sget_simple_extent_dims_f(space, extent, limits, status)
     if (rank <= max_rank .and. status >= 0) dims(:rank) = int(extent(:rank))
     call h5sclose_f(space, status)
-    call h5dclose_f(data_set, status)
   end subroutine series_shape
 
   !> Selects a block of a data set: opens it, makes it long enough, and gives the two spaces.
   subroutine select_block(file, path, n_numbers, first, data_set, spaces, status)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in) :: n_numbers !! numbers in the block
     integer, intent(in) :: first !! first entry from 1, or at_end
@@ -198,11 +201,10 @@ contains
     integer :: s(6), rank
 
     s = 0
-    data_set = -1_hid_t
     spaces = -1_hid_t
     rank = 0
     status = -1
-    call h5dopen_f(file%id, path, data_set, s(1))
+    call find_data_set(file, path, data_set)
     call h5dget_space_f(data_set, spaces(2), s(2))
     call h5sget_simple_extent_ndims_f(spaces(2), rank, s(3))
     if (any(s < 0) .or. rank < 1 .or. rank > max_rank) return
@@ -225,7 +227,7 @@ contains
 
   !> Writes a block that lies anywhere in memory.
   subroutine write_any(file, path, type_id, address, n_numbers, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer(hid_t), intent(in) :: type_id !! type in memory
     type(c_ptr), intent(in) :: address !! the numbers
@@ -233,7 +235,7 @@ contains
     integer, intent(in) :: first !! first entry, or at_end
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer(hid_t) :: data_set, spaces(2)
-    integer :: s(5)
+    integer :: s(4)
 
     if (n_numbers == 0) return
     s = 0
@@ -241,13 +243,12 @@ contains
     if (s(1) >= 0) call h5dwrite_f(data_set, type_id, address, s(2), spaces(1), spaces(2))
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
-    call h5dclose_f(data_set, s(5))
     if (any(s < 0)) call raise_hdf5(error, file, 'writing the data set '//path)
   end subroutine write_any
 
   !> Reads a block to anywhere in memory.
   subroutine read_any(file, path, type_id, address, n_numbers, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer(hid_t), intent(in) :: type_id !! type in memory
     type(c_ptr), intent(in) :: address !! where the numbers go
@@ -256,7 +257,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer(hid_t) :: data_set, spaces(2)
     type(c_ptr) :: target_address
-    integer :: s(5)
+    integer :: s(4)
 
     if (n_numbers == 0) return
     s = 0
@@ -265,13 +266,12 @@ contains
     if (s(1) >= 0) call h5dread_f(data_set, type_id, target_address, s(2), spaces(1), spaces(2))
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
-    call h5dclose_f(data_set, s(5))
     if (any(s < 0)) call raise_hdf5(error, file, 'reading the data set '//path)
   end subroutine read_any
 
   !> Writes a list of reals.
   subroutine write_reals(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
@@ -282,7 +282,7 @@ contains
 
   !> Writes columns of reals.
   subroutine write_real_columns(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
@@ -293,7 +293,7 @@ contains
 
   !> Writes a list of integers.
   subroutine write_integers(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
@@ -304,7 +304,7 @@ contains
 
   !> Writes columns of integers.
   subroutine write_integer_columns(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
@@ -315,7 +315,7 @@ contains
 
   !> Writes strings.
   subroutine write_texts(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     character(*), intent(in), target, contiguous :: values(:) !! strings, as long as the data set's
     integer, intent(in) :: first !! first entry, or at_end
@@ -330,7 +330,7 @@ contains
 
   !> Reads a list of reals.
   subroutine read_reals(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(out), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry
@@ -341,7 +341,7 @@ contains
 
   !> Reads columns of reals.
   subroutine read_real_columns(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(out), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry
@@ -352,7 +352,7 @@ contains
 
   !> Reads a list of integers.
   subroutine read_integers(file, path, values, first, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(out), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry

@@ -5,22 +5,26 @@ module hdf5_io
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, &
     h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
-    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f
+    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
   use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &
     h5screate_simple_f, h5screate_f, h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, &
     h5tclose_f, h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, &
     h5t_ieee_f64le, h5t_c_s1, h5t_str_nullpad_f
   use kinds, only: wp
   use errors, only: error_t, raise, exit_resources
+  use text, only: string_t
   implicit none
   private
   public :: hdf5_file_t, create_hdf5, open_hdf5, flush_hdf5, close_hdf5, make_group, &
-    write_attribute, read_attribute, exists_in, raise_hdf5, string_type
+    write_attribute, read_attribute, exists_in, raise_hdf5, string_type, keep_open, find_data_set
 
-  !> An HDF5 file.
+  !> An HDF5 file, and its data sets that are kept open: opening one costs more than writing a row.
   type :: hdf5_file_t
     integer(hid_t) :: id = -1_hid_t !! handle, negative while closed
     character(:), allocatable :: path !! name of the file
+    integer :: n_open = 0 !! number of data sets that are open
+    integer(hid_t), allocatable :: open_ids(:) !! their handles
+    type(string_t), allocatable :: open_paths(:) !! their names with their groups
   end type hdf5_file_t
 
   !> Writes an attribute of a group or data set; integers are stored with 64 bits. An attribute that
@@ -91,13 +95,64 @@ contains
   subroutine close_hdf5(file, error)
     type(hdf5_file_t), intent(inout) :: file !! the file
     type(error_t), allocatable, intent(out) :: error !! disk full
-    integer :: status
+    integer :: s(2), i
 
     if (file%id < 0) return
-    call h5fclose_f(file%id, status)
-    if (status < 0) call raise_hdf5(error, file, 'closing')
+    s = 0
+    do i = 1, file%n_open
+      call h5dclose_f(file%open_ids(i), s(2))
+      s(1) = min(s(1), s(2))
+    end do
+    call h5fclose_f(file%id, s(2))
+    if (any(s < 0)) call raise_hdf5(error, file, 'closing')
     file%id = -1_hid_t
+    file%n_open = 0
   end subroutine close_hdf5
+
+  !> Keeps a data set open until the file is closed.
+  subroutine keep_open(file, path, id)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! the data set
+    integer(hid_t), intent(in) :: id !! its handle
+    integer(hid_t), allocatable :: ids(:)
+    type(string_t), allocatable :: paths(:)
+    integer :: i
+
+    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64))
+    if (file%n_open == size(file%open_ids)) then
+      allocate (ids(2*file%n_open), paths(2*file%n_open))
+      ids(:file%n_open) = file%open_ids
+      do i = 1, file%n_open
+        call move_alloc(file%open_paths(i)%s, paths(i)%s)
+      end do
+      call move_alloc(ids, file%open_ids)
+      call move_alloc(paths, file%open_paths)
+    end if
+    file%n_open = file%n_open + 1
+    file%open_ids(file%n_open) = id
+    file%open_paths(file%n_open)%s = path
+  end subroutine keep_open
+
+  !> The handle of a data set, opened if it is not open yet; negative if it is not there.
+  subroutine find_data_set(file, path, id)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! the data set
+    integer(hid_t), intent(out) :: id !! its handle
+    integer :: i, status
+
+    do i = 1, file%n_open
+      if (len(file%open_paths(i)%s) /= len(path)) cycle
+      if (file%open_paths(i)%s /= path) cycle
+      id = file%open_ids(i)
+      return
+    end do
+    call h5dopen_f(file%id, path, id, status)
+    if (status < 0) then
+      id = -1_hid_t
+    else
+      call keep_open(file, path, id)
+    end if
+  end subroutine find_data_set
 
   !> Makes a group.
   subroutine make_group(file, path, error)

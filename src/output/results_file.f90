@@ -117,7 +117,7 @@ contains
 
   !> Writes /run: what made this file.
   subroutine write_run(file, model, deck_text, version, settings, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     character(*), intent(in) :: deck_text !! the deck as read
     character(*), intent(in) :: version !! version of the program
@@ -147,7 +147,7 @@ contains
 
   !> Writes /run/sets: the nodes of each set, so that postprocessing can use the deck's names.
   subroutine write_sets(file, model, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
@@ -161,7 +161,7 @@ contains
 
   !> Writes the nodes of one set.
   subroutine write_set(file, path, nodes, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), contiguous :: nodes(:) !! node numbers
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -174,7 +174,7 @@ contains
 
   !> Writes a text as a data set of one string.
   subroutine write_text(file, path, value, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     character(*), intent(in) :: value !! the text
     character(*), intent(in) :: description !! meaning
@@ -189,7 +189,7 @@ contains
 
   !> Writes the cost table.
   subroutine write_costs(file, costs, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(cost_t), intent(in) :: costs !! what the run cost
     type(error_t), allocatable, intent(out) :: error !! file trouble
 

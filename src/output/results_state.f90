@@ -22,7 +22,7 @@ contains
 
   !> Makes the empty data sets.
   subroutine create_state_part(file, model, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
@@ -50,7 +50,7 @@ contains
 
   !> Makes the empty data sets of one pair.
   subroutine create_pair(file, pair, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: group
@@ -72,7 +72,7 @@ contains
 
   !> Writes one state.
   subroutine write_state(file, model, written, state, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: written !! states written before this one
     type(saved_state_t), intent(in) :: state !! the state
@@ -99,7 +99,7 @@ contains
 
   !> Writes the contact history of one pair.
   subroutine write_pair(file, number, state, pair, slot, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: number !! number of the pair
     type(saved_state_t), intent(in) :: state !! the state
     integer, intent(in) :: pair !! index of the pair
@@ -143,7 +143,7 @@ contains
 
   !> Finds the place of a state.
   subroutine find_state(file, step, slot, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: step !! number of the end time, 0 for the last
     integer, intent(out) :: slot !! its place
     type(error_t), allocatable, intent(out) :: error !! no such step
@@ -189,7 +189,7 @@ contains
 
   !> Checks that the file belongs to this problem.
   subroutine check_shapes(file, model, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(error_t), allocatable, intent(out) :: error !! another mesh or other pairs
     integer :: dims(3), rank, i
@@ -214,7 +214,7 @@ contains
 
   !> Reads the state at one place.
   subroutine read_slot(file, model, slot, state, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: slot !! place of the state
     type(saved_state_t), intent(inout) :: state !! the state
@@ -242,7 +242,7 @@ contains
 
   !> Reads the contact history of one pair.
   subroutine read_pair(file, pair, slot, state, index, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: slot !! place of the state
     type(saved_state_t), intent(inout) :: state !! the state

@@ -26,7 +26,7 @@ contains
 
   !> Makes the empty columns of the reaction and contact tables.
   subroutine create_history_part(file, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
@@ -54,7 +54,7 @@ contains
 
   !> Makes a group with the empty columns that say what a row is about.
   subroutine create_keys(file, group, key, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group, with a slash at its end
     character(*), intent(in) :: key !! name of the column of names
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -71,7 +71,7 @@ contains
 
   !> Writes the rows of one end time.
   subroutine append_history(file, model, step, time, reactions, rows, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
@@ -102,7 +102,7 @@ contains
 
   !> Writes the columns that say what a row is about.
   subroutine append_keys(file, group, key, step, time, names, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group, with a slash at its end
     character(*), intent(in) :: key !! name of the column of names
     integer, intent(in) :: step !! number of the end time
@@ -119,7 +119,7 @@ contains
 
   !> Writes the columns of the contact table.
   subroutine append_contact_columns(file, rows, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: counts(size(rows), size(count_columns)), i
@@ -144,7 +144,7 @@ contains
 
   !> Makes the empty data sets of the contact points, and writes what does not change.
   subroutine create_contact_part(file, model, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
@@ -163,7 +163,7 @@ contains
 
   !> Makes the group of one pair.
   subroutine create_pair(file, pair, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: group
@@ -188,7 +188,7 @@ contains
 
   !> Makes the empty data sets of the points of one pair.
   subroutine create_point_fields(file, group, points, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
     integer, intent(in) :: points !! number of points
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -214,7 +214,7 @@ contains
 
   !> Writes the contact points of one end time.
   subroutine append_contact(file, model, step, time, pairs, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
@@ -233,7 +233,7 @@ contains
 
   !> Writes the points of one pair.
   subroutine append_points(file, group, points, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
     type(point_fields_t), intent(in) :: points !! the points
     type(error_t), allocatable, intent(out) :: error !! file trouble

@@ -36,7 +36,7 @@ contains
   !> Writes the geometry and makes the empty fields.
   subroutine create_vtk_part(part, file, mesh, request, error)
     type(vtk_part_t), intent(out) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(output_request_t), intent(in) :: request !! which fields are wanted
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -66,7 +66,7 @@ contains
   !> Writes the points.
   subroutine write_points(part, file, mesh, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp), allocatable :: x(:, :)
@@ -86,7 +86,7 @@ contains
   !> Writes the cells.
   subroutine write_cells(part, file, mesh, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer, allocatable :: point(:), list(:), offsets(:), types(:)
@@ -125,7 +125,7 @@ contains
   !> Makes the table of end times.
   subroutine make_steps(part, file, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(13), parameter :: one_each(3) = [character(13) :: 'PartOffsets', 'NumberOfParts', &
       'PointOffsets']
@@ -153,7 +153,7 @@ contains
   !> Makes the fields, the constant ones with their values.
   subroutine make_fields(part, file, mesh, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(22), parameter :: groups(4) = [character(22) :: 'PointData', 'CellData', &
@@ -194,7 +194,7 @@ contains
 
   !> Makes one field and its offsets.
   subroutine make_field(file, group, name, components, n, unit, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! PointData or CellData
     character(*), intent(in) :: name !! name of the field
     integer, intent(in) :: components !! numbers a point or cell
@@ -212,7 +212,7 @@ contains
 
   !> Writes a field of integers that is the same at each end time.
   subroutine write_constant(file, group, name, values, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! PointData or CellData
     character(*), intent(in) :: name !! name of the field
     integer, intent(in), contiguous :: values(:) !! its values
@@ -230,7 +230,7 @@ contains
 
   !> Writes a list of integers with 64 bits, as VTK wants its lists.
   subroutine write_long(file, path, values, description, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), contiguous :: values(:) !! its values
     character(*), intent(in) :: description !! meaning
@@ -244,7 +244,7 @@ contains
   !> Writes the fields of one end time; it counts only after end_vtk_frame.
   subroutine append_vtk_frame(part, file, time, frame, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! its time [time]
     type(frame_t), intent(in) :: frame !! the fields; those that are wanted are allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -267,7 +267,7 @@ contains
   !> Lengthens the table of end times, and the offsets of what is always the same.
   subroutine append_steps(part, file, time, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! time of the fields [time]
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(30), parameter :: zeros(9) = [character(30) :: 'PartOffsets', 'PointOffsets', &
@@ -288,7 +288,7 @@ contains
   !> Writes one field of one end time.
   subroutine append_field(frames, file, group, name, list, values, error)
     integer, intent(in) :: frames !! end times before this one
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! PointData or CellData
     character(*), intent(in) :: name !! name of the field
     integer, intent(in) :: list(:) !! nodes or elements that are written
@@ -307,7 +307,7 @@ contains
   !> Makes the end time count, when all of it is on disk.
   subroutine end_vtk_frame(part, file, error)
     type(vtk_part_t), intent(inout) :: part !! what stands in the file
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     part%frames = part%frames + 1

@@ -1,7 +1,7 @@
 !> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
 module assembly
   use kinds, only: wp
-  use element_types, only: element_t, task_tangent, n_element_stress
+  use element_types, only: element_t, task_tangent, task_stick_tangent, n_element_stress
   use element_lists, only: element_list_t
   use elmlib, only: element_routine, routine_none
   use block_matrix, only: block_matrix_t
@@ -25,15 +25,29 @@ contains
     do k = 1, list%n
       if (list%routine(k) == routine_none) cycle
       call gather(list, k, x, u, e)
-      call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+      call element_routine(list%routine(k), task_of(list, k, task), list%d(:, list%set(k)), e)
       list%h2(:, k) = e%h2
       list%status(k) = e%status
+      list%slip(:, k) = e%slip
       do i = 1, e%nel
         r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
       end do
       if (task == task_tangent .and. present(a)) call scatter_matrix(list%block(:, :, k), e, a)
     end do
   end subroutine assemble
+
+  !> A contact point whose slip has turned back since the iteration before is taken to stick for one
+  !! tangent: otherwise points with little slip flip their direction for ever (doc/theory,
+  !! "Nonlinear solution").
+  pure integer function task_of(list, k, task)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    integer, intent(in) :: task !! what all elements are told
+
+    task_of = task
+    if (task /= task_tangent) return
+    if (dot_product(list%slip(:, k), list%slip_before(:, k)) < 0.0_wp) task_of = task_stick_tangent
+  end function task_of
 
   !> Result of task_stress for all elements.
   subroutine recover(list, task, x, u, stress)

@@ -52,7 +52,7 @@ contains
       call free_motion(model%mesh%x, system, b, .false., free, motion)
       if (.not. free) cycle
       if (in_a_pair(model, system, b)) then
-        call monitor%event('warning: '//body_name(model, system, b)//' is held by contact alone')
+        call monitor%warning(body_name(model, system, b)//' is held by contact alone')
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
           describe_body(model, system, b))
@@ -178,7 +178,7 @@ contains
             //to_text(system%contact%ix(1, element))//' on the facet of nodes ' &
             //to_text(system%contact%ix(2, element))//', '//to_text(system%contact%ix(3, element)) &
             //', '//to_text(system%contact%ix(4, element))//nl &
-            //'  smaller steps (DT), a softer penalty, or friction below the slope of the facet help'
+            //'  try smaller steps (DT) or a softer penalty'
           return
         end associate
       end do

@@ -8,7 +8,7 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
-  use supports, only: closing_length
+  use supports, only: closing_length, drop_bodies
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -60,12 +60,13 @@ contains
     type(newton_t), intent(inout) :: progress !! counts on
 
     call form_residual(system, x)
-    call estimate_round_off(system, x)
+    system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%since_lowest = 0
     progress%energy_met = .false.
     progress%outcome = outcome_going_on
     do
+      call estimate_round_off(system, x)
       if (is_converged(system, settings, progress)) progress%outcome = outcome_converged
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
@@ -109,9 +110,15 @@ contains
     type(iteration_t) :: report
     real(wp) :: begin, length
     integer :: outcome
+    logical :: dropped
 
     begin = wall_seconds()
+    if (any(system%weak)) then
+      call drop_bodies(x, system, dropped)
+      if (dropped) call form_residual(system, x)
+    end if
     call form_tangent(system, x)
+    system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)
     if (outcome == solver_done) call solve(system%umfpack, system%csc, system%right, &
       system%solution, system%costs, outcome)
@@ -125,13 +132,11 @@ contains
     call spread_direction(system)
     call multiply(system%bulk_matrix, system%du, system%bulk_change)
     if (any(system%grounded)) then
-      call approach(system, x, length, progress)
-      if (progress%outcome /= outcome_going_on) return
+      call approach(system, x, length)
     else
       call search_line(system, x, length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
-      .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     if (residual_norm(system) < progress%lowest) then
       progress%lowest = residual_norm(system)
@@ -156,21 +161,16 @@ contains
     end do
   end subroutine spread_direction
 
-  !> A step with grounded bodies: those that touch nothing move until they touch.
-  subroutine approach(system, x, length, progress)
+  !> A step with grounded bodies goes to the next touch and no further.
+  subroutine approach(system, x, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: length !! share of du
-    type(newton_t), intent(inout) :: progress !! singular if nothing can be touched
 
     length = closing_length(x, system)
-    if (length > 0.0_wp) then
+    if (length < 1.0_wp) then
       call form_trial(system, x, length)
       call take_trial(system, length)
-      progress%since_lowest = 0
-      progress%lowest = huge(1.0_wp)
-    else if (length < 0.0_wp) then
-      progress%outcome = outcome_singular
     else
       call search_line(system, x, length)
     end if

@@ -10,7 +10,7 @@ module supports
   use system_types, only: system_t
   implicit none
   private
-  public :: free_motion, find_weak_bodies, ground_bodies, closing_length
+  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -72,7 +72,7 @@ contains
     real(wp), intent(in) :: center(3) !! where rotations turn about [length]
     real(wp), intent(in) :: size_x !! size of the model [length]
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
-    real(wp) :: n(3), y(3)
+    real(wp) :: y(3)
     integer :: k, i
 
     do k = 1, system%contact%n
@@ -85,8 +85,7 @@ contains
             call add_support(gram, unit_vector(i), y)
           end do
         else
-          n = cross(x(:, nodes(2)) - x(:, nodes(4)), x(:, nodes(3)) - x(:, nodes(4)))
-          call add_support(gram, n/norm2(n), y)
+          call add_support(gram, normal_of(x, nodes(2:4)), y)
         end if
       end associate
     end do
@@ -138,45 +137,140 @@ contains
     end do
   end subroutine ground_bodies
 
-  !> Length of the step du that closes the first contact point of a grounded body which touches
-  !! nothing yet; 0 if there is no such body, negative if there is one and nothing closes.
+  !> Length of the step du that closes the first open contact point of a grounded body, so that
+  !! the points next to it close, too; the largest number if none closes.
   real(wp) function closing_length(x, system) result(length)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! u, du, contact elements
-    real(wp) :: now, later, limit
+    real(wp) :: now, later
     integer :: k
+
+    length = huge(1.0_wp)
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      if (system%contact%status(k) > status_open) cycle
+      if (.not. any(system%grounded(system%node_body(system%contact%ix(1:2, k))))) cycle
+      now = gap_of(x, 0.0_wp, k, system)
+      later = gap_of(x, 1.0_wp, k, system)
+      if (later < now) &
+        length = min(length, (now + overshoot*size_of(x, k, system))/(now - later))
+    end do
+  end function closing_length
+
+  !> Drops each body that neither supports nor closed contact points hold onto the surface below
+  !! it: a translation along the normal of its smallest gap, and no further. Loads that point away
+  !! from every surface leave the body where it is.
+  subroutine drop_bodies(x, system, dropped)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! u is moved; residual formed
+    logical, intent(out) :: dropped !! a body was moved
+    real(wp) :: way(3)
+    integer :: body, node
     logical :: touching(system%bodies)
 
-    length = 0.0_wp
-    touching = .not. system%grounded
+    dropped = .false.
+    touching = touched_bodies(system)
+    do body = 1, system%bodies
+      if (.not. system%weak(body) .or. touching(body)) cycle
+      way = way_down(x, system, body)
+      if (all(abs(way) <= 0.0_wp)) cycle
+      dropped = .true.
+      do node = 1, size(system%node_body)
+        if (system%node_body(node) /= body) cycle
+        where (system%equation(:, node) > 0) system%u(:, node) = system%u(:, node) + way
+      end do
+    end do
+  end subroutine drop_bodies
+
+  !> Bodies with a closed contact point.
+  pure function touched_bodies(system) result(touching)
+    type(system_t), intent(in) :: system !! contact elements
+    logical :: touching(system%bodies)
+    integer :: k
+
+    touching = .false.
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle
       touching(system%node_body(system%contact%ix(1:2, k))) = .true.
     end do
-    if (all(touching)) return
-    length = -1.0_wp
+  end function touched_bodies
+
+  !> The translation that brings a body to its first touch, zero if its loads do not push it there.
+  function way_down(x, system, body) result(way)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! u, residual, contact elements
+    integer, intent(in) :: body !! the body
+    real(wp) :: way(3), normal(3), force(3), gap, least
+    integer :: k
+
+    way = 0.0_wp
+    least = huge(1.0_wp)
+    force = resultant(system, body)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      if (all(touching(system%node_body(system%contact%ix(1:2, k))))) cycle
-      now = gap_of(x, system%u, k, system)
-      later = gap_of(x, system%u + system%du, k, system)
-      if (later >= now) cycle
-      limit = (now + overshoot*size_of(x, k, system))/(now - later)
-      if (length < 0.0_wp .or. limit < length) length = limit
+      if (.not. any(system%node_body(system%contact%ix(1:2, k)) == body)) cycle
+      gap = gap_of(x, 0.0_wp, k, system)
+      if (gap >= least) cycle
+      normal = normal_of(positions_of(x, 0.0_wp, system%contact%ix(1:4, k), system), [2, 3, 4])
+      if (system%node_body(system%contact%ix(1, k)) == body) normal = -normal
+      if (dot_product(force, normal) <= 0.0_wp) cycle
+      least = gap
+      way = (gap + overshoot*size_of(x, k, system))*normal
     end do
-  end function closing_length
+  end function way_down
 
-  !> Normal gap of a contact element at displacements u.
-  real(wp) function gap_of(x, u, k, system) result(gap)
+  !> Sum of the residual over a body.
+  pure function resultant(system, body) result(force)
+    type(system_t), intent(in) :: system !! residual formed
+    integer, intent(in) :: body !! the body
+    real(wp) :: force(3)
+    integer :: node, k
+
+    force = 0.0_wp
+    do node = 1, size(system%node_body)
+      if (system%node_body(node) /= body) cycle
+      do k = 1, 3
+        if (system%equation(k, node) > 0) force(k) = force(k) &
+          + system%right(system%equation(k, node))
+      end do
+    end do
+  end function resultant
+
+  !> Outward unit normal of a facet.
+  pure function normal_of(x, nodes) result(n)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: nodes(3) !! corners
+    real(wp) :: n(3)
+
+    n = cross(x(:, nodes(1)) - x(:, nodes(3)), x(:, nodes(2)) - x(:, nodes(3)))
+    n = n/norm2(n)
+  end function normal_of
+
+  !> Normal gap of a contact element at u + length du.
+  pure real(wp) function gap_of(x, length, k, system) result(gap)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! contact elements
     real(wp) :: y(3, 4), xi(2)
 
-    y = x(:, system%contact%ix(1:4, k)) + u(:, system%contact%ix(1:4, k))
+    y = positions_of(x, length, system%contact%ix(1:4, k), system)
     call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
   end function gap_of
+
+  !> Positions of four nodes at u + length du.
+  pure function positions_of(x, length, nodes, system) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: length !! share of du
+    integer, intent(in) :: nodes(4) !! the nodes
+    type(system_t), intent(in) :: system !! u, du
+    real(wp) :: y(3, 4)
+    integer :: i
+
+    do i = 1, 4
+      y(:, i) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))
+    end do
+  end function positions_of
 
   !> Size of the facet of a contact element.
   pure real(wp) function size_of(x, k, system) result(h)

@@ -1,0 +1,19 @@
+# Lists every module with the first sentence of its comment, one Markdown table a folder:
+#   awk -f doc/modules.awk src/*/*.f90
+FNR == 1 {
+  n = split(FILENAME, part, "/")
+  name = part[n]; sub(/\.f90$/, "", name)
+  if (part[n - 1] != folder) {
+    folder = part[n - 1]
+    printf "\n### %s\n\n| module | what it is for |\n|---|---|\n", folder
+  }
+  text = ""; open = 1
+}
+open && /^!>/ { text = substr($0, 4); next }
+open && /^!! ?[^ ]/ { text = text " " substr($0, 4); next }
+open {
+  open = 0
+  if (match(text, /[.] /)) text = substr(text, 1, RSTART)
+  gsub(/\|/, "\\|", text)
+  print "| `" name "` | " text " |"
+}
