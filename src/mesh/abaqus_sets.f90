@@ -357,7 +357,8 @@ contains
       other = find_group(file, name, kind)
       if (other > 0) then
         ! what comes later in the file is not there yet
-        if (file%group(request%group)%kind == kind .and. file%group(other)%at > request%at) other = 0
+        if (file%group(other)%at > request%at .and. &
+          file%group(request%group)%kind == kind) other = 0
       end if
       if (other == 0 .or. other == request%group) then
         call fail(cursor, request%at, 'there is no *'// &
