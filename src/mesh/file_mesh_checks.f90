@@ -227,8 +227,8 @@ contains
       if (found == 1) first = n
     end do
     if (found > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
-      file%node_at(first)), count_noun(found, 'node')//' at the place of another node, the first '// &
-      'is node '//to_text(file%node_tag(first))//': the bodies are not joined there')
+      file%node_at(first)), count_noun(found, 'node')//' at the place of another node, the '// &
+      'first is node '//to_text(file%node_tag(first))//': the bodies are not joined there')
   end subroutine note_coincident
 
   !> A number, at least 1, that is the same for the same coordinates and rarely for others.
