@@ -41,7 +41,7 @@ contains
       tree%order(f) = f
       center(:, f) = (x(:, facets(1, f)) + x(:, facets(2, f)) + x(:, facets(3, f)))/3.0_wp
     end do
-    tree%boxes = 1
+    tree%boxes = min(1, n)
     tree%first(1) = 1
     last(1) = n
     b = 1
