@@ -205,7 +205,12 @@ contains
     type(facet_tree_t), intent(in) :: tree !! the tree
     integer, intent(in) :: b !! the box
     real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp) :: away(3)
+    integer :: i
 
-    d = norm2(max(0.0_wp, tree%low(:, b) - y, y - tree%high(:, b)))
+    do i = 1, 3
+      away(i) = max(0.0_wp, tree%low(i, b) - y(i), y(i) - tree%high(i, b))
+    end do
+    d = norm2(away)
   end function box_distance
 end module facet_tree
