@@ -54,30 +54,41 @@ contains
     t = trim(buffer)
   end function integer_to_text
 
-  !> A real as text: `digits` significant digits (6 unless given), no superfluous zeros.
+  !> A real as text: `digits` significant digits (6 unless given), no superfluous zeros; without an
+  !! exponent from 1e-4 to 1e6.
   pure function real_to_text(value, digits) result(t)
     real(wp), intent(in) :: value !! the number
     integer, intent(in), optional :: digits !! significant digits
     character(:), allocatable :: t
-    character(40) :: buffer
+    character(48) :: buffer
     character(16) :: form
-    integer :: n
+    integer :: n, power
 
     n = 6
     if (present(digits)) n = digits
-    write (form, '(a,i0,a,i0,a)') '(g', n + 9, '.', n, ')'
+    power = 0
+    if (abs(value) > 0.0_wp .and. abs(value) <= huge(value)) power = floor(log10(abs(value)))
+    if (power >= -4 .and. power < 6) then
+      write (form, '(a,i0,a)') '(f40.', max(0, n - 1 - power), ')'
+    else
+      write (form, '(a,i0,a)') '(es40.', n - 1, 'e3)'
+    end if
     write (buffer, form) value
-    t = trim(adjustl(buffer))
-    t = without_zeros(t)
+    t = without_zeros(trim(adjustl(buffer)))
+    if (t(1:1) == '.') t = '0'//t
+    if (len(t) > 1) then
+      if (t(1:2) == '-.') t = '-0'//t(2:)
+    end if
   end function real_to_text
 
-  !> Drops zeros at the end of the mantissa, and the point if nothing follows it.
+  !> Drops zeros at the end of the mantissa, the point if nothing follows it, and zeros and plus
+  !! sign of the exponent.
   pure function without_zeros(t) result(s)
-    character(*), intent(in) :: t !! a real number as written by a G format
+    character(*), intent(in) :: t !! a real number as written by an F or ES format
     character(:), allocatable :: s
-    integer :: e, last
+    integer :: e, last, exponent
 
-    e = scan(t, 'eEdD')
+    e = scan(t, 'E')
     if (e == 0) e = len(t) + 1
     last = e - 1
     if (index(t(:last), '.') > 0) then
@@ -86,7 +97,10 @@ contains
       end do
       if (t(last:last) == '.') last = last - 1
     end if
-    s = t(:last)//t(e:)
+    s = t(:last)
+    if (e > len(t)) return
+    read (t(e + 1:), *) exponent
+    s = s//'E'//integer_to_text(exponent)
   end function without_zeros
 
   !> Number of insertions, deletions and replacements that turn `a` into `b` (Levenshtein).

@@ -56,8 +56,9 @@ contains
         call report_error(diagnostics, at, ''''//name//''' has a meaning of its own', &
                           'choose a name that is no function''s and not pi')
       else if (item_count(record) < 2) then
-        call report_error(diagnostics, item_location(record, 2), 'too few items: the value of '''// &
-                          name//''' is missing', 'write '//name//' = expression')
+        call report_error(diagnostics, item_location(record, 2), &
+                          'too few items: the value of '''//name//''' is missing', &
+                          'write '//name//' = expression')
       else if (item_count(record) > 2) then
         call report_error(diagnostics, record%items(3)%at, 'too many items: '''// &
                           record%items(3)%text//'''', 'one parameter a line'// &

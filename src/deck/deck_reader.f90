@@ -38,7 +38,8 @@ contains
 
     call add_file(diagnostics%source, path, problem)
     if (allocated(problem)) then
-      call raise(error, exit_deck, 'cannot read the deck '''//path//''': '//problem)
+      call raise(error, exit_deck, 'command line: error: cannot read the deck '''//path// &
+        ''': '//problem)
       return
     end if
     call read_source(overrides, deck, diagnostics)
@@ -239,6 +240,8 @@ contains
       case ('elem', 'bloc')
         elements = elements .or. reading%mesh%sets(i)%count > 0 &
           .or. .not. reading%mesh%sets(i)%complete
+      case default
+        continue
       end select
     end do
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &

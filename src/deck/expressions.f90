@@ -106,7 +106,7 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(cursor_t), intent(inout) :: cursor !! where the evaluation stands
     real(wp), intent(out) :: value !! value of the sum
-    real(wp) :: left, right
+    real(wp) :: right
     character(:), allocatable :: what
     character(1) :: operator
     integer :: at
@@ -119,8 +119,7 @@ contains
       cursor%i = cursor%i + 1
       call parse_product(text, parameters, cursor, right)
       if (operator == '-') right = -right
-      left = value
-      call safe_sum(left, right, value, what)
+      call safe_sum((value), right, value, what)
       call settle(cursor, at, what)
     end do
   end subroutine parse_sum
@@ -131,7 +130,7 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(cursor_t), intent(inout) :: cursor !! where the evaluation stands
     real(wp), intent(out) :: value !! value of the product
-    real(wp) :: left, right
+    real(wp) :: right
     character(:), allocatable :: what
     character(1) :: operator
     integer :: at
@@ -144,9 +143,8 @@ contains
       cursor%i = cursor%i + 1
       call parse_factor(text, parameters, cursor, right)
       if (allocated(cursor%problem)) exit
-      left = value
-      if (operator == '*') call safe_product(left, right, value, what)
-      if (operator == '/') call safe_quotient(left, right, value, what)
+      if (operator == '*') call safe_product((value), right, value, what)
+      if (operator == '/') call safe_quotient((value), right, value, what)
       call settle(cursor, at, what)
     end do
   end subroutine parse_product
@@ -157,7 +155,7 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(cursor_t), intent(inout) :: cursor !! where the evaluation stands
     real(wp), intent(out) :: value !! value of the factor
-    real(wp) :: base, exponent
+    real(wp) :: exponent
     character(:), allocatable :: what
     integer :: at
 
@@ -179,10 +177,9 @@ contains
       at = cursor%i
       if (.not. allocated(cursor%problem) .and. peek(text, cursor) == '^') then
         cursor%i = at + 1
-        base = value
         call parse_factor(text, parameters, cursor, exponent)
         if (.not. allocated(cursor%problem)) then
-          call safe_power(base, exponent, value, what)
+          call safe_power((value), exponent, value, what)
           call settle(cursor, at, what)
         end if
       end if
@@ -362,13 +359,14 @@ contains
     integer, intent(in) :: position !! first letter of the name
     character(*), intent(in) :: name !! name of the function
     integer, intent(in) :: arguments !! number of arguments found
-    logical :: several
 
-    several = any(name == ['min', 'max'])
-    if (several .and. arguments < 2) &
-      call fail(cursor, position, ''''//name//''' with one argument', 'write '//name//'(a,b,...)')
-    if (.not. several .and. arguments > 1) call fail(cursor, position, ''''//name//''' with '// &
-      to_text(arguments)//' arguments', 'it takes one: '//name//'(a)')
+    if (name == 'min' .or. name == 'max') then
+      if (arguments < 2) call fail(cursor, position, ''''//name//''' with one argument', &
+                                   'write '//name//'(a,b,...)')
+    else if (arguments > 1) then
+      call fail(cursor, position, ''''//name//''' with '//to_text(arguments)//' arguments', &
+                'it takes one: '//name//'(a)')
+    end if
   end subroutine check_arguments
 
   !> Says that there is no such function, and which is near.

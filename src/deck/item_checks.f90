@@ -107,6 +107,8 @@ contains
       if (item%value <= 0.0_wp) wanted = 'a number greater than 0'
     case (kind_not_negative)
       if (item%value < 0.0_wp) wanted = 'a number not less than 0'
+    case default
+      continue
     end select
     good = len(wanted) == 0
     if (.not. good) call report_error(diagnostics, item%at, &

@@ -73,7 +73,8 @@ contains
     do i = 1, table%count
       associate (command => table%commands(i))
         if (command%table /= which) cycle
-        t = t//'  '//command%name//trim(command%summary)//unavailable(command%available)//new_line('a')
+        t = t//'  '//command%name//trim(command%summary)// &
+          unavailable(command%available)//new_line('a')
       end associate
     end do
   end function summaries

@@ -63,11 +63,14 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
     type(record_t), intent(out) :: record !! its items; words, quoted or empty, not yet evaluated
     integer, intent(out) :: status !! one of the constants above
-    integer :: depth
+    integer :: depth, count
+    logical :: joining
 
     call start_scan(reader%scan)
     do
       depth = reader%depth
+      joining = reader%scan%continued
+      count = reader%scan%count
       if (.not. next_line(reader, diagnostics)) exit
       if (reader%scan%continued .and. reader%depth < depth) then
         ! nothing is joined across the end of a file: this line is read again
@@ -76,6 +79,10 @@ contains
       end if
       call scan_current(reader, diagnostics)
       if (reader%scan%fault /= 0) exit
+      ! a comment line between joined lines is skipped
+      if (joining .and. reader%scan%count == count .and. reader%scan%comment) then
+        reader%scan%continued = .true.
+      end if
       if (reader%scan%continued) cycle
       if (reader%scan%count > 0 .or. .not. reader%scan%comment) exit
     end do

@@ -78,8 +78,9 @@ contains
     if (number > 0) return
     kind = starts_data
     if (names) return
-    if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) &
+    if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) then
       kind = starts_nothing
+    end if
   end subroutine classify
 
   !> Closes the open set and starts another.

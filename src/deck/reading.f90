@@ -7,7 +7,8 @@ module reading
   use line_reader, only: line_reader_t, next_record, open_include, status_record
   implicit none
   private
-  public :: reading_t, set_list_t, fetch_record, push_back, append_record, append_set, take_sets, move_record
+  public :: reading_t, set_list_t, fetch_record, push_back, append_record, append_set, &
+    take_sets, move_record
 
   !> Data sets gathered so far.
   type :: set_list_t

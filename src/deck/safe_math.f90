@@ -129,6 +129,7 @@ contains
     case ('asind'); value = asin(x)*180.0_wp/pi
     case ('acosd'); value = acos(x)*180.0_wp/pi
     case ('atand'); value = atan(x)*180.0_wp/pi
+    case default; problem = 'there is no function '''//name//''''
     end select
   end subroutine apply_function
 
@@ -153,6 +154,8 @@ contains
       if (x < -largest_exponent .and. name /= 'exp') problem = call_text//' overflows'
     case ('tand')
       if (abs(modulo(x, 180.0_wp) - 90.0_wp) <= 0.0_wp) problem = call_text//' is infinite'
+    case default
+      continue
     end select
   end function domain_problem
 

@@ -25,7 +25,7 @@ module signatures
   character(1), parameter :: kind_file = 'f' !! name of a file
   character(1), parameter :: kind_any = 'a' !! any text (a label)
   character(1), parameter :: kind_node_list = 'l' !! node number or TO
-  character(1), parameter :: kind_choice = 'c' !! one of the words that the label lists, parted by commas
+  character(1), parameter :: kind_choice = 'c' !! one of the words in the label, parted by commas
   character(1), parameter :: kind_keyword = 'k' !! the keyword itself
   character(1), parameter :: kind_nothing = '-' !! a field that stays empty
   character(1), parameter :: kind_exact = 'x' !! one certain integer

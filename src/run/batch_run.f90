@@ -124,9 +124,14 @@ contains
       case ('next')
         call turn_loop(commands, next, turns, run)
       case ('disp')
-        call print_displacements(command, model, state, files%log, error)
+        if (run%converged) call close_increment(run, model, system, state, files, monitor, &
+          terminal, error)
+        if (.not. allocated(error)) call print_displacements(command, model, state, files%log, &
+          error)
       case ('reac')
-        call print_reactions(command, model, state, files%log, error)
+        if (run%converged) call close_increment(run, model, system, state, files, monitor, &
+          terminal, error)
+        if (.not. allocated(error)) call print_reactions(command, model, state, files%log, error)
       end select
     end associate
   end subroutine run_command

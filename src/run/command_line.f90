@@ -1,6 +1,6 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
-  use text, only: edit_distance
+  use text, only: edit_distance, lower
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   implicit none
@@ -18,7 +18,6 @@ module command_line
   type :: options_t
     character(:), allocatable :: deck !! path of the deck
     character(:), allocatable :: folder !! where files are written; empty: the working directory
-    character(:), allocatable :: solver !! back end, empty if not given
     character(:), allocatable :: topic !! keyword of --help, empty for all
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
@@ -38,7 +37,6 @@ contains
 
     options%deck = ''
     options%folder = ''
-    options%solver = ''
     options%topic = ''
     allocate (options%overrides(0))
     i = 1
@@ -127,7 +125,8 @@ contains
     integer :: equals, n
 
     if (name == '--out') options%folder = value
-    if (name == '--solver') options%solver = value
+    if (name == '--solver') call check_solver(value, error)
+    if (allocated(error)) return
     if (name /= '--set') return
     equals = index(value, '=')
     if (equals < 2 .or. equals == len(value)) then
@@ -142,6 +141,25 @@ contains
     longer(n + 1)%value = value(equals + 1:)
     call move_alloc(longer, options%overrides)
   end subroutine keep_value
+
+  !> Back ends of this version; the first four letters count, as in the deck.
+  subroutine check_solver(value, error)
+    character(*), intent(in) :: value !! what --solver asks for
+    type(error_t), allocatable, intent(out) :: error !! unknown or not available
+    character(4) :: word
+
+    word = lower(value)
+    select case (word)
+    case ('auto', 'umfp')
+      return
+    case ('chol', 'redu')
+      call raise(error, exit_deck, 'command line: error: the solver '//value// &
+        ' is not available in this version'//new_line('a')//'  use --solver AUTO or UMFPACK')
+    case default
+      call raise(error, exit_deck, 'command line: error: unknown solver '//value// &
+        new_line('a')//'  use --solver AUTO or UMFPACK')
+    end select
+  end subroutine check_solver
 
   !> The known option that looks most like a word.
   function nearest_option(name) result(best)

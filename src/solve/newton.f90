@@ -60,13 +60,13 @@ contains
     type(newton_t), intent(inout) :: progress !! counts on
 
     call form_residual(system, x)
-    call estimate_round_off(system, x)
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%since_lowest = 0
     progress%energy_met = .false.
     progress%outcome = outcome_going_on
     do
+      call estimate_round_off(system, x)
       if (is_converged(system, settings, progress)) progress%outcome = outcome_converged
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
