@@ -73,6 +73,8 @@ contains
       call residual(d(d03_epsilon), c, e)
       call tangent(d, c, e)
     case (task_stick_tangent)
+      c%g_new = c%g
+      c%tip = e%h1
       call residual(d(d03_epsilon), c, e)
       call stick_tangent(d(d03_epsilon), e)
     case (task_residual)

@@ -110,13 +110,16 @@ contains
     type(iteration_t) :: report
     real(wp) :: begin, length
     integer :: outcome
-    logical :: dropped
+    real(wp) :: start
+    logical :: dropped, turned
 
     begin = wall_seconds()
     if (any(system%weak)) then
       call drop_bodies(x, system, dropped)
       if (dropped) call form_residual(system, x)
     end if
+    start = residual_norm(system)
+    turned = any(sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp)
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)
@@ -132,9 +135,9 @@ contains
     call spread_direction(system)
     call multiply(system%bulk_matrix, system%du, system%bulk_change)
     if (any(system%grounded)) then
-      call approach(system, x, length)
+      call approach(system, x, start, length)
     else
-      call search_line(system, x, length)
+      call search_line(system, x, start, turned, length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
       .not. any(system%grounded) .and. &
@@ -163,9 +166,10 @@ contains
   end subroutine spread_direction
 
   !> A step with grounded bodies goes to the next touch and no further.
-  subroutine approach(system, x, length)
+  subroutine approach(system, x, start, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
     real(wp), intent(out) :: length !! share of du
 
     length = closing_length(x, system)
@@ -173,7 +177,7 @@ contains
       call form_trial(system, x, length)
       call take_trial(system, length)
     else
-      call search_line(system, x, length)
+      call search_line(system, x, start, .false., length)
     end if
   end subroutine approach
 
@@ -187,21 +191,22 @@ contains
   end subroutine take_trial
 
   !> Backtracking on the residual norm; if no length lowers it enough, the best one is taken.
-  subroutine search_line(system, x, length)
+  subroutine search_line(system, x, start, full, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
+    logical, intent(in) :: full !! take the full step whatever its residual
     real(wp), intent(out) :: length !! accepted share of du
-    real(wp) :: norm, start, best, best_length
+    real(wp) :: norm, best, best_length
     integer :: halving
 
-    start = residual_norm(system)
     best = huge(1.0_wp)
     best_length = 1.0_wp
     length = 1.0_wp
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       norm = residual_norm(system)
-      if (norm <= (1.0_wp - sufficient_decrease*length)*start) exit
+      if (full .or. norm <= (1.0_wp - sufficient_decrease*length)*start) exit
       if (norm < best) then
         best = norm
         best_length = length

@@ -71,6 +71,7 @@ contains
     end do
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
+    call gather_right(system, 0.0_wp)
     if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
     call end_cost(system%costs, cost_contact_tangent)
