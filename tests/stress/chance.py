@@ -5,7 +5,7 @@ A scene depends on its seed only, so any one can be run again by its number.
 import math
 import random
 
-from scene import Deck, Body, Scene, number, rotate
+from scene import Deck, Body, Scene, clearance, number, rotate
 
 
 class Maker:
@@ -45,6 +45,7 @@ class Maker:
         far = max(abs(v) for x in deck.x for v in x)
         scene = Scene(f'random {self.seed}', deck, 'random', balance=self.balance, mus=self.mus,
                       factor=far)
+        scene.floor = 1e-5*self.young*self.scale**2
         scene.notes = ', '.join(self.notes)
         return scene
 
@@ -82,8 +83,6 @@ class Maker:
             if kind == 'ridge':
                 return -3*amount*abs(x - 0.47*span[0])
             return 0.0
-        self.height = (lambda x, y: 0.0) if kind == 'rough' else height
-        self.rough = amount if kind == 'rough' else 0.0
 
         def shape(x, unit):
             return [s*x[0], s*x[1], s*(x[2] + unit[2]*height(x[0], x[1]))]
@@ -109,25 +108,23 @@ class Maker:
         middle = (1.2 + 1.7*k + draw.uniform(-0.1, 0.1), 1.3 + draw.uniform(-0.1, 0.1))
         bulge = draw.choice((0.0, 0.0, draw.uniform(0.0, 0.05)))
         gap = draw.choice((0.0, 0.0, draw.uniform(0.0, 0.01), -draw.uniform(0.0, 0.003)))
-        level = max(self.height(middle[0] + a*size[0]/2, middle[1] + b*size[1]/2)
-                    for a in (-1, 0, 1) for b in (-1, 0, 1)) + self.rough + gap
-
         def shape(x, unit):
             u, v = rotate(x[0], x[1], angle)
             drop = bulge*(1 - unit[2])*((2*unit[0] - 1)**2 + (2*unit[1] - 1)**2)
-            return [s*(middle[0] + u), s*(middle[1] + v), s*(level + x[2] + drop)]
+            return [s*(middle[0] + u), s*(middle[1] + v), s*(1.0 + x[2] + drop)]
         young = self.young*10.0**draw.uniform(-0.5, 0.5)
         material = deck.elastic(young, draw.uniform(0.0, 0.45))
         name = f'block{k + 1}'
         body = Body(deck, name, cells, (-size[0]/2, -size[1]/2, 0.0),
                     (size[0]/2, size[1]/2, size[2]), material, shape, draw.choice((0.0, 0.2)), draw)
+        down = clearance(deck, body, self.base_body) - s*gap
+        for x in deck.x[body.first - 1:]:
+            x[2] -= down
         body.size, body.middle, body.young = size, middle, young
         deck.surface(name + '_sole', body.layer(0))
         self.signs[name] = {}
-        if k == 0:
-            self.first_block = body
         dead = self.chance(0.25)
-        self.drive(body, dead, max(gap, 0.0) + self.rough)
+        self.drive(body, dead, max(gap, 0.0))
         self.pair(f'pair{k + 1}', (name, name + '_sole', 'base', 'track'), size)
 
     def pair(self, label, sides, size):

@@ -4,6 +4,7 @@ import os
 import re
 import statistics
 
+CUT = re.compile(r'^step +\d+ cut: ', re.MULTILINE)
 CONVERGED = re.compile(r'increment +\d+ converged:.* solves +(\d+)')
 
 
@@ -22,7 +23,7 @@ class Outcome:
         self.con = table(self.texts.get('con', ''), 3)
         log = self.texts.get('log', '')
         self.solves = [int(n) for n in CONVERGED.findall(log)]
-        self.cuts = log.count('  cut: ')
+        self.cuts = len(CUT.findall(log))
 
     def rows(self, which, name):
         """Rows of one set or pair in order of time: (time, [values])."""
@@ -122,7 +123,7 @@ def imbalance(outcome, scene):
             for pair, sign in signs.items():
                 total = [a + sign*b for a, b in zip(total, pairs[pair][5:8])]
                 scale += pairs[pair][3]
-            ratio = math.dist(total, (0, 0, 0))/max(scale, 1e-3*top, 1e-300)
+            ratio = math.dist(total, (0, 0, 0))/max(scale, 1e-3*top, scene.floor)
             if ratio > worst:
                 worst, where = ratio, f'{name} at time {time:g}'
     return worst, where

@@ -49,6 +49,16 @@ class Body:
         nx, ny, _ = self.cells
         return self.first + i + (nx + 1)*(j + (ny + 1)*k)
 
+    def facets(self, k):
+        """Triangles of layer k as node triples (those of the tetrahedra's faces)."""
+        nx, ny, nz = self.cells
+        k = nz if k < 0 else k
+        for j in range(ny):
+            for i in range(nx):
+                corner = [self.node(i + a, j + b, k) for a, b, _ in CORNERS[:4]]
+                for triangle in ((0, 1, 2), (0, 2, 3)):
+                    yield [corner[m] for m in triangle]
+
     def layer(self, k):
         """Nodes of layer k, -1 for the uppermost."""
         nx, ny, nz = self.cells
@@ -59,13 +69,9 @@ class Body:
         """Share of the area of layer k that belongs to each of its nodes (undistorted grid)."""
         nx, ny, _ = self.cells
         weights = {}
-        for j in range(ny):
-            for i in range(nx):
-                corner = [self.node(i + a, j + b, k if k >= 0 else self.cells[2])
-                          for a, b, _ in CORNERS[:4]]
-                for triangle in ((0, 1, 2), (0, 2, 3)):
-                    for m in triangle:
-                        weights[corner[m]] = weights.get(corner[m], 0.0) + 1.0/(6.0*nx*ny)
+        for triangle in self.facets(k):
+            for node in triangle:
+                weights[node] = weights.get(node, 0.0) + 1.0/(6.0*nx*ny)
         return weights
 
 
@@ -179,6 +185,26 @@ class Deck:
         return out + ['']
 
 
+def clearance(deck, upper, lower):
+    """Least height of an upper surface over a lower one, at the nodes of either."""
+    def over(points, triangles, sign):
+        least = math.inf
+        for p in points:
+            for a, b, c in triangles:
+                area = (b[0] - a[0])*(c[1] - a[1]) - (b[1] - a[1])*(c[0] - a[0])
+                u = ((p[0] - a[0])*(c[1] - a[1]) - (p[1] - a[1])*(c[0] - a[0]))/area
+                v = ((b[0] - a[0])*(p[1] - a[1]) - (b[1] - a[1])*(p[0] - a[0]))/area
+                if min(u, v, 1.0 - u - v) >= -1e-9:
+                    z = a[2] + u*(b[2] - a[2]) + v*(c[2] - a[2])
+                    least = min(least, sign*(p[2] - z))
+        return least
+    sides = []
+    for body, k in ((upper, 0), (lower, -1)):
+        sides.append(([deck.x[n - 1] for n in body.layer(k)],
+                      [[deck.x[n - 1] for n in triangle] for triangle in body.facets(k)]))
+    return min(over(sides[0][0], sides[1][1], 1.0), over(sides[1][0], sides[0][1], -1.0))
+
+
 class Scene:
     """A deck, what it should end with, and how its result is judged."""
 
@@ -190,6 +216,7 @@ class Scene:
         self.wanted = wanted            # largest error allowed
         self.balance = balance or []    # (sets, {pair: sign}, load function of time) for a body
         self.balance_wanted = 1e-9      # of Fn
+        self.floor = 1e-300             # forces below are round-off
         self.mus = mus or {}            # pair: (mu1, mu2)
         self.factor = factor            # size of the model, for round-off
         self.notes = ''
