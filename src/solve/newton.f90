@@ -32,10 +32,13 @@ module newton
   integer, parameter :: most_halvings = 8
   !> Iterations in a row without a new lowest residual after which the solve has stalled.
   integer, parameter :: patience = 12
-  !> The residual counts as round-off below this many times its estimate.
+  !> Below this many times the estimate of its round-off the residual is converged as soon as an
+  !! iteration does not halve it any more.
   real(wp), parameter :: round_off_factor = 8.0_wp
+  !> Below this share of the estimate it is converged at once.
+  real(wp), parameter :: round_off_share = 0.1_wp
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
-  real(wp), parameter :: residual_share = 0.1_wp
+  real(wp), parameter :: residual_share = 1.0e-3_wp
 
   !> Progress of the iteration within one increment.
   type :: newton_t
@@ -44,6 +47,7 @@ module newton
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     integer :: since_lowest = 0 !! iterations since then
+    logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
   end type newton_t
@@ -64,6 +68,7 @@ contains
     progress%lowest = residual_norm(system)
     progress%since_lowest = 0
     progress%energy_met = .false.
+    progress%halved = .true.
     progress%outcome = outcome_going_on
     do
       call estimate_round_off(system, x)
@@ -86,10 +91,11 @@ contains
     type(system_t), intent(in) :: system !! residual formed
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
-    real(wp) :: norm
+    real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-    if (norm <= round_off_factor*system%round_off) then
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved)
+    if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
       converged = norm <= settings%residual_tolerance*force_norm(system)
@@ -142,6 +148,7 @@ contains
     progress%energy_met = length >= 1.0_wp .and. &
       .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
+    progress%halved = residual_norm(system) <= 0.5_wp*start
     if (residual_norm(system) < progress%lowest) then
       progress%lowest = residual_norm(system)
       progress%since_lowest = 0

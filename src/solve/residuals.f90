@@ -115,7 +115,7 @@ contains
       if (system%contact%routine(k) == routine_none) cycle
       associate (nodes => system%contact%ix(1:4, k))
         terms = terms + (system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes)) + abs(system%u(:, nodes))))**2
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))**2
       end associate
     end do
     system%round_off = machine_epsilon*sqrt(terms)

@@ -125,13 +125,14 @@ class Maker:
         self.signs[name] = {}
         dead = self.chance(0.25)
         self.drive(body, dead, max(gap, 0.0))
-        self.pair(f'pair{k + 1}', (name, name + '_sole', 'base', 'track'), size)
+        # Under a dead load three nodes must touch: the sole's, for the base may have none below it.
+        self.pair(f'pair{k + 1}', (name, name + '_sole', 'base', 'track'), size, not dead)
 
-    def pair(self, label, sides, size):
+    def pair(self, label, sides, size, both=True):
         """A pair with a random law; now and then the master is the upper side."""
         draw = self.draw
         upper, upper_surface, lower, lower_surface = sides
-        turned = self.chance(0.2)
+        turned = self.chance(0.2) and both
         slave, master = (lower_surface, upper_surface) if turned else (upper_surface, lower_surface)
         k = 10.0**draw.uniform(-1, 3)
         if self.chance(0.5):
