@@ -33,7 +33,8 @@ contains
     integer :: p
 
     if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
-    allocate (pair%left(size(pair%nodes)), pair%moves(size(pair%nodes)), source=0)
+    pair%left = spread(0, 1, size(pair%nodes))
+    pair%moves = pair%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
     do p = 1, size(pair%nodes)
       call seek(pair, x, x, p, pair%old(p))

@@ -146,7 +146,6 @@ contains
       call search_line(system, x, start, turned, length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
-      .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
     if (residual_norm(system) < progress%lowest) then
