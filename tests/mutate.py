@@ -48,7 +48,10 @@ def scaled(rng, number):
     """A number near the one that stands there."""
     try:
         value = float(number.lower().replace('d', 'e'))
-    except ValueError:
+        int(value)
+    except (ValueError, OverflowError):
+        return number
+    if abs(value) > 1e300:
         return number
     return rng.choice([repr(-value), repr(value*rng.choice([0.1, 0.5, 2, 3])), str(int(value) + 1),
                        str(int(value) - 1)])

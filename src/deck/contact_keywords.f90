@@ -18,7 +18,7 @@ contains
                   available=.false.)
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
                   'per slave node, per area, or from the stiffness')
-    call add_word(t, 'FRICtion', 'NONE | COULomb z:mu | ELLIptic q:mu1 q:mu2', 'friction law')
+    call add_word(t, 'FRICtion', 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2', 'friction law')
     call add_word(t, 'DIREction', 'MATErial ANGLe r:phi r:v1 r:v2 r:v3 '// &
                   '| ANGLe r:phi r:v1 r:v2 r:v3 | MATErial r:v1 r:v2 r:v3 | r:v1 r:v2 r:v3 '// &
                   '| ~CIRCumferential r:x... | ~RADIal r:x... '// &

@@ -38,7 +38,8 @@ contains
 
     call add_file(diagnostics%source, path, problem)
     if (allocated(problem)) then
-      call raise(error, exit_deck, 'cannot read the deck '''//path//''': '//problem)
+      call raise(error, exit_deck, 'command line: error: cannot read the deck '''//path// &
+        ''': '//problem)
       return
     end if
     call read_source(overrides, deck, diagnostics)

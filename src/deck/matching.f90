@@ -47,6 +47,8 @@ contains
     n = size(signature%alternatives)
     alive = .false.
     alive(:n) = .true.
+    if (starts_with_parameter(record, match, parameters)) call keep_fitting(record, signature, &
+      match, alive(:n))
     good = .true.
     do k = match%first, item_count(record)
       do i = 1, n
@@ -73,6 +75,37 @@ contains
     end do
     call check_complete(record, signature, alive(:n), match, diagnostics, good)
   end subroutine match_record
+
+  !> The first item is a word that could be a name, and a parameter has this name, too.
+  logical function starts_with_parameter(record, match, parameters) result(yes)
+    type(record_t), intent(in) :: record !! the record
+    type(match_t), intent(in) :: match !! which record this is
+    type(parameter_t), intent(in) :: parameters(:) !! parameters there are
+
+    yes = .false.
+    if (item_count(record) < match%first) return
+    if (record%items(match%first)%kind /= item_word) return
+    yes = find_parameter(parameters, record%items(match%first)%text) > 0
+  end function starts_with_parameter
+
+  !> Leaves only the ways that take as many items as there are; all of them if none does.
+  pure subroutine keep_fitting(record, signature, match, alive)
+    type(record_t), intent(in) :: record !! the record
+    type(signature_t), intent(in) :: signature !! what it takes
+    type(match_t), intent(in) :: match !! which record this is
+    logical, intent(inout) :: alive(:) !! ways that are possible
+    logical :: fits(size(alive))
+    integer :: i, n
+
+    n = item_count(record) - match%first + 1
+    do i = 1, size(alive)
+      associate (tokens => signature%alternatives(i)%tokens)
+        fits(i) = n >= count(.not. tokens%optional)
+        if (n > size(tokens)) fits(i) = fits(i) .and. any(tokens%repeated)
+      end associate
+    end do
+    if (any(fits)) alive = alive .and. fits
+  end subroutine keep_fitting
 
   !> Number of the token of the k-th item in one alternative; 0 where nothing may stand.
   pure integer function token_number(tokens, k) result(number)

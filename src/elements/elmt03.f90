@@ -11,7 +11,7 @@ module elmt03
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_stick, status_slip
-  use friction_return, only: return_map, return_t
+  use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
   public :: elmt03_mfec
@@ -191,11 +191,7 @@ contains
     real(wp) :: b(3, 12), dg(3, 12), row(12)
     integer :: k
 
-    if (e%status == status_open) then
-      e%s = 0.0_wp
-      return
-    end if
-    if (e%status == status_stick) then
+    if (e%status /= status_slip) then
       call stick_tangent(d(d03_epsilon), e)
       return
     end if
@@ -215,12 +211,16 @@ contains
     e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
   end subroutine tangent
 
-  !> K = eps B^T B at the old tip.
+  !> K = eps B^T B at the old tip; zero for an open point.
   pure subroutine stick_tangent(epsilon, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(element_t), intent(inout) :: e !! gets s
     real(wp) :: b(3, 12)
 
+    if (e%status == status_open) then
+      e%s = 0.0_wp
+      return
+    end if
     b = gap_operator(e%h1)
     e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
   end subroutine stick_tangent
@@ -288,7 +288,7 @@ contains
     e%stress(7:9) = c%p(:, 1)
     if (e%status == status_open) return
     ratio = 0.0_wp
-    where (mu > 0.0_wp) ratio = c%back%s/mu
+    where (has_friction(mu)) ratio = c%back%s/mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
     e%stress(6) = norm2(ratio) - abs(c%g_n)

@@ -6,8 +6,10 @@ module friction_return
   use kinds, only: wp
   implicit none
   private
-  public :: return_map, return_t
+  public :: return_map, return_t, has_friction
 
+  !> Coefficients up to this are no friction: dividing by them would overflow.
+  real(wp), parameter :: no_friction = 1.0e-30_wp
   !> Below this ratio of the cone's radius to the trial slip the cone is a point.
   real(wp), parameter :: point_cone = 1.0e-100_wp
   !> Relative change of the multiplier at which its iteration ends.
@@ -33,7 +35,7 @@ contains
     integer, intent(in) :: rule !! slip rule m: 0, 1 or 2
     type(return_t), intent(out) :: back !! the mapped state and its derivatives
 
-    if (all(mu > 0.0_wp)) then
+    if (all(has_friction(mu))) then
       if (norm2(s/mu) <= rho) then
         call stick(s, back)
       else
@@ -43,6 +45,13 @@ contains
       call axis_without_friction(s, rho, mu, back)
     end if
   end subroutine return_map
+
+  !> An axis with this coefficient carries friction at all.
+  elemental logical function has_friction(mu)
+    real(wp), intent(in) :: mu !! principal coefficient
+
+    has_friction = mu > no_friction
+  end function has_friction
 
   !> Inside the cone nothing is mapped.
   pure subroutine stick(s, back)
@@ -65,7 +74,7 @@ contains
 
     back%slip = .true.
     do i = 1, 2
-      if (mu(i) <= 0.0_wp) cycle
+      if (.not. has_friction(mu(i))) cycle
       if (abs(s(i)) > mu(i)*rho) then
         back%r(i) = sign(mu(i), s(i))
         back%s(i) = back%r(i)*rho

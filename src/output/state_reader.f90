@@ -309,6 +309,12 @@ contains
     call read_block(file, pair_group(pair%number)//'/coupled', state%pairs(index)%coupled, slot, &
       error)
     if (allocated(error)) return
+    if (any(host < 0 .or. host > size(pair%facets, 2)) .or. &
+      any(state%pairs(index)%coupled < 0 .or. &
+      state%pairs(index)%coupled > size(pair%facets, 2))) then
+      call raise(error, exit_deck, 'facet out of range')
+      return
+    end if
     allocate (state%pairs(index)%points(size(host)))
     do i = 1, size(host)
       state%pairs(index)%points(i)%host = host(i)

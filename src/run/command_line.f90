@@ -1,6 +1,6 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
-  use text, only: edit_distance
+  use text, only: edit_distance, lower
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   implicit none
@@ -19,7 +19,6 @@ module command_line
   type :: options_t
     character(:), allocatable :: deck !! path of the deck
     character(:), allocatable :: folder !! where files are written; empty: the working directory
-    character(:), allocatable :: solver !! back end, empty if not given
     character(:), allocatable :: topic !! keyword of --help, empty for all
     character(:), allocatable :: restart !! results file to go on from, empty for none
     integer :: step = 0 !! end time in that file, 0 for the last
@@ -41,7 +40,6 @@ contains
 
     options%deck = ''
     options%folder = ''
-    options%solver = ''
     options%topic = ''
     options%restart = ''
     allocate (options%overrides(0))
@@ -138,8 +136,8 @@ contains
     if (name == '--out') options%folder = value
     if (name == '--restart') options%restart = value
     if (name == '--step') call keep_step(value, options, error)
+    if (name == '--solver') call check_solver(value, error)
     if (allocated(error)) return
-    if (name == '--solver') options%solver = value
     if (name /= '--set') return
     equals = index(value, '=')
     if (equals < 2 .or. equals == len(value)) then
@@ -169,6 +167,25 @@ contains
     call raise(error, exit_deck, 'command line: error: --step '//value//new_line('a')// &
       '  --step wants the number of an end time, 1 or more; without it the last one is taken')
   end subroutine keep_step
+
+  !> Back ends of this version; the first four letters count, as in the deck.
+  subroutine check_solver(value, error)
+    character(*), intent(in) :: value !! what --solver asks for
+    type(error_t), allocatable, intent(out) :: error !! unknown or not available
+    character(4) :: word
+
+    word = lower(value)
+    select case (word)
+    case ('auto', 'umfp')
+      return
+    case ('chol', 'redu')
+      call raise(error, exit_deck, 'command line: error: the solver '//value// &
+        ' is not available in this version'//new_line('a')//'  use --solver AUTO or UMFPACK')
+    case default
+      call raise(error, exit_deck, 'command line: error: unknown solver '//value// &
+        new_line('a')//'  use --solver AUTO or UMFPACK')
+    end select
+  end subroutine check_solver
 
   !> The known option that looks most like a word.
   function nearest_option(name) result(best)

@@ -5,7 +5,8 @@ module run_monitor
   use text, only: to_text
   use monitors, only: monitor_t, iteration_t
   use terminal, only: terminal_t, show_progress
-  use run_log, only: log_t, log_iteration_t, log_iteration, log_line
+  use run_log, only: log_t, log_iteration_t, log_iteration, log_line, &
+    log_warning, log_cut
   implicit none
   private
   public :: run_monitor_t
@@ -22,6 +23,8 @@ module run_monitor
   contains
     procedure :: iteration => take_iteration !! one line of the log
     procedure :: event => take_event !! one line of the log
+    procedure :: warning => take_warning !! one line of the log
+    procedure :: cut => take_cut !! one line of the log
   end type run_monitor_t
 
 contains
@@ -62,4 +65,28 @@ contains
     if (associated(self%log)) call log_line(self%log, text, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_event
+
+  !> Logs a warning.
+  subroutine take_warning(self, text)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    character(*), intent(in) :: text !! the warning
+    type(error_t), allocatable :: error
+
+    if (associated(self%log)) call log_warning(self%log, text, error)
+    if (allocated(error)) call move_alloc(error, self%trouble)
+  end subroutine take_warning
+
+  !> Logs a cut.
+  subroutine take_cut(self, time, old_size, new_size, reason)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    real(wp), intent(in) :: time !! time of the last converged increment
+    real(wp), intent(in) :: old_size !! increment that failed
+    real(wp), intent(in) :: new_size !! increment tried next
+    character(*), intent(in) :: reason !! why it failed
+    type(error_t), allocatable :: error
+
+    if (associated(self%log)) &
+      call log_cut(self%log, self%step, time, old_size, new_size, reason, error)
+    if (allocated(error)) call move_alloc(error, self%trouble)
+  end subroutine take_cut
 end module run_monitor

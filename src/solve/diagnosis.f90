@@ -52,7 +52,7 @@ contains
       call free_motion(model%mesh%x, system, b, .false., free, motion)
       if (.not. free) cycle
       if (in_a_pair(model, system, b)) then
-        call monitor%event('warning: '//body_name(model, system, b)//' is held by contact alone')
+        call monitor%warning(body_name(model, system, b)//' is held by contact alone')
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
           describe_body(model, system, b))

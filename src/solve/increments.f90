@@ -6,7 +6,7 @@ module increments
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
   use residuals, only: form_residual, residual_norm
-  use newton, only: newton_t, solve_frozen, outcome_converged
+  use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -41,6 +41,10 @@ contains
       if (changes == 0) exit
       call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
     end do
+    if (pass > settings%most_passes) then
+      progress%outcome = outcome_stalled
+      return
+    end if
     call accept(model, system, state, time)
   end subroutine solve_increment
 

@@ -26,12 +26,15 @@ module monitors
   contains
     procedure(report_iteration), deferred :: iteration !! after each iteration
     procedure(report_event), deferred :: event !! anything else worth a line in the log
+    procedure(report_event), deferred :: warning !! what the user should look at
+    procedure(report_cut), deferred :: cut !! an increment has been cut
   end type monitor_t
 
   abstract interface
     !> Takes the report of one iteration.
     subroutine report_iteration(self, report)
       import :: monitor_t, iteration_t
+      implicit none
       class(monitor_t), intent(inout) :: self !! the receiver
       type(iteration_t), intent(in) :: report !! the iteration
     end subroutine report_iteration
@@ -39,8 +42,20 @@ module monitors
     !> Takes one line of text.
     subroutine report_event(self, text)
       import :: monitor_t
+      implicit none
       class(monitor_t), intent(inout) :: self !! the receiver
       character(*), intent(in) :: text !! one line
     end subroutine report_event
+
+    !> Takes the report of a cut.
+    subroutine report_cut(self, time, old_size, new_size, reason)
+      import :: monitor_t, wp
+      implicit none
+      class(monitor_t), intent(inout) :: self !! the receiver
+      real(wp), intent(in) :: time !! time of the last converged increment
+      real(wp), intent(in) :: old_size !! increment that failed
+      real(wp), intent(in) :: new_size !! increment tried next
+      character(*), intent(in) :: reason !! why it failed
+    end subroutine report_cut
   end interface
 end module monitors

@@ -53,9 +53,17 @@ contains
         return
       end if
       part = part/2
-      call monitor%event('  cut: '//reason(progress%outcome)//'; the increment becomes 1/' &
-        //to_text(finest/part)//' of the step, from time '//to_text(state%time, 12))
+      call monitor%cut(state%time, 2.0_wp*size_of(part), size_of(part), reason(progress%outcome))
     end do
+
+  contains
+
+    !> An increment of so many parts.
+    real(wp) function size_of(parts)
+      integer, intent(in) :: parts !! number of parts
+
+      size_of = (end_time - begin)*(real(parts, wp)/real(finest, wp))
+    end function size_of
   end subroutine advance
 
   !> A shorter increment cannot help.
