@@ -7,7 +7,8 @@ module batch_run
   use model_types, only: model_t
   use system_types, only: system_t, state_t, settings_t
   use contact_system, only: load_contact, couple, move_hosts
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many
+  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many, &
+    outcome_stopped
   use increments, only: begin_at, choose_start, accept
   use residuals, only: estimate_round_off
   use stepping, only: advance, raise_outcome
@@ -205,6 +206,11 @@ contains
         if (run%position%found) return
         cycle
       end if
+      if (stop_requested()) then
+        run%progress%outcome = outcome_stopped
+        call raise_outcome(model, system, state, run%progress, state%time, error)
+        return
+      end if
       monitor%step = state%step + 1
       seconds = wall_seconds()
       call advance(model, system, state, end_time, run%settings, monitor, error)
@@ -301,7 +307,9 @@ contains
     call estimate_round_off(system, model%mesh%x)
     call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
       run%progress)
-    if (run%progress%outcome /= outcome_going_on .or. stop_requested()) then
+    if (run%progress%outcome == outcome_going_on .and. stop_requested()) &
+      run%progress%outcome = outcome_stopped
+    if (run%progress%outcome /= outcome_going_on) then
       call raise_outcome(model, system, state, run%progress, run%pending_time, error)
       return
     end if
