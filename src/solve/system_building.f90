@@ -112,6 +112,7 @@ contains
     end do
     system%first_point(size(model%pairs) + 1) = n + 1
     call allocate_list(system%contact, n, n)
+    allocate (system%hosts(n), system%coupled_hosts(n), source=0)
     system%contact%nel = 4
     system%contact%set = [(k, k=1, n)]
   end subroutine list_contact
