@@ -144,7 +144,7 @@ contains
 
     facet = 0
     distance = huge(1.0_wp)
-    if (size(facets, 2) == 0) return
+    if (tree%boxes == 0) return
     waiting(1) = 1
     n = 1
     do while (n > 0)
