@@ -42,7 +42,7 @@ contains
     if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
     pair%slots = slots_with_folds
     pair%nodes = [pair%nodes, pair%nodes, pair%nodes]
-    pair%area = [pair%area, pair%area, pair%area]
+    if (allocated(pair%area)) pair%area = [pair%area, pair%area, pair%area]
     pair%epsilon = [pair%epsilon, pair%epsilon, pair%epsilon]
     if (allocated(pair%old)) deallocate (pair%old)
     if (allocated(pair%new)) deallocate (pair%new)
