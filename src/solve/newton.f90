@@ -94,7 +94,8 @@ contains
     real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-    floor_factor = merge(round_off_share, round_off_factor, progress%halved)
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
+      system%contact%n > 0)
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
