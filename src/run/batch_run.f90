@@ -54,6 +54,8 @@ contains
         n = n + times*nint(commands(i)%v(1))
       case ('time')
         n = n + times
+      case default
+        ! The other commands write no rows.
       end select
     end do
   end function count_steps
@@ -76,8 +78,9 @@ contains
     do while (next <= size(commands))
       call run_command(commands, next, turns, run, model, system, state, files, monitor, &
         terminal, error)
-      if (allocated(monitor%trouble) .and. .not. allocated(error)) &
+      if (allocated(monitor%trouble) .and. .not. allocated(error)) then
         call move_alloc(monitor%trouble, error)
+      end if
       if (allocated(error)) return
       next = next + 1
     end do
@@ -111,8 +114,10 @@ contains
         end if
       case ('step')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
-        if (.not. allocated(error)) call run_steps(nint(command%v(1)), run, model, system, &
-          state, files, monitor, terminal, error)
+        if (.not. allocated(error)) then
+          call run_steps(nint(command%v(1)), run, model, system, state, files, monitor, terminal, &
+            error)
+        end if
       case ('time')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
         if (.not. allocated(error)) call begin_time(command%v(1), run, model, system, state)
@@ -132,6 +137,8 @@ contains
         if (run%converged) call close_increment(run, model, system, state, files, monitor, &
           terminal, error)
         if (.not. allocated(error)) call print_reactions(command, model, state, files%log, error)
+      case default
+        ! SOLVer, PROP and END have been obeyed when the deck was read.
       end select
     end associate
   end subroutine run_command
