@@ -138,7 +138,7 @@ contains
           terminal, error)
         if (.not. allocated(error)) call print_reactions(command, model, state, files%log, error)
       case default
-        ! SOLVer, PROP and END have been obeyed when the deck was read.
+        ! PROP has been obeyed when the deck was read; SOLVer leaves no choice so far.
       end select
     end associate
   end subroutine run_command
