@@ -131,18 +131,36 @@ class Tables:
         return prints
 
     def stresses(self):
-        """Stress and region of the elements at the last time (h5py)."""
-        try:
-            import h5py
-        except ImportError as fault:
-            raise Trouble('wants h5py: run it with build/venv/bin/python') from fault
-        with h5py.File(self.base + '.h5', 'r') as file:
+        """Stress of the elements at the last time (h5py)."""
+        with self.results() as file:
             group = file['VTKHDF']
             steps = group['Steps']
             cells = int(group['NumberOfCells'][0])
             offset = int(steps['CellDataOffsets']['stress'][-1])
             stress = group['CellData']['stress'][offset:offset + cells]
         return [tuple(float(x) for x in row) for row in stress]
+
+    def forces(self):
+        """Forces on the slave nodes of pair 1 at the last time, as {node: (f1, f2, f3)} (h5py)."""
+        with self.results() as file:
+            group = file['contact/1']
+            return {int(n): tuple(float(x) for x in f)
+                    for n, f in zip(group['node'][:], group['traction'][-1])}
+
+    def states(self):
+        """Status of the slave nodes of pair 1 (0 open, 1 stick, 2 slip) at each time (h5py)."""
+        with self.results() as file:
+            group = file['contact/1']
+            nodes = [int(n) for n in group['node'][:]]
+            return [dict(zip(nodes, (int(s) for s in row))) for row in group['status'][:]]
+
+    def results(self):
+        """The open result file."""
+        try:
+            import h5py
+        except ImportError as fault:
+            raise Trouble('wants h5py: run it with build/venv/bin/python') from fault
+        return h5py.File(self.base + '.h5', 'r')
 
 
 def read_table(path, columns):
