@@ -14,7 +14,7 @@ module results_file
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
   use results_tables, only: create_history_part, append_history, create_contact_part, &
     append_contact
-  use results_state, only: create_state_part, write_state
+  use results_state, only: create_state_part, write_state, complete_state
   implicit none
   private
   public :: results_t, create_results, append_results, close_results, fields_due
@@ -90,6 +90,7 @@ contains
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    logical :: with_state
 
     call reserve_room(results%file, bytes_of_rows + merge(bytes_of_fields(model), 0_long, &
       present(frame) .or. present(state)), error)
@@ -98,14 +99,17 @@ contains
     if (allocated(error)) return
     if (present(frame)) call append_frame(results, model, step, time, frame, error)
     if (allocated(error)) return
-    if (present(state) .and. model%output%state /= state_none) then
-      call write_state(results%file, model, results%states, state, error)
+    with_state = present(state) .and. model%output%state /= state_none
+    if (with_state) call write_state(results%file, model, results%states, state, error)
+    if (allocated(error)) return
+    call flush_hdf5(results%file, error)
+    if (allocated(error) .or. .not. (present(frame) .or. with_state)) return
+    if (with_state) then
+      call complete_state(results%file, model, results%states, step, error)
       if (allocated(error)) return
       results%states = results%states + 1
     end if
-    call flush_hdf5(results%file, error)
-    if (allocated(error) .or. .not. present(frame)) return
-    call end_vtk_frame(results%vtk, results%file, error)
+    if (present(frame)) call end_vtk_frame(results%vtk, results%file, error)
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
   end subroutine append_results
