@@ -4,7 +4,8 @@
 module hdf5_io
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_long, c_null_char, c_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
-    h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, &
+    h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, &
+    h5oclose_f, &
     h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
     h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
   use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &

@@ -16,7 +16,8 @@ module results_state
   use text_files, only: rename_file
   implicit none
   private
-  public :: create_state_part, write_state, complete_state, save_state, pair_group, defined_coordinates
+  public :: create_state_part, write_state, complete_state, save_state, pair_group, &
+    defined_coordinates
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/state/'
