@@ -6,7 +6,10 @@ module libc
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
   implicit none
   private
-  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir
+  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
+
+  !> Longest path that C's realpath writes.
+  integer, parameter :: path_limit = 4096
 
   interface
     !> Opens a stream; a null pointer says that it failed.
@@ -53,5 +56,23 @@ module libc
       integer(c_int), value :: mode !! permission bits
       integer(c_int) :: status
     end function c_mkdir
+
+    !> Renames a file over the one that has the new name; 0 is success.
+    function c_rename(old, new) result(status) bind(c, name='rename')
+      import :: c_char, c_int
+      implicit none
+      character(kind=c_char), intent(in) :: old(*) !! file name, closed by a null character
+      character(kind=c_char), intent(in) :: new(*) !! new name, closed by a null character
+      integer(c_int) :: status
+    end function c_rename
+
+    !> The path without links and dots; a null pointer if there is no such file.
+    function c_realpath(path, resolved) result(address) bind(c, name='realpath')
+      import :: c_char, c_ptr, path_limit
+      implicit none
+      character(kind=c_char), intent(in) :: path(*) !! path, closed by a null character
+      character(kind=c_char), intent(out) :: resolved(path_limit) !! the result, null-terminated
+      type(c_ptr) :: address
+    end function c_realpath
   end interface
 end module libc

@@ -6,7 +6,7 @@ module results_file
   use kinds, only: wp
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
-  use model_types, only: model_t, output_request_t
+  use model_types, only: model_t, output_request_t, state_none
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
@@ -48,7 +48,7 @@ contains
     if (allocated(error)) return
     if (model%output%contact) call create_contact_part(results%file, model, error)
     if (allocated(error)) return
-    call create_state_part(results%file, model, error)
+    if (model%output%state /= state_none) call create_state_part(results%file, model, error)
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
   end subroutine create_results
@@ -77,7 +77,7 @@ contains
     if (allocated(error)) return
     if (present(frame)) call append_frame(results, model, step, time, frame, error)
     if (allocated(error)) return
-    if (present(state)) then
+    if (present(state) .and. model%output%state /= state_none) then
       call write_state(results%file, model, results%states, state, error)
       if (allocated(error)) return
       results%states = results%states + 1
