@@ -1,9 +1,8 @@
 !> Reads the mesh commands with their data.
 module mesh_section
-  use deck_types, only: record_t, item_t, item_word, item_quoted, item_empty
-  use records, only: item_count, four_letters
-  use numbers, only: is_letter, is_name_character
-  use signatures, only: syntax_text
+  use deck_types, only: record_t, item_t, item_word
+  use records, only: item_count
+  use numbers, only: is_letter
   use hints, only: word_list_t, nearest_word, did_you_mean
   use expressions, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &

@@ -2,7 +2,7 @@
 module contact_reader
   use kinds, only: wp
   use text, only: to_text
-  use deck_types, only: deck_t, data_set_t, record_t, location_t
+  use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &

@@ -2,7 +2,7 @@
 module loads_reader
   use kinds, only: wp
   use text, only: to_text
-  use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number
+  use deck_types, only: deck_t, data_set_t, record_t
   use records, only: item_count, item_integer, item_real
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_table_t

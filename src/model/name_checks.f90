@@ -1,6 +1,6 @@
 !> Names that a deck uses, checked where the mesh is not sound: so that one run shows all errors.
 module name_checks
-  use deck_types, only: deck_t, data_set_t, item_t, item_word, item_quoted
+  use deck_types, only: deck_t, item_t, item_word, item_quoted
   use records, only: item_count, is_word
   use diagnostics, only: diagnostics_t
   use mesh_types, only: mesh_t

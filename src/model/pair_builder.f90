@@ -2,12 +2,11 @@
 module pair_builder
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use deck_types, only: location_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
-  use contact_types, only: pair_t, penalty_area, penalty_nodal, penalty_auto
+  use contact_types, only: pair_t, penalty_area, penalty_nodal
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name

@@ -100,9 +100,10 @@ contains
     character(*), intent(in) :: new !! its new name
     type(error_t), allocatable, intent(out) :: error !! no permission
 
-    if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) /= 0_c_int) &
+    if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) /= 0_c_int) then
       call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
-      trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
+        trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
+    end if
   end subroutine rename_file
 
   !> The path of a file or folder without links and dots; empty if there is none.

@@ -42,6 +42,8 @@ contains
         n = n + times*nint(commands(i)%v(1))
       case ('time')
         n = n + times
+      case default
+        ! The other commands write no rows.
       end select
     end do
   end function count_steps

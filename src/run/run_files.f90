@@ -5,7 +5,7 @@ module run_files
   use errors, only: error_t
   use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
   use mesh_names, only: find_nodes
-  use model_types, only: model_t, state_all, state_last, state_none
+  use model_types, only: model_t, state_none
   use system_types, only: system_t, state_t
   use assembly, only: recover
   use costs, only: begin_cost, end_cost, cost_output

@@ -1,7 +1,7 @@
 !> One run from the deck to its files.
 module session
   use errors, only: error_t
-  use text, only: string_t, to_text, count_noun
+  use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas
   use version, only: program_version

@@ -5,7 +5,7 @@ module newton
   use element_types, only: status_open
   use signals, only: stop_requested
   use block_matrix, only: multiply
-  use umfpack_solver, only: factorise, solve, solver_done, solver_singular, solver_out_of_memory
+  use umfpack_solver, only: factorise, solve, solver_done, solver_out_of_memory
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
@@ -99,14 +99,9 @@ contains
     real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-<<<<<<< HEAD
-    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
-      system%contact%n > 0)
-=======
     floor_factor = round_off_factor
     if (progress%halved .and. any(system%contact%status > status_open)) &
       floor_factor = round_off_share
->>>>>>> stress
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
