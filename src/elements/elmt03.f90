@@ -59,8 +59,12 @@ contains
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
     real(wp) :: x(3, 4)
+    integer :: k
 
-    x = e%xl(:, 1:4) + e%ul(:, 1:4)
+    ! Seen from the facet's third corner, so that the distance to the origin costs no digits.
+    do k = 1, 4
+      x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
+    end do
     call facet_and_gap(x, e%h1, c)
     if (c%g_n <= 0.0_wp) then
       call principal_axes(d, c)
@@ -73,6 +77,8 @@ contains
       call residual(d(d03_epsilon), c, e)
       call tangent(d, c, e)
     case (task_stick_tangent)
+      c%g_new = c%g
+      c%tip = e%h1
       call residual(d(d03_epsilon), c, e)
       call stick_tangent(d(d03_epsilon), e)
     case (task_residual)
@@ -80,12 +86,14 @@ contains
     case (task_stress)
       call principal_axes(d, c)
       call report(d, c, e)
+    case default
+      ! The other tasks need no more than the cone.
     end select
   end subroutine elmt03_mfec
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
   pure subroutine facet_and_gap(x, tip, c)
-    real(wp), intent(in) :: x(3, 4) !! current positions of S, 1, 2, 3 [length]
+    real(wp), intent(in) :: x(3, 4) !! current positions of S, 1, 2, 3 from 3 [length]
     real(wp), intent(in) :: tip(2) !! (xi, eta) of the old tip
     type(cone_t), intent(out) :: c !! facet and gap
     real(wp) :: n(3), size_n, y(3)

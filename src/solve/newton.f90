@@ -32,10 +32,15 @@ module newton
   integer, parameter :: most_halvings = 8
   !> Iterations in a row without a new lowest residual after which the solve has stalled.
   integer, parameter :: patience = 12
-  !> The residual counts as round-off below this many times its estimate.
+  !> Below this many times the estimate of its round-off the residual is converged as soon as an
+  !! iteration does not halve it any more.
   real(wp), parameter :: round_off_factor = 8.0_wp
+  !> Below this share of the estimate it is converged at once.
+  real(wp), parameter :: round_off_share = 0.1_wp
+  !> Iterations with points that turn back after which a solve relies on the line search alone.
+  integer, parameter :: most_turns = 6
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
-  real(wp), parameter :: residual_share = 0.1_wp
+  real(wp), parameter :: residual_share = 1.0e-3_wp
 
   !> Progress of the iteration within one increment.
   type :: newton_t
@@ -44,6 +49,8 @@ module newton
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     integer :: since_lowest = 0 !! iterations since then
+    integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
   end type newton_t
@@ -64,6 +71,8 @@ contains
     progress%lowest = residual_norm(system)
     progress%since_lowest = 0
     progress%energy_met = .false.
+    progress%halved = .true.
+    progress%turns = 0
     progress%outcome = outcome_going_on
     do
       call estimate_round_off(system, x)
@@ -86,10 +95,12 @@ contains
     type(system_t), intent(in) :: system !! residual formed
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
-    real(wp) :: norm
+    real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-    if (norm <= round_off_factor*system%round_off) then
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
+      system%contact%n > 0)
+    if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
       converged = norm <= settings%residual_tolerance*force_norm(system)
@@ -110,12 +121,20 @@ contains
     type(iteration_t) :: report
     real(wp) :: begin, length
     integer :: outcome
-    logical :: dropped
+    real(wp) :: start
+    logical :: dropped, turned
 
     begin = wall_seconds()
     if (any(system%weak)) then
       call drop_bodies(x, system, dropped)
       if (dropped) call form_residual(system, x)
+    end if
+    start = residual_norm(system)
+    turned = any(sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp)
+    if (turned) progress%turns = progress%turns + 1
+    if (progress%turns > most_turns) then
+      turned = .false.
+      system%contact%slip_before = 0.0_wp
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
@@ -132,13 +151,13 @@ contains
     call spread_direction(system)
     call multiply(system%bulk_matrix, system%du, system%bulk_change)
     if (any(system%grounded)) then
-      call approach(system, x, length)
+      call approach(system, x, start, length)
     else
-      call search_line(system, x, length)
+      call search_line(system, x, start, turned, length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
-      .not. any(system%grounded) .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
+    progress%halved = residual_norm(system) <= 0.5_wp*start
     if (residual_norm(system) < progress%lowest) then
       progress%lowest = residual_norm(system)
       progress%since_lowest = 0
@@ -163,9 +182,10 @@ contains
   end subroutine spread_direction
 
   !> A step with grounded bodies goes to the next touch and no further.
-  subroutine approach(system, x, length)
+  subroutine approach(system, x, start, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
     real(wp), intent(out) :: length !! share of du
 
     length = closing_length(x, system)
@@ -173,7 +193,7 @@ contains
       call form_trial(system, x, length)
       call take_trial(system, length)
     else
-      call search_line(system, x, length)
+      call search_line(system, x, start, .false., length)
     end if
   end subroutine approach
 
@@ -187,21 +207,22 @@ contains
   end subroutine take_trial
 
   !> Backtracking on the residual norm; if no length lowers it enough, the best one is taken.
-  subroutine search_line(system, x, length)
+  subroutine search_line(system, x, start, full, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
+    logical, intent(in) :: full !! take the full step whatever its residual
     real(wp), intent(out) :: length !! accepted share of du
-    real(wp) :: norm, start, best, best_length
+    real(wp) :: norm, best, best_length
     integer :: halving
 
-    start = residual_norm(system)
     best = huge(1.0_wp)
     best_length = 1.0_wp
     length = 1.0_wp
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       norm = residual_norm(system)
-      if (norm <= (1.0_wp - sufficient_decrease*length)*start) exit
+      if (full .or. norm <= (1.0_wp - sufficient_decrease*length)*start) exit
       if (norm < best) then
         best = norm
         best_length = length

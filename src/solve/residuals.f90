@@ -71,6 +71,7 @@ contains
     end do
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
+    call gather_right(system, 0.0_wp)
     if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
     call end_cost(system%costs, cost_contact_tangent)
@@ -114,7 +115,7 @@ contains
       if (system%contact%routine(k) == routine_none) cycle
       associate (nodes => system%contact%ix(1:4, k))
         terms = terms + (system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes)) + abs(system%u(:, nodes))))**2
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))**2
       end associate
     end do
     system%round_off = machine_epsilon*sqrt(terms)

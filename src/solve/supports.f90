@@ -43,8 +43,9 @@ contains
       if (system%node_body(i) /= body) cycle
       do k = 1, 3
         if (system%equation(k, i) > 0) dofs = dofs + 1
-        if (system%equation(k, i) == 0) &
+        if (system%equation(k, i) == 0) then
           call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
+        end if
       end do
     end do
     if (with_contact) call add_contact(x, system, body, center, size_x, gram)
@@ -150,10 +151,11 @@ contains
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) > status_open) cycle
       if (.not. any(system%grounded(system%node_body(system%contact%ix(1:2, k))))) cycle
-      now = gap_of(x, system%u, k, system)
-      later = gap_of(x, system%u + system%du, k, system)
-      if (later < now) &
+      now = gap_of(x, 0.0_wp, k, system)
+      later = gap_of(x, 1.0_wp, k, system)
+      if (later < now) then
         length = min(length, (now + overshoot*size_of(x, k, system))/(now - later))
+      end if
     end do
   end function closing_length
 
@@ -209,9 +211,9 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (.not. any(system%node_body(system%contact%ix(1:2, k)) == body)) cycle
-      gap = gap_of(x, system%u, k, system)
+      gap = gap_of(x, 0.0_wp, k, system)
       if (gap >= least) cycle
-      normal = normal_of(x + system%u, system%contact%ix(2:4, k))
+      normal = normal_of(positions_of(x, 0.0_wp, system%contact%ix(1:4, k), system), [2, 3, 4])
       if (system%node_body(system%contact%ix(1, k)) == body) normal = -normal
       if (dot_product(force, normal) <= 0.0_wp) cycle
       least = gap
@@ -230,8 +232,8 @@ contains
     do node = 1, size(system%node_body)
       if (system%node_body(node) /= body) cycle
       do k = 1, 3
-        if (system%equation(k, node) > 0) force(k) = force(k) &
-          + system%right(system%equation(k, node))
+        if (system%equation(k, node) == 0) cycle
+        force(k) = force(k) + system%right(system%equation(k, node))
       end do
     end do
   end function resultant
@@ -246,17 +248,31 @@ contains
     n = n/norm2(n)
   end function normal_of
 
-  !> Normal gap of a contact element at displacements u.
-  real(wp) function gap_of(x, u, k, system) result(gap)
+  !> Normal gap of a contact element at u + length du.
+  pure real(wp) function gap_of(x, length, k, system) result(gap)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! contact elements
     real(wp) :: y(3, 4), xi(2)
 
-    y = x(:, system%contact%ix(1:4, k)) + u(:, system%contact%ix(1:4, k))
+    y = positions_of(x, length, system%contact%ix(1:4, k), system)
     call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
   end function gap_of
+
+  !> Positions of four nodes at u + length du.
+  pure function positions_of(x, length, nodes, system) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: length !! share of du
+    integer, intent(in) :: nodes(4) !! the nodes
+    type(system_t), intent(in) :: system !! u, du
+    real(wp) :: y(3, 4)
+    integer :: i
+
+    do i = 1, 4
+      y(:, i) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))
+    end do
+  end function positions_of
 
   !> Size of the facet of a contact element.
   pure real(wp) function size_of(x, k, system) result(h)
