@@ -97,10 +97,10 @@ module libc
 
     !> The path without links and dots; a null pointer if there is no such file.
     function c_realpath(path, resolved) result(address) bind(c, name='realpath')
-      import :: c_char, c_ptr
+      import :: c_char, c_ptr, path_limit
       implicit none
       character(kind=c_char), intent(in) :: path(*) !! path, closed by a null character
-      character(kind=c_char), intent(out) :: resolved(*) !! path_limit characters
+      character(kind=c_char), intent(inout) :: resolved(path_limit) !! gets it, null-terminated
       type(c_ptr) :: address
     end function c_realpath
   end interface

@@ -42,6 +42,8 @@ contains
         n = n + times*nint(commands(i)%v(1))
       case ('time')
         n = n + times
+      case default
+        cycle
       end select
     end do
   end function count_steps

@@ -70,8 +70,8 @@ contains
     run%states = states
     run%position%skip = skip
     call run_commands(commands, run, model, system, state, files, monitor, terminal, error)
-    if (states%step > 0 .and. state%step == states%step .and. .not. allocated(error)) &
-      call log_warning(files%log, 'the deck has no end time behind the state restarted from', error)
+    if (allocated(error) .or. states%step == 0 .or. state%step > states%step) return
+    call log_warning(files%log, 'the deck has no end time behind the state restarted from', error)
   end subroutine run_batch
 
   !> Carries out commands to the last, or until a rehearsal has found what it looks for.
@@ -312,8 +312,9 @@ contains
     call estimate_round_off(system, model%mesh%x)
     call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
       run%progress)
-    if (run%progress%outcome == outcome_going_on .and. stop_requested()) &
+    if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
       run%progress%outcome = outcome_stopped
+    end if
     if (run%progress%outcome /= outcome_going_on) then
       call raise_outcome(model, system, state, run%progress, run%pending_time, error)
       return

@@ -161,8 +161,9 @@ contains
     integer :: status
 
     status = 1
-    if (len(value) > 0 .and. len(value) < 10 .and. verify(value, '0123456789') == 0) &
+    if (len(value) > 0 .and. len(value) < 10 .and. verify(value, '0123456789') == 0) then
       read (value, *, iostat=status) options%step
+    end if
     if (status == 0 .and. options%step > 0) return
     call raise(error, exit_deck, 'command line: error: --step '//value//new_line('a')// &
       '  --step wants the number of an end time, 1 or more; without it the last one is taken')
