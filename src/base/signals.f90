@@ -1,8 +1,10 @@
 !> SIGINT and SIGTERM ask the run to stop; the run looks here, closes its files and ends.
 !!
 !! A second signal of the same kind ends the program at once, for runs that hang in a factorisation.
+!! SIGXFSZ (a file may not grow any more) is ignored: the write that fails then says so.
 module signals
-  use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_funloc, c_null_funptr
+  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, &
+    c_null_funptr
   use errors, only: exit_interrupted, exit_terminated
   implicit none
   private
@@ -10,6 +12,8 @@ module signals
 
   integer(c_int), parameter :: signal_interrupt = 2_c_int !! SIGINT
   integer(c_int), parameter :: signal_terminate = 15_c_int !! SIGTERM
+  integer(c_int), parameter :: signal_file_size = 25_c_int !! SIGXFSZ
+  integer(c_intptr_t), parameter :: ignore = 1_c_intptr_t !! SIG_IGN
 
   !> The stop flag, the only module variable of the program: a signal handler has no arguments.
   integer(c_int), volatile :: caught = 0_c_int
@@ -27,13 +31,14 @@ module signals
 
 contains
 
-  !> From now on SIGINT and SIGTERM set the stop flag.
+  !> From now on SIGINT and SIGTERM set the stop flag, and no file limit ends the program.
   subroutine catch_signals()
     type(c_funptr) :: before
 
     caught = 0_c_int
     before = c_signal(signal_interrupt, c_funloc(handle_signal))
     before = c_signal(signal_terminate, c_funloc(handle_signal))
+    before = c_signal(signal_file_size, transfer(ignore, c_null_funptr))
   end subroutine catch_signals
 
   !> Whether a signal has asked the run to stop.

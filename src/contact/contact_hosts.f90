@@ -8,11 +8,12 @@ module contact_hosts
   use elmlib, only: element_routine, routine_mfec, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_parameters, only: point_parameters
-  use facet_geometry, only: project_on_facet, distance_to_facet, unfold, barycentric, &
-    kink_sine, facet_size
+  use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
+  use facet_tree, only: build_tree, fit_tree, nearest_facet
+  use facet_geometry, only: project_on_facet, unfold, barycentric, kink_sine, facet_size
   implicit none
   private
-  public :: start_pair, begin_increment, follow_tips, settle_points, find_facet, touches
+  public :: start_pair, begin_increment, follow_tips, settle_points, touches
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
@@ -32,14 +33,17 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: p
 
+    call find_folds(pair, x)
+    call build_tree(pair%tree, pair%facets, x)
     if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
+    if (.not. allocated(pair%new)) allocate (pair%new(size(pair%nodes)))
     pair%left = spread(0, 1, size(pair%nodes))
     pair%moves = pair%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
-    do p = 1, size(pair%nodes)
-      call seek(pair, x, x, p, pair%old(p))
+    do p = 1, size(pair%nodes)/pair%slots
+      call seek(pair, x, x, p, pair%new(p))
     end do
-    pair%new = pair%old
+    pair%old = pair%new
   end subroutine start_pair
 
   !> Longest edge of all master facets.
@@ -64,6 +68,8 @@ contains
     pair%new = pair%old
     pair%left = 0
     pair%moves = 0
+    call close_open_slots(pair)
+    if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x_old)
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%host > 0) then
@@ -72,10 +78,18 @@ contains
             point%status = status_off
           end if
         end if
-        if (point%host == 0) call seek(pair, x_old, x_old, p, point)
+        if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
       end associate
     end do
   end subroutine begin_increment
+
+  !> The point is the first slot of its slave node.
+  pure logical function is_first(pair, p)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+
+    is_first = p <= size(pair%nodes)/pair%slots
+  end function is_first
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
   !! outside its facet than `tolerance` (less at a kinked edge). A new host counts as a change only
@@ -91,12 +105,15 @@ contains
     integer :: p, host
     logical :: touched
 
+    if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         host = point%host
         touched = touches(pair, x, p, host)
-        if (host == 0) then
+        if (host == 0 .and. is_first(pair, p)) then
           call seek(pair, x_old, x, p, point)
+        else if (host == 0) then
+          call seek_second(pair, x_old, x, p, point)
         else if (pair%moves(p) < most_moves) then
           before = point
           call follow_tip(pair, x_old, x, tolerance, p, point)
@@ -183,6 +200,7 @@ contains
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
       across = pair%neighbours(k, host)
+      if (pair%fold(k, host)) across = 0
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
@@ -244,10 +262,11 @@ contains
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! gets host, tip, status
     integer :: facet
-    real(wp) :: xi(2), gap
+    real(wp) :: xi(2), gap, distance
 
-    call find_facet(pair, x, x(:, pair%nodes(p)), facet)
+    call nearest_facet(pair%tree, pair%facets, x, x(:, pair%nodes(p)), facet, distance)
     if (facet == 0) return
+    if (is_taken(pair, x, p, facet)) return
     call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
     if (gap < -pair%search_radius) return
     if (beyond_rim(pair, x, x(:, pair%nodes(p)), facet)) return
@@ -256,28 +275,6 @@ contains
     call project_on_facet(x_old(:, pair%facets(:, facet)), x_old(:, pair%nodes(p)), point%tip, &
       gap)
   end subroutine seek
-
-  !> The facet closest to a point, 0 if the surface has none.
-  pure subroutine find_facet(pair, x, y, facet)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(out) :: facet !! the closest facet
-    real(wp) :: best, distance, corners(3, 3)
-    integer :: f
-
-    facet = 0
-    best = huge(1.0_wp)
-    do f = 1, size(pair%facets, 2)
-      corners = x(:, pair%facets(:, f))
-      if (any(minval(corners, 2) - y > best) .or. any(y - maxval(corners, 2) > best)) cycle
-      distance = distance_to_facet(corners, y)
-      if (distance < best) then
-        best = distance
-        facet = f
-      end if
-    end do
-  end subroutine find_facet
 
   !> Makes the converged state the history: tips where the elements left them; an open point's
   !! tip at its projection.

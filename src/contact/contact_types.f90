@@ -2,6 +2,7 @@
 module contact_types
   use kinds, only: wp
   use deck_types, only: location_t
+  use facet_tree, only: facet_tree_t
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
@@ -66,6 +67,9 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    integer :: slots = 1 !! contacts that a slave node can hold at once; nodes repeats them
+    logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
+    type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
   end type pair_t

@@ -4,7 +4,11 @@ module facet_geometry
   use vectors, only: cross
   implicit none
   private
-  public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size
+  public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size, &
+    facet_normal, is_fold
+
+  !> Concave edges with a larger sine of their angle (25 degrees) are folds.
+  real(wp), parameter :: fold_sine = 0.42_wp
 
 contains
 
@@ -86,6 +90,33 @@ contains
     end do
     if (found /= 1) k = 0
   end function far_corner
+
+  !> Outward unit normal.
+  pure function facet_normal(x) result(n)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+    real(wp) :: n(3)
+
+    n = cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3))
+    n = n/norm2(n)
+  end function facet_normal
+
+  !> The neighbour b rises from the plane of facet a by more than the angle of a fold: a node can
+  !! touch both.
+  pure logical function is_fold(nodes_a, nodes_b, x)
+    integer, intent(in) :: nodes_a(3) !! corner nodes
+    integer, intent(in) :: nodes_b(3) !! corner nodes of the neighbour
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer :: far
+    real(wp) :: rise(3)
+
+    is_fold = .false.
+    far = far_corner(nodes_a, nodes_b)
+    if (far == 0) return
+    if (kink_sine(x(:, nodes_a), x(:, nodes_b)) < fold_sine .and. dot_product(facet_normal( &
+      x(:, nodes_a)), facet_normal(x(:, nodes_b))) > 0.0_wp) return
+    rise = x(:, nodes_b(far)) - x(:, nodes_b(mod(far, 3) + 1))
+    is_fold = dot_product(rise, facet_normal(x(:, nodes_a))) > 0.0_wp
+  end function is_fold
 
   !> Sine of the angle between the normals of two facets.
   pure real(wp) function kink_sine(xa, xb) result(sine)

@@ -237,6 +237,8 @@ contains
     elements = reading%refused
     do i = 1, reading%mesh%count
       select case (reading%mesh%sets(i)%command)
+      case ('mesh')
+        elements = .true.
       case ('elem', 'bloc')
         elements = elements .or. reading%mesh%sets(i)%count > 0 &
           .or. .not. reading%mesh%sets(i)%complete
@@ -245,7 +247,7 @@ contains
       end select
     end do
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &
-                                          'ELEMents or BLOCk make them')
+                                          'ELEMents, BLOCk or MESH make them')
     if (section == in_mesh) then
       call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
                         'solution commands stand between BATCh and END')

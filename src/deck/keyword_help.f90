@@ -56,6 +56,8 @@ contains
       '  --check            reads, meshes and reports without solving'//nl// &
       '  --solver S         AUTO or UMFPack'//nl// &
       '  --threads N        number of threads'//nl// &
+      '  --restart run.h5   goes on from the last state in a results file'//nl// &
+      '  --step K           goes on from its end time K instead'//nl// &
       '  --quiet            no progress'//nl// &
       '  --version          version and libraries'//nl// &
       '  --help [KEYWORD]   this list, or help on a command'//nl

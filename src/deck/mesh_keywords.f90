@@ -81,7 +81,17 @@ contains
     call explain(t, '    SOLId LINEar')
     call explain(t, '    ELAStic ISOTropic 210e3 0.3')
     call add_command(t, table_mesh, 'MESH', 'f:file | f:file AS w:name', &
-                     'reads a Gmsh or Abaqus mesh', available=.false.)
+                     'reads a Gmsh or Abaqus mesh')
+    call explain(t, 'Gmsh MSH 4.1 or 2.2, text or binary, or an Abaqus/CalculiX .inp mesh; of')
+    call explain(t, 'tetrahedra with 4 nodes. The path is relative to the file that names it.')
+    call explain(t, 'Nodes (those of tetrahedra) and elements get the numbers behind the highest')
+    call explain(t, 'so far, in the order of the file. Physical volumes and ELSETs become regions,')
+    call explain(t, 'physical surfaces and SURFACEs surfaces, physical curves and points and NSETs')
+    call explain(t, 'sets of the same name; AS names a region of all elements of the file. The')
+    call explain(t, 'material of an element is the MATErial whose label is the name of its group')
+    call explain(t, '(or of its material in the file), else that of AS, else material 1.')
+    call explain(t, '    MESH gear.msh AS gear')
+    call explain(t, '    MATErial 2 gear')
   end subroutine add_mesh_keywords
 
   !> Sets, surfaces and output requests.

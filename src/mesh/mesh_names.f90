@@ -6,7 +6,7 @@ module mesh_names
   implicit none
   private
   public :: find_nodes, find_set, find_region, find_surface, nearest_name, name_hint, name_exists, &
-    region_nodes
+    region_nodes, in_region
 
 contains
 
@@ -46,12 +46,13 @@ contains
     type(mesh_t), intent(in) :: mesh !! the mesh
     integer, intent(in) :: index !! index of the region
     integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
-    logical, allocatable :: mask(:)
+    logical, allocatable :: mask(:), chosen(:)
     integer :: e, k, n
 
     allocate (mask(mesh%nodes), source=.false.)
+    chosen = in_region(mesh, index)
     do e = 1, mesh%elements
-      if (mesh%region(e) /= index) cycle
+      if (.not. chosen(e)) cycle
       do k = 1, size(mesh%ix, 1)
         n = mesh%ix(k, e)
         if (n >= 1 .and. n <= mesh%nodes) mask(n) = .true.
@@ -59,6 +60,22 @@ contains
     end do
     nodes = unique_numbers(mask)
   end subroutine region_nodes
+
+  !> Which elements belong to a region. Regions of a mesh file may overlap; mesh%region then knows
+  !! only the first region of an element.
+  pure function in_region(mesh, index) result(chosen)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: index !! index of the region
+    logical, allocatable :: chosen(:)
+
+    allocate (chosen(mesh%elements))
+    if (allocated(mesh%regions(index)%elements)) then
+      chosen = .false.
+      chosen(mesh%regions(index)%elements) = .true.
+    else
+      chosen = mesh%region(:mesh%elements) == index
+    end if
+  end function in_region
 
   !> Index of a node set, 0 if there is none of this name.
   pure subroutine find_set(mesh, name, index)

@@ -9,6 +9,8 @@ module mesh_reader
   use coordinates_reader, only: read_coordinates
   use elements_reader, only: read_elements
   use block_reader, only: read_block
+  use mesh_file_reader, only: read_mesh_file
+  use file_surfaces, only: surface_draft_t
   use named_parts, only: gather_names, evaluate_parts
   implicit none
   private
@@ -16,13 +18,14 @@ module mesh_reader
 
 contains
 
-  !> Interprets COORdinates, ELEMents, BLOCk, SET and SURFace. A mesh that is not sound must not be
-  !! computed with, but the names of its parts can be looked up.
+  !> Interprets COORdinates, ELEMents, BLOCk, MESH, SET and SURFace. A mesh that is not sound must
+  !! not be computed with, but the names of its parts can be looked up.
   subroutine read_mesh(deck, diagnostics, mesh)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(out) :: mesh !! the mesh
     type(element_origin_t) :: origin
+    type(surface_draft_t), allocatable :: drafts(:)
     integer :: names, errors, i, region, material
     logical :: complete
     type(error_t), allocatable :: error
@@ -31,6 +34,7 @@ contains
     call start_mesh(mesh, origin, deck%control(1), deck%control(2))
     call gather_names(deck, diagnostics, mesh)
     errors = error_count(diagnostics)
+    allocate (drafts(0))
     region = 0
     material = 0
     do i = 1, size(deck%mesh)
@@ -41,6 +45,8 @@ contains
       else if (deck%mesh(i)%command == 'bloc') then
         region = region + 1
         call read_block(deck%mesh(i), i, region, material, mesh, origin, diagnostics)
+      else if (deck%mesh(i)%command == 'mesh') then
+        call read_mesh_file(deck, i, mesh, origin, drafts, diagnostics)
       end if
     end do
     call finish_mesh(mesh, origin, error)
@@ -49,11 +55,12 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck, ['coor', 'elem', 'bloc']) .and. error_count(diagnostics) == errors
+    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh']) .and. &
+      error_count(diagnostics) == errors
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
-    call evaluate_parts(deck, complete, diagnostics, mesh)
+    call evaluate_parts(deck, complete, diagnostics, mesh, drafts)
     mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &
       error_count(diagnostics) == names
   end subroutine read_mesh

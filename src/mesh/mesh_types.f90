@@ -21,6 +21,7 @@ module mesh_types
   type :: region_t
     character(:), allocatable :: name !! its name; empty for a block without one
     type(location_t) :: at !! where the deck defines it
+    integer, allocatable :: elements(:) !! its elements, if mesh%region does not tell them all
   end type region_t
 
   !> A named set of exterior facets.

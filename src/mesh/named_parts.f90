@@ -12,6 +12,7 @@ module named_parts
   use facets, only: facet_table_t, exterior_facets
   use node_sets, only: select_nodes
   use surfaces, only: select_facets
+  use file_surfaces, only: surface_draft_t, settle_surfaces
   implicit none
   private
   public :: gather_names, evaluate_parts
@@ -118,11 +119,12 @@ contains
 
   !> Fills all sets and surfaces of a mesh that is complete. If it is not sound (`sound` false)
   !! only the names are checked.
-  subroutine evaluate_parts(deck, sound, diagnostics, mesh)
+  subroutine evaluate_parts(deck, sound, diagnostics, mesh, drafts)
     type(deck_t), intent(in) :: deck !! the deck
     logical, intent(in) :: sound !! nodes and elements are without error
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(inout) :: mesh !! the mesh
+    type(surface_draft_t), intent(in), optional :: drafts(:) !! surfaces of mesh files
     type(part_list_t) :: list
     type(facet_table_t) :: table
     integer, allocatable :: nodes(:), facets(:, :), elements(:)
@@ -138,8 +140,9 @@ contains
       to_text(table%crowded(1))//', '//to_text(table%crowded(2))//' and '// &
       to_text(table%crowded(3))//' share one facet', 'elements overlap; a facet belongs to '// &
       'one or two of them')
+    if (table%crowded(1) > 0) return
+    if (present(drafts)) call settle_surfaces(drafts, table, diagnostics, mesh)
     do i = 1, list%ordered
-      if (table%crowded(1) > 0) exit
       associate (part => list%parts(list%order(i)))
         if (part%set > 0) then
           call select_nodes(deck%mesh(part%command), mesh, diagnostics, nodes)
@@ -249,6 +252,7 @@ contains
       if (set > 0 .and. list%parts(i)%set == set) exit
       if (set == 0 .and. list%parts(i)%surface == surface) exit
     end do
+    if (i > size(list%parts)) return ! it comes from a mesh file and depends on nothing
     if (list%parts(i)%state == state_visiting) then
       call report_error(diagnostics, item%at, item%text//' is defined by itself', &
         'break the circle of names')
@@ -272,6 +276,6 @@ contains
       hint = hint//' '//mesh%regions(i)%name
       n = n + 1
     end do
-    if (n == 0) hint = 'give a BLOCk a name: it becomes a region'
+    if (n == 0) hint = 'give a BLOCk or a MESH a name: it becomes a region'
   end function region_hint
 end module named_parts

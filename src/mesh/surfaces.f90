@@ -5,7 +5,7 @@ module surfaces
   use records, only: item_integer, item_name, item_count, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use mesh_names, only: find_nodes, find_region
+  use mesh_names, only: find_nodes, find_region, in_region
   use key_sorting, only: unique_numbers
   use facets, only: facet_table_t, find_facet
   implicit none
@@ -54,7 +54,7 @@ contains
     logical, intent(inout) :: chosen(:) !! (facets) facets chosen so far
     logical, intent(inout) :: failed !! an error has been reported
     integer, allocatable :: nodes(:)
-    logical, allocatable :: mask(:)
+    logical, allocatable :: mask(:), chosen_elements(:)
     integer :: f, region, n
     logical :: found
     character(:), allocatable :: hint
@@ -62,13 +62,14 @@ contains
     call find_nodes(mesh, item_name(head, 4), nodes, found)
     region = 0
     if (item_count(head) >= 6) call find_region(mesh, item_name(head, 6), region)
+    if (region > 0) chosen_elements = in_region(mesh, region)
     allocate (mask(mesh%nodes), source=.false.)
     mask(nodes) = .true.
     n = 0
     do f = 1, table%count
       if (.not. all(mask(table%corners(:, f)))) cycle
       if (region > 0) then
-        if (mesh%region(table%elements(f)) /= region) cycle
+        if (.not. chosen_elements(table%elements(f))) cycle
       end if
       chosen(f) = .true.
       n = n + 1

@@ -51,6 +51,7 @@ module hdf5_data
     module procedure read_reals
     module procedure read_real_columns
     module procedure read_integers
+    module procedure read_integer_columns
   end interface read_block
 
 contains
@@ -360,4 +361,15 @@ contains
 
     call read_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
   end subroutine read_integers
+
+  !> Reads columns of integers.
+  subroutine read_integer_columns(file, path, values, first, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(out), target, contiguous :: values(:, :) !! the numbers
+    integer, intent(in) :: first !! first entry
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call read_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+  end subroutine read_integer_columns
 end module hdf5_data

@@ -42,6 +42,7 @@ module result_types
   !> The contact history of one pair.
   type :: pair_history_t
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
+    integer, allocatable :: coupled(:) !! (points) host when the matrix pattern was built, 0 idle
   end type pair_history_t
 
   !> What a run needs to go on from an end time.
@@ -50,6 +51,7 @@ module result_types
     real(wp) :: time = 0.0_wp !! its time [time]
     real(wp) :: increment = 0.0_wp !! increment size to go on with [time]
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
+    real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
   end type saved_state_t
 end module result_types

@@ -3,10 +3,12 @@ module text_files
   use, intrinsic :: iso_c_binding, only: c_associated, c_null_char, c_null_ptr, c_ptr, c_int, &
     c_size_t
   use errors, only: error_t, raise, exit_resources
-  use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir
+  use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, &
+    path_limit
   implicit none
   private
-  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, make_folder
+  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, &
+    make_folder, rename_file, real_path
 
   !> A text file open for writing.
   type :: text_file_t
@@ -91,6 +93,28 @@ contains
         new_line('a')//'  Is there a file of that name, and may you write to the folder above it?')
     end if
   end subroutine make_folder
+
+  !> Gives a file a new name; a file that has that name is replaced in one go.
+  subroutine rename_file(old, new, error)
+    character(*), intent(in) :: old !! its name
+    character(*), intent(in) :: new !! its new name
+    type(error_t), allocatable, intent(out) :: error !! no permission
+
+    if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) /= 0_c_int) &
+      call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
+      trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
+  end subroutine rename_file
+
+  !> The path of a file or folder without links and dots; empty if there is none.
+  function real_path(path) result(real)
+    character(*), intent(in) :: path !! any path to it
+    character(:), allocatable :: real
+    character(path_limit) :: buffer
+
+    real = ''
+    if (.not. c_associated(c_realpath(trim(path)//c_null_char, buffer))) return
+    real = buffer(:index(buffer, c_null_char) - 1)
+  end function real_path
 
   !> The error of a write that the system refused.
   subroutine raise_write_error(file, error)

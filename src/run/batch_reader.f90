@@ -17,13 +17,14 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(batch_command_t), allocatable, intent(out) :: commands(:) !! the commands
     integer :: i
-    logical :: has_increment
+    logical :: has_increment, has_state
 
     allocate (commands(size(deck%batch)))
     has_increment = has_errors(deck, diagnostics)
+    has_state = has_increment
     do i = 1, size(commands)
       commands(i) = command_of(deck%batch(i))
-      call check_command(commands(i), has_increment, diagnostics)
+      call check_command(commands(i), has_increment, has_state, diagnostics)
     end do
     call pair_loops(commands)
   end subroutine read_batch
@@ -56,10 +57,12 @@ contains
 
     command%command = set%command
     command%at = set%head%at
+    command%text = ''
     if (item_count(set%head) > 1) then
       associate (item => set%head%items(2))
         if (item%kind == item_word .or. item%kind == item_quoted) then
           command%option = lower(item%text)
+          command%text = item%text
         end if
       end associate
     end if
@@ -68,16 +71,23 @@ contains
     end do
   end function command_of
 
-  !> Time can advance only when DT has been given.
-  subroutine check_command(command, has_increment, diagnostics)
+  !> Time can advance only when DT has been given, and a state be saved only when there is one.
+  subroutine check_command(command, has_increment, has_state, diagnostics)
     type(batch_command_t), intent(in) :: command !! the command
     logical, intent(inout) :: has_increment !! a DT stands before
+    logical, intent(inout) :: has_state !! something that makes a state stands before
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
     select case (command%command)
     case ('dt')
       has_increment = .true.
+    case ('tang', 'utan', 'rest')
+      has_state = .true.
+    case ('save')
+      if (.not. has_state) call report_error(diagnostics, command%at, &
+        'SAVE before the first end time', 'write it behind STEP, or behind TIME and TANG')
     case ('step', 'time')
+      has_state = .true.
       if (has_increment) return
       call report_error(diagnostics, command%at, 'no time increment has been given', &
         'write DT,, and a value before it')

@@ -7,24 +7,31 @@ module batch_run
   use model_types, only: model_t
   use system_types, only: system_t, state_t, settings_t
   use contact_system, only: load_contact, couple, move_hosts
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many
+  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many, &
+    outcome_stopped
   use increments, only: begin_at, choose_start, accept
   use residuals, only: estimate_round_off
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
   use run_files, only: run_files_t, write_row
-  use run_log, only: log_increment, log_increment_t
+  use run_log, only: log_increment, log_increment_t, log_line, log_warning
   use run_monitor, only: run_monitor_t
   use terminal, only: terminal_t, print_line
+  use batch_position, only: position_t, is_passing, pass_end_time, look_for, &
+    end_times_to_pass, count_steps
+  use saved_states, only: saved_states_t, keep_state, read_kept_state, take_state, note_passed
+  use result_types, only: saved_state_t
   use printing, only: print_displacements, print_reactions
   implicit none
   private
-  public :: run_batch, count_steps
+  public :: run_batch
 
   !> Where a run stands between two commands.
   type :: run_state_t
     real(wp) :: increment = 0.0_wp !! DT
+    type(position_t) :: position !! end times so far
+    type(saved_states_t) :: states !! where SAVE and REST keep theirs
     type(settings_t) :: settings !! TOL
     type(newton_t) :: progress !! of the pending increment
     logical :: pending = .false. !! TANG has begun an increment that is not accepted yet
@@ -35,32 +42,42 @@ module batch_run
 
 contains
 
-  !> Number of rows the deck will write, for the progress line; loops count in full.
-  pure integer function count_steps(commands) result(n)
+  !> Carries out all commands; after a restart, those behind the state's end time.
+  subroutine run_batch(commands, states, model, system, state, files, monitor, terminal, error)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
-    integer :: i, times, factor(size(commands))
+    type(saved_states_t), intent(in) :: states !! where states are kept; the restart
+    type(model_t), intent(inout) :: model !! the problem
+    type(system_t), intent(inout) :: system !! the system
+    type(state_t), intent(inout) :: state !! the converged state, that of the restart
+    type(run_files_t), intent(inout) :: files !! open files
+    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
+    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
+    type(run_state_t) :: run
+    integer :: skip
 
-    n = 0
-    factor = 1
-    times = 1
-    do i = 1, size(commands)
-      select case (commands(i)%command)
-      case ('loop')
-        factor(i) = max(1, min(nint(commands(i)%v(1)), huge(1)/max(1, 2*times)))
-        times = times*factor(i)
-      case ('next')
-        times = times/factor(commands(i)%partner)
-      case ('step')
-        n = n + times*nint(commands(i)%v(1))
-      case ('time')
-        n = n + times
-      end select
-    end do
-  end function count_steps
+    monitor%steps = count_steps(commands)
+    skip = 0
+    if (states%step > 0) then
+      run%states = states
+      run%position = look_for(states%step, states%time)
+      call run_commands(commands, run, model, system, state, files, monitor, terminal, error)
+      skip = end_times_to_pass(run%position)
+      monitor%steps = monitor%steps - skip + states%step
+      run = run_state_t()
+      if (allocated(error)) deallocate (error)
+    end if
+    run%states = states
+    run%position%skip = skip
+    call run_commands(commands, run, model, system, state, files, monitor, terminal, error)
+    if (states%step > 0 .and. state%step == states%step .and. .not. allocated(error)) &
+      call log_warning(files%log, 'the deck has no end time behind the state restarted from', error)
+  end subroutine run_batch
 
-  !> Carries out all commands.
-  subroutine run_batch(commands, model, system, state, files, monitor, terminal, error)
+  !> Carries out commands to the last, or until a rehearsal has found what it looks for.
+  subroutine run_commands(commands, run, model, system, state, files, monitor, terminal, error)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
+    type(run_state_t), intent(inout) :: run !! where the run stands
     type(model_t), intent(inout) :: model !! the problem
     type(system_t), intent(inout) :: system !! the system
     type(state_t), intent(inout) :: state !! the converged state
@@ -68,7 +85,6 @@ contains
     type(run_monitor_t), intent(inout) :: monitor !! log and terminal
     type(terminal_t), intent(inout) :: terminal !! standard output
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
-    type(run_state_t) :: run
     integer :: next, turns(size(commands))
 
     turns = 0
@@ -76,13 +92,14 @@ contains
     do while (next <= size(commands))
       call run_command(commands, next, turns, run, model, system, state, files, monitor, &
         terminal, error)
-      if (allocated(monitor%trouble) .and. .not. allocated(error)) &
+      if (allocated(monitor%trouble) .and. .not. allocated(error)) then
         call move_alloc(monitor%trouble, error)
-      if (allocated(error)) return
+      end if
+      if (allocated(error) .or. run%position%found) return
       next = next + 1
     end do
     call close_increment(run, model, system, state, files, monitor, terminal, error)
-  end subroutine run_batch
+  end subroutine run_commands
 
   !> Carries out one command; LOOP and NEXT move `next`.
   subroutine run_command(commands, next, turns, run, model, system, state, files, monitor, &
@@ -111,11 +128,20 @@ contains
         end if
       case ('step')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
-        if (.not. allocated(error)) call run_steps(nint(command%v(1)), run, model, system, &
-          state, files, monitor, terminal, error)
+        if (.not. allocated(error)) then
+          call run_steps(nint(command%v(1)), run, model, system, state, files, monitor, terminal, &
+            error)
+        end if
       case ('time')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
         if (.not. allocated(error)) call begin_time(command%v(1), run, model, system, state)
+      case ('save', 'rest')
+        call close_increment(run, model, system, state, files, monitor, terminal, error)
+        if (allocated(error)) return
+        if (command%command == 'save') call run_save(command, run, model, system, state, files, &
+          error)
+        if (command%command == 'rest') call run_rest(command, run, model, system, state, files, &
+          error)
       case ('tang', 'utan')
         call run_tangent(run, model, system, state, monitor, error)
       case ('loop')
@@ -123,15 +149,16 @@ contains
         if (nothing_to_do(run, command%v(1))) next = command%partner
       case ('next')
         call turn_loop(commands, next, turns, run)
-      case ('disp')
+      case ('disp', 'reac')
         if (run%converged) call close_increment(run, model, system, state, files, monitor, &
           terminal, error)
-        if (.not. allocated(error)) call print_displacements(command, model, state, files%log, &
+        if (allocated(error) .or. is_passing(run%position)) return
+        if (command%command == 'disp') call print_displacements(command, model, state, &
+          files%log, error)
+        if (command%command == 'reac') call print_reactions(command, model, state, files%log, &
           error)
-      case ('reac')
-        if (run%converged) call close_increment(run, model, system, state, files, monitor, &
-          terminal, error)
-        if (.not. allocated(error)) call print_reactions(command, model, state, files%log, error)
+      case default
+        ! PROP has been obeyed when the deck was read; SOLVer leaves no choice so far.
       end select
     end associate
   end subroutine run_command
@@ -173,16 +200,27 @@ contains
     type(run_monitor_t), intent(inout) :: monitor !! log and terminal
     type(terminal_t), intent(inout) :: terminal !! standard output
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
-    real(wp) :: begin, seconds
+    real(wp) :: begin, end_time, seconds
     integer :: k
 
-    begin = state%time
+    begin = run%position%clock
     do k = 1, n
+      end_time = begin + real(k, wp)*run%increment
+      if (is_passing(run%position)) then
+        call pass_end_time(run%position, end_time)
+        if (run%position%found) return
+        cycle
+      end if
+      if (stop_requested()) then
+        run%progress%outcome = outcome_stopped
+        call raise_outcome(model, system, state, run%progress, state%time, error)
+        return
+      end if
       monitor%step = state%step + 1
       seconds = wall_seconds()
-      call advance(model, system, state, begin + real(k, wp)*run%increment, run%settings, &
-        monitor, error)
+      call advance(model, system, state, end_time, run%settings, monitor, error)
       if (allocated(error)) return
+      call pass_end_time(run%position, end_time)
       call finish_step(run%increment, seconds, model, system, state, files, monitor, terminal, &
         error)
       if (allocated(error)) return
@@ -227,7 +265,7 @@ contains
     type(system_t), intent(inout) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
 
-    run%pending_time = state%time + run%increment
+    run%pending_time = run%position%clock + run%increment
     if (last > 0.0_wp) run%pending_time = min(run%pending_time, last)
     call prepare(run, model, system, state)
   end subroutine begin_time
@@ -243,7 +281,7 @@ contains
     run%converged = .false.
     run%started = .false.
     run%progress = newton_t()
-    call begin_at(model, system, state, run%pending_time)
+    if (.not. is_passing(run%position)) call begin_at(model, system, state, run%pending_time)
   end subroutine prepare
 
   !> TANG, UTAN: one Newton iteration of the pending increment; without TIME before it, one at the
@@ -258,21 +296,25 @@ contains
     integer :: changes
 
     if (.not. run%pending) then
-      run%pending_time = state%time
+      run%pending_time = run%position%clock
       call prepare(run, model, system, state)
     end if
-    monitor%step = state%step + 1
+    if (is_passing(run%position)) run%converged = .true.
     if (run%converged) return
+    monitor%step = state%step + 1
     if (.not. run%started) then
       system%x_old = model%mesh%x + state%u
       call choose_start(model, system, state, monitor)
       call couple(system)
+      system%contact%slip_before = 0.0_wp
       run%started = .true.
     end if
     call estimate_round_off(system, model%mesh%x)
     call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
       run%progress)
-    if (run%progress%outcome /= outcome_going_on .or. stop_requested()) then
+    if (run%progress%outcome == outcome_going_on .and. stop_requested()) &
+      run%progress%outcome = outcome_stopped
+    if (run%progress%outcome /= outcome_going_on) then
       call raise_outcome(model, system, state, run%progress, run%pending_time, error)
       return
     end if
@@ -299,13 +341,59 @@ contains
 
     if (.not. run%pending) return
     run%pending = .false.
+    if (is_passing(run%position)) then
+      call pass_end_time(run%position, run%pending_time)
+      return
+    end if
     if (.not. run%converged) then
       run%progress%outcome = outcome_too_many
       call raise_outcome(model, system, state, run%progress, run%pending_time, error)
       return
     end if
     call accept(model, system, state, run%pending_time)
+    call pass_end_time(run%position, run%pending_time)
     call finish_step(run%increment, wall_seconds(), model, system, state, files, monitor, &
       terminal, error)
   end subroutine close_increment
+
+  !> SAVE[,name]: keeps the present state in a file of its own.
+  subroutine run_save(command, run, model, system, state, files, error)
+    type(batch_command_t), intent(in) :: command !! the command
+    type(run_state_t), intent(inout) :: run !! where states are kept
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! the system
+    type(state_t), intent(in) :: state !! the converged state
+    type(run_files_t), intent(inout) :: files !! the log
+    type(error_t), allocatable, intent(out) :: error !! trouble with a file
+    character(:), allocatable :: path
+
+    if (is_passing(run%position)) then
+      call note_passed(run%states, command%text)
+      return
+    end if
+    call keep_state(run%states, command%text, model, system, state, run%increment, path, error)
+    if (.not. allocated(error)) call log_line(files%log, '  state of time '// &
+      to_text(state%time, 12)//' saved in '//path, error)
+  end subroutine run_save
+
+  !> REST[,name] or REST,file[,step]: goes back to a saved state; steps count on.
+  subroutine run_rest(command, run, model, system, state, files, error)
+    type(batch_command_t), intent(in) :: command !! the command
+    type(run_state_t), intent(inout) :: run !! where states are kept; its clock is set back
+    type(model_t), intent(inout) :: model !! gets the contact history
+    type(system_t), intent(inout) :: system !! the system
+    type(state_t), intent(inout) :: state !! becomes the saved one
+    type(run_files_t), intent(inout) :: files !! the log
+    type(error_t), allocatable, intent(out) :: error !! no such state
+    type(saved_state_t) :: saved
+    character(:), allocatable :: path
+
+    call read_kept_state(run%states, command%text, nint(command%v(1)), model, saved, path, error)
+    if (allocated(error)) return
+    run%position%clock = saved%time
+    if (is_passing(run%position)) return
+    call take_state(saved, model, system, state)
+    call log_line(files%log, '  back to the state of time '//to_text(state%time, 12)//' in '// &
+      path, error)
+  end subroutine run_rest
 end module batch_run

@@ -10,6 +10,7 @@ module batch_types
   type :: batch_command_t
     character(4) :: command = '' !! first four letters, lower case
     character(4) :: option = '' !! first four letters, lower case; blank for none
+    character(:), allocatable :: text !! the option as written
     real(wp) :: v(3) = 0.0_wp !! its values, 0 where not given
     type(location_t) :: at !! where it stands
     integer :: partner = 0 !! LOOP: index of its NEXT; NEXT: index of its LOOP

@@ -8,17 +8,20 @@ module command_line
   public :: options_t, read_command_line, usage_line
 
   character(*), parameter :: usage_line = &
-    'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] [--quiet]'
+    'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
+    '[--restart run.h5 [--step K]] [--quiet]'
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(9) = [character(10) :: '--set', '--out', '--check', &
-    '--solver', '--threads', '--restart', '--quiet', '--version', '--help']
+  character(10), parameter :: known(10) = [character(10) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--step', '--quiet', '--version', '--help']
 
   !> What the command line asks for.
   type :: options_t
     character(:), allocatable :: deck !! path of the deck
     character(:), allocatable :: folder !! where files are written; empty: the working directory
     character(:), allocatable :: topic !! keyword of --help, empty for all
+    character(:), allocatable :: restart !! results file to go on from, empty for none
+    integer :: step = 0 !! end time in that file, 0 for the last
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
     logical :: quiet = .false. !! nothing on standard output
@@ -38,6 +41,7 @@ contains
     options%deck = ''
     options%folder = ''
     options%topic = ''
+    options%restart = ''
     allocate (options%overrides(0))
     i = 1
     do while (i <= command_argument_count())
@@ -53,6 +57,11 @@ contains
       if (allocated(error)) return
       i = i + 1
     end do
+    if (options%step > 0 .and. len(options%restart) == 0) then
+      call raise(error, exit_deck, 'command line: error: --step without --restart'// &
+        new_line('a')//'  write --restart run.h5 --step K')
+      return
+    end if
     if (len(options%deck) > 0 .or. options%version .or. options%help) return
     call raise(error, exit_deck, 'command line: error: no deck'//new_line('a')//'  '//usage_line)
   end subroutine read_command_line
@@ -82,11 +91,11 @@ contains
         i = i + 1
         options%topic = argument(i)
       end if
-    case ('--set', '--out', '--solver')
+    case ('--set', '--out', '--solver', '--restart', '--step')
       call take_value(item, equals, i, value, error)
       if (allocated(error)) return
       call keep_value(name, value, options, error)
-    case ('--threads', '--restart', '--step')
+    case ('--threads')
       call raise(error, exit_deck, 'command line: error: '//name// &
         ' is not available in this version'//new_line('a')//'  leave it out')
     case default
@@ -115,16 +124,18 @@ contains
     end if
   end subroutine take_value
 
-  !> Enters the value of --set, --out or --solver.
+  !> Enters the value of an option.
   subroutine keep_value(name, value, options, error)
     character(*), intent(in) :: name !! the option
     character(*), intent(in) :: value !! its value
     type(options_t), intent(inout) :: options !! what is asked for
-    type(error_t), allocatable, intent(out) :: error !! --set without =
+    type(error_t), allocatable, intent(out) :: error !! --set without =, no such step or solver
     type(override_t), allocatable :: longer(:)
     integer :: equals, n
 
     if (name == '--out') options%folder = value
+    if (name == '--restart') options%restart = value
+    if (name == '--step') call keep_step(value, options, error)
     if (name == '--solver') call check_solver(value, error)
     if (allocated(error)) return
     if (name /= '--set') return
@@ -141,6 +152,21 @@ contains
     longer(n + 1)%value = value(equals + 1:)
     call move_alloc(longer, options%overrides)
   end subroutine keep_value
+
+  !> Enters the value of --step.
+  subroutine keep_step(value, options, error)
+    character(*), intent(in) :: value !! number of an end time
+    type(options_t), intent(inout) :: options !! what is asked for
+    type(error_t), allocatable, intent(out) :: error !! no such number
+    integer :: status
+
+    status = 1
+    if (len(value) > 0 .and. len(value) < 10 .and. verify(value, '0123456789') == 0) &
+      read (value, *, iostat=status) options%step
+    if (status == 0 .and. options%step > 0) return
+    call raise(error, exit_deck, 'command line: error: --step '//value//new_line('a')// &
+      '  --step wants the number of an end time, 1 or more; without it the last one is taken')
+  end subroutine keep_step
 
   !> Back ends of this version; the first four letters count, as in the deck.
   subroutine check_solver(value, error)

@@ -16,7 +16,7 @@ module run_files
   use text_files, only: make_folder
   implicit none
   private
-  public :: run_files_t, create_files, write_row, close_files
+  public :: run_files_t, create_files, write_row, fill_state, close_files
 
   !> Open files.
   type :: run_files_t
@@ -117,7 +117,7 @@ contains
       call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
         error=error)
     else
-      call fill_state(model, state, increment, saved)
+      call fill_state(model, system, state, increment, saved)
       call append_results(files%results, model, state%step, state%time, sums, rows, frame, saved, &
         error)
     end if
@@ -226,8 +226,9 @@ contains
   end subroutine strains
 
   !> What a restart needs.
-  subroutine fill_state(model, state, increment, saved)
+  subroutine fill_state(model, system, state, increment, saved)
     type(model_t), intent(in) :: model !! contact history
+    type(system_t), intent(in) :: system !! pattern of its matrix
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! increment of time
     type(saved_state_t), intent(out) :: saved !! the state
@@ -237,9 +238,12 @@ contains
     saved%time = state%time
     saved%increment = increment
     saved%displacement = state%u
+    saved%reaction = state%reaction
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
+      saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
+        system%first_point(k + 1) - 1)
     end do
   end subroutine fill_state
 

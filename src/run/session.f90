@@ -2,7 +2,7 @@
 module session
   use errors, only: error_t
   use text, only: string_t, to_text, count_noun
-  use costs, only: begin_cost, end_cost, cost_reading, wall_seconds
+  use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas
   use version, only: program_version
   use deck_types, only: deck_t
@@ -18,9 +18,13 @@ module session
   use umfpack_solver, only: free_umfpack
   use diagnosis, only: check_supports
   use run_files, only: run_files_t, create_files, close_files
-  use run_log, only: log_costs, log_error, log_warning
+  use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t
-  use batch_run, only: run_batch, count_steps
+  use batch_run, only: run_batch
+  use batch_position, only: count_steps
+  use saved_states, only: saved_states_t, take_state, restart_base
+  use state_reader, only: read_state
+  use result_types, only: saved_state_t
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
   use command_line, only: options_t
   implicit none
@@ -108,36 +112,83 @@ contains
     type(run_files_t), target :: files
     type(run_monitor_t) :: monitor
     type(error_t), allocatable :: trouble
-    real :: cpu
+    type(saved_states_t) :: states
 
     call build_system(model, system, state)
-    call create_files(files, base_name(options), options%folder, model, system, deck_text, &
+    states%deck = deck_name(options)
+    states%base = base_name(options)
+    states%restart = options%restart
+    if (len(options%restart) > 0) call go_on(options, model, system, state, states, error)
+    if (allocated(error)) return
+    call create_files(files, states%base, options%folder, model, system, deck_text, &
       'mfec '//program_version, settings_text(options), blas_name(), error)
     if (allocated(error)) return
     monitor%log => files%log
     monitor%terminal => terminal
-    monitor%steps = count_steps(commands)
     if (is_reference_blas()) call log_warning(files%log, 'this is the reference BLAS, '// &
       'which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
-    if (.not. allocated(error)) call check_supports(model, system, monitor, error)
-    if (.not. allocated(error)) call run_batch(commands, model, system, state, files, monitor, &
+    if (.not. allocated(error) .and. states%step > 0) call report_restart(states, files, &
       terminal, error)
+    if (.not. allocated(error)) call check_supports(model, system, monitor, error)
+    if (.not. allocated(error)) call run_batch(commands, states, model, system, state, files, &
+      monitor, terminal, error)
     if (allocated(error)) call log_error(files%log, error%message, trouble)
-    call cpu_time(cpu)
-    call log_costs(files%log, system%costs, real(cpu, kind(system%costs%seconds)), trouble)
+    call log_costs(files%log, system%costs, &
+      wall_seconds() - system%costs%started(cost_reading), trouble)
     call close_files(files, system, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
+
+  !> --restart: takes the state of a results file.
+  subroutine go_on(options, model, system, state, states, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(model_t), intent(inout) :: model !! gets the contact history
+    type(system_t), intent(inout) :: system !! gets the pattern of its matrix
+    type(state_t), intent(inout) :: state !! becomes the state
+    type(saved_states_t), intent(inout) :: states !! gets step, time and where to write
+    type(error_t), allocatable, intent(out) :: error !! no such state, another mesh
+    type(saved_state_t) :: saved
+
+    call read_state(options%restart, model, options%step, saved, error)
+    if (allocated(error)) return
+    call take_state(saved, model, system, state)
+    state%step = saved%step
+    states%step = saved%step
+    states%time = saved%time
+    states%base = restart_base(states%base, options%restart)
+  end subroutine go_on
+
+  !> Says where a restarted run begins and where it writes.
+  subroutine report_restart(states, files, terminal, error)
+    type(saved_states_t), intent(in) :: states !! the restart
+    type(run_files_t), intent(inout) :: files !! the log
+    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(error_t), allocatable, intent(out) :: error !! trouble with the log
+    character(:), allocatable :: line
+
+    line = 'goes on from step '//to_text(states%step)//', time '//to_text(states%time)//' of '// &
+      states%restart//'; writes '//states%base//'.*'
+    call print_line(terminal, line)
+    call log_line(files%log, line, error)
+  end subroutine report_restart
+
+  !> Name of the deck without its folder and ending.
+  function deck_name(options) result(name)
+    type(options_t), intent(in) :: options !! the command line
+    character(:), allocatable :: name
+    integer :: dot
+
+    name = options%deck(index(options%deck, '/', back=.true.) + 1:)
+    dot = index(name, '.', back=.true.)
+    if (dot > 1) name = name(:dot - 1)
+  end function deck_name
 
   !> Path of the files without their endings: the deck's name in the output folder.
   function base_name(options) result(base)
     type(options_t), intent(in) :: options !! the command line
     character(:), allocatable :: base
-    integer :: dot
 
-    base = options%deck(index(options%deck, '/', back=.true.) + 1:)
-    dot = index(base, '.', back=.true.)
-    if (dot > 1) base = base(:dot - 1)
+    base = deck_name(options)
     if (len(options%folder) > 0) base = options%folder//'/'//base
   end function base_name
 
@@ -148,6 +199,8 @@ contains
     integer :: k
 
     t = options%deck
+    if (len(options%restart) > 0) t = t//' --restart '//options%restart
+    if (options%step > 0) t = t//' --step '//to_text(options%step)
     do k = 1, size(options%overrides)
       t = t//' --set '//options%overrides(k)%name//'='//options%overrides(k)%value
     end do

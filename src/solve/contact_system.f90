@@ -15,8 +15,8 @@ module contact_system
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, load_contact, couple, settle_contact, contact_counts, &
-    keep_status
+  public :: restart_points, move_hosts, load_contact, couple, couple_as_saved, settle_contact, &
+    contact_counts, keep_status
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp
@@ -91,11 +91,13 @@ contains
     associate (list => system%contact, point => pair%new(p), x => system%x_now)
       list%routine(element) = routine_none
       list%status(element) = status_off
+      system%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
       call project_on_facet(x(:, pair%facets(:, point%host)), x(:, pair%nodes(p)), xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = routine_mfec
+      system%hosts(element) = point%host
       list%ix(1, element) = pair%nodes(p)
       list%ix(2:4, element) = pair%facets(:, point%host)
       list%d(:, element) = point_parameters(pair, p, point%host)
@@ -107,24 +109,55 @@ contains
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
-    if (.not. graph_holds(system%matrix, system%contact)) then
-      call begin_cost(system%costs, cost_pattern)
-      call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
-      call place_bulk(system)
-      call build_pattern(system%matrix, system%equation, system%csc)
-      call forget_pattern(system%umfpack)
-      call end_cost(system%costs, cost_pattern)
-    end if
+    if (.not. graph_holds(system%matrix, system%contact)) call build_coupled(system)
     call locate_elements(system%matrix, system%contact)
   end subroutine couple
+
+  !> Builds the pattern of bulk and contact elements anew.
+  subroutine build_coupled(system)
+    type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
+
+    call begin_cost(system%costs, cost_pattern)
+    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
+    call place_bulk(system)
+    call build_pattern(system%matrix, system%equation, system%csc)
+    call forget_pattern(system%umfpack)
+    system%coupled_hosts = system%hosts
+    call end_cost(system%costs, cost_pattern)
+  end subroutine build_coupled
+
+  !> Builds the pattern that a run had at a saved state, so that equations are eliminated in the
+  !! same order and a restart gives the same numbers to the last digit.
+  subroutine couple_as_saved(model, system, hosts)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! gets contact, matrix, csc
+    integer, intent(in) :: hosts(:) !! (contact elements) facets when the pattern was built
+    integer :: k, p, element
+
+    if (allocated(system%matrix%ptr) .and. all(system%coupled_hosts == hosts)) return
+    system%hosts = hosts
+    do k = 1, size(model%pairs)
+      do p = 1, size(model%pairs(k)%nodes)
+        element = system%first_point(k) + p - 1
+        system%contact%routine(element) = routine_none
+        if (hosts(element) == 0) cycle
+        system%contact%routine(element) = routine_mfec
+        system%contact%ix(1, element) = model%pairs(k)%nodes(p)
+        system%contact%ix(2:4, element) = model%pairs(k)%facets(:, hosts(element))
+      end do
+    end do
+    call build_coupled(system)
+    call locate_elements(system%matrix, system%contact)
+  end subroutine couple_as_saved
 
   !> Where each block of the bulk's matrix stands in the coupled matrix.
   subroutine place_bulk(system)
     type(system_t), intent(inout) :: system !! gets bulk_place
     integer :: j, k
 
-    if (.not. allocated(system%bulk_place)) &
+    if (.not. allocated(system%bulk_place)) then
       allocate (system%bulk_place(size(system%bulk_matrix%row)))
+    end if
     do j = 1, system%bulk_matrix%nodes
       do k = system%bulk_matrix%ptr(j), system%bulk_matrix%ptr(j + 1) - 1
         system%bulk_place(k) = find_block(system%matrix, system%bulk_matrix%row(k), j)
@@ -156,8 +189,9 @@ contains
       do p = 1, size(model%pairs(k)%nodes)
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
-        if (system%contact%status(element) > status_open) &
+        if (system%contact%status(element) > status_open) then
           model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
+        end if
       end do
     end do
   end subroutine keep_status

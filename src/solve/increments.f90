@@ -158,7 +158,7 @@ contains
     state%time = time
     where (system%equation == 0)
       state%reaction = system%bulk_force + system%contact_force - system%external
-    elsewhere
+    else where
       state%reaction = 0.0_wp
     end where
     system%x_now = model%mesh%x + state%u

@@ -31,6 +31,9 @@ contains
     call number_equations(model%conditions%restrained, system)
     call find_weak_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
+    do k = 1, size(model%pairs)
+      call start_pair(model%pairs(k), model%mesh%x)
+    end do
     call list_bulk(model, system)
     call list_contact(model, system)
     call begin_cost(system%costs, cost_pattern)
@@ -41,9 +44,6 @@ contains
     call assemble(system%bulk, task_tangent, model%mesh%x, system%u, system%bulk_force, &
       system%bulk_matrix)
     call end_cost(system%costs, cost_bulk_tangent)
-    do k = 1, size(model%pairs)
-      call start_pair(model%pairs(k), model%mesh%x)
-    end do
   end subroutine build_system
 
   !> Numbers the free degrees of freedom in the order of the nodes.
@@ -112,6 +112,7 @@ contains
     end do
     system%first_point(size(model%pairs) + 1) = n + 1
     call allocate_list(system%contact, n, n)
+    allocate (system%hosts(n), system%coupled_hosts(n), source=0)
     system%contact%nel = 4
     system%contact%set = [(k, k=1, n)]
   end subroutine list_contact

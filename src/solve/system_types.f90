@@ -38,6 +38,8 @@ module system_types
     type(element_list_t) :: bulk !! bulk elements
     type(element_list_t) :: contact !! contact elements, one a point
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
+    integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
+    integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
     type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
     type(block_matrix_t) :: matrix !! tangent of bulk and contact
     integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix

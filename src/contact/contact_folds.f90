@@ -1,0 +1,142 @@
+!> Concave folds: where a surface rises steeply from itself, a slave node can touch two or three
+!! facets at once, each with its own tip (doc/theory, "Folds").
+!!
+!! A pair whose master has folds holds three slots for each slave node: point (slot - 1)*n + i is a
+!! slot of node i. The first follows the surface as ever, but no tip crosses a fold; the others are
+!! used while the node is in contact with a further facet.
+module contact_folds
+  use kinds, only: wp
+  use element_types, only: status_off, status_open
+  use contact_types, only: pair_t, contact_point_t
+  use facet_geometry, only: project_on_facet, barycentric, facet_normal, is_fold
+  use facet_tree, only: facets_near
+  implicit none
+  private
+  public :: find_folds, seek_second, is_taken, close_open_slots
+
+  !> Slots of a node on a surface with folds: two walls and a floor.
+  integer, parameter :: slots_with_folds = 3
+  !> Facets whose normals have a larger cosine belong to the same face of a fold.
+  real(wp), parameter :: same_face = 0.9_wp
+  !> A point enters a facet from outside if its last gap is above this share of the search radius.
+  real(wp), parameter :: outside = -1.0e-9_wp
+  !> Facets looked at around a point.
+  integer, parameter :: most_facets = 100
+
+contains
+
+  !> Marks the folds of the master; if there are any, or if it is in parts, repeats the points for
+  !! the further slots.
+  subroutine find_folds(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets fold, slots; nodes, area, epsilon may be repeated
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: f, k
+
+    allocate (pair%fold(3, size(pair%facets, 2)), source=.false.)
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        if (pair%neighbours(k, f) == 0) cycle
+        pair%fold(k, f) = is_fold(pair%facets(:, f), pair%facets(:, pair%neighbours(k, f)), x)
+      end do
+    end do
+    if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
+    pair%slots = slots_with_folds
+    pair%nodes = [pair%nodes, pair%nodes, pair%nodes]
+    if (allocated(pair%area)) pair%area = [pair%area, pair%area, pair%area]
+    pair%epsilon = [pair%epsilon, pair%epsilon, pair%epsilon]
+    if (allocated(pair%old)) deallocate (pair%old)
+    if (allocated(pair%new)) deallocate (pair%new)
+  end subroutine find_folds
+
+  !> The master is not one connected surface: its parts may form folds as well.
+  pure logical function in_parts(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+    logical :: reached(size(pair%facets, 2))
+    integer :: waiting(size(pair%facets, 2)), n, done, f, k
+
+    in_parts = .false.
+    if (size(reached) == 0) return
+    reached = .false.
+    reached(1) = .true.
+    waiting(1) = 1
+    n = 1
+    done = 0
+    do while (done < n)
+      done = done + 1
+      do k = 1, 3
+        f = pair%neighbours(k, waiting(done))
+        if (f == 0) cycle
+        if (reached(f)) cycle
+        reached(f) = .true.
+        n = n + 1
+        waiting(n) = f
+      end do
+    end do
+    in_parts = n < size(reached)
+  end function in_parts
+
+  !> Looks for a further facet that a slave node has entered from outside since the last converged
+  !! state; its other slots and what is parallel to them are left out.
+  subroutine seek_second(pair, x_old, x, p, point)
+    type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    integer, intent(in) :: p !! the point, of a further slot
+    type(contact_point_t), intent(inout) :: point !! gets host, tip, status
+    integer :: found(most_facets), n, i
+    real(wp) :: xi(2), gap, gap_old, tip(2), best
+
+    best = -huge(1.0_wp)
+    associate (y => x(:, pair%nodes(p)), y_old => x_old(:, pair%nodes(p)))
+      call facets_near(pair%tree, y, pair%search_radius, found, n)
+      do i = 1, n
+        associate (nodes => pair%facets(:, found(i)))
+          call project_on_facet(x(:, nodes), y, xi, gap)
+          if (gap > 0.0_wp .or. gap < -pair%search_radius .or. gap <= best) cycle
+          if (any(barycentric(xi) < 0.0_wp)) cycle
+          call project_on_facet(x_old(:, nodes), y_old, tip, gap_old)
+          if (gap_old < outside*pair%search_radius) cycle
+          if (is_taken(pair, x, p, found(i))) cycle
+          best = gap
+          point%host = found(i)
+          point%tip = tip
+          point%status = status_open
+        end associate
+      end do
+    end associate
+  end subroutine seek_second
+
+  !> Another slot of the same node holds this facet or one of the same face.
+  pure logical function is_taken(pair, x, p, facet) result(taken)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: facet !! the facet
+    integer :: n, slot, other
+
+    taken = .false.
+    n = size(pair%nodes)/pair%slots
+    do slot = 0, pair%slots - 1
+      other = slot*n + mod(p - 1, n) + 1
+      if (other == p) cycle
+      if (pair%new(other)%host == 0) cycle
+      taken = pair%new(other)%host == facet .or. dot_product(facet_normal(x(:, pair%facets(:, &
+        facet))), facet_normal(x(:, pair%facets(:, pair%new(other)%host)))) > same_face
+      if (taken) return
+    end do
+  end function is_taken
+
+  !> At the start of an increment further slots that have opened are free again, and first slots
+  !! that are open look for the closest facet anew, for folds may have stopped their walk.
+  subroutine close_open_slots(pair)
+    type(pair_t), intent(inout) :: pair !! new: hosts of open points are taken away
+    integer :: p
+
+    if (pair%slots == 1) return
+    do p = 1, size(pair%new)
+      if (pair%new(p)%status > status_open) cycle
+      pair%new(p)%host = 0
+      pair%new(p)%status = status_off
+    end do
+  end subroutine close_open_slots
+end module contact_folds

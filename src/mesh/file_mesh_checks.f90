@@ -1,0 +1,280 @@
+!> Checks what a mesh file holds, and finds what of it joins the mesh.
+module file_mesh_checks
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use deck_types, only: location_t
+  use source, only: source_t
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use mesh_file_types, only: file_mesh_t
+  use tag_table, only: tag_table_t, build_table, find_tag
+  use key_sorting, only: sort_columns
+  use tetrahedra, only: relative_volume, flat_limit
+  implicit none
+  private
+  public :: file_place_t, check_file_mesh, place_in_file
+
+  !> Errors of one kind that are reported one by one.
+  integer, parameter :: most_errors = 5
+
+  !> Where a mesh file stands among the files of a deck, and how its parts are numbered.
+  type :: file_place_t
+    integer :: file = 0 !! number of the file in the source
+    type(location_t) :: at !! where the deck names it
+    integer, allocatable :: node(:) !! (nodes) deck number, 0 for one that no tetrahedron holds
+    integer, allocatable :: element(:) !! (cells) deck number, 0 for what is no tetrahedron
+  end type file_place_t
+
+contains
+
+  !> Line and column of a character of a file.
+  pure type(location_t) function place_in_file(source, file, at) result(place)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file
+    integer, intent(in) :: at !! the character
+    integer :: low, high, middle
+
+    place = location_t(file, 1, 1)
+    associate (text => source%files(file))
+      low = 1
+      high = text%lines
+      if (high == 0) return
+      do while (low < high)
+        middle = (low + high + 1)/2
+        if (text%first(middle) <= at) then
+          low = middle
+        else
+          high = middle - 1
+        end if
+      end do
+      place%line = low
+      place%column = max(1, at - text%first(low) + 1)
+    end associate
+  end function place_in_file
+
+  !> Replaces node numbers by places in the list of nodes, turns left-handed tetrahedra round, and
+  !! reports what is wrong. Afterwards the nodes and elements that join the mesh are marked by 1 in
+  !! `place`; a tetrahedron that an MSH 2.2 file repeats points to the first by a negative place.
+  subroutine check_file_mesh(place, file, diagnostics, good)
+    type(file_place_t), intent(inout) :: place !! gets what joins the mesh
+    type(file_mesh_t), intent(inout) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, intent(out) :: good !! nothing is wrong
+    integer :: errors
+
+    errors = diagnostics%errors
+    allocate (place%node(file%nodes), place%element(file%cells), source=0)
+    call resolve_nodes(place, file, diagnostics)
+    good = diagnostics%errors == errors
+    if (.not. good) return
+    where (file%size(:file%cells) == 4) place%element = 1
+    if (.not. any(place%element == 1)) call report_error(diagnostics, &
+      place_in_file(diagnostics%source, place%file, 1), 'the file has no tetrahedra', &
+      'generate the volume mesh; with physical groups, Gmsh writes only what is in one')
+    call check_tetrahedra(place, file, diagnostics)
+    call check_doubles(place, file, diagnostics)
+    good = diagnostics%errors == errors
+    if (good) call mark_nodes(place, file, diagnostics)
+  end subroutine check_file_mesh
+
+  !> Replaces the node numbers of the cells by places in the list of nodes.
+  subroutine resolve_nodes(place, file, diagnostics)
+    type(file_place_t), intent(in) :: place !! knows the file
+    type(file_mesh_t), intent(inout) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(tag_table_t) :: table
+    integer :: c, k, n, first, wrong
+
+    call build_table(file%node_tag(:file%nodes), table)
+    wrong = 0
+    do n = 1, file%nodes
+      first = find_tag(table, file%node_tag(n))
+      if (first == n) cycle
+      if (.not. any(abs(file%x(:, n) - file%x(:, first)) > 0.0_wp)) cycle
+      call report(place, file%node_at(n), 'node '//to_text(file%node_tag(n))// &
+        ' is defined twice, at different places', 'give each node once', wrong, diagnostics)
+    end do
+    wrong = 0
+    do c = 1, file%cells
+      do k = 1, file%size(c)
+        n = find_tag(table, file%corners(k, c))
+        if (n == 0) call report(place, file%cell_at(c), 'element '//to_text(file%cell_tag(c))// &
+          ' has node '//to_text(file%corners(k, c))//', which the file does not define', &
+          'is the file complete? write it again', wrong, diagnostics)
+        file%corners(k, c) = n
+      end do
+    end do
+  end subroutine resolve_nodes
+
+  !> Refuses flat tetrahedra, and turns left-handed ones round with a note.
+  subroutine check_tetrahedra(place, file, diagnostics)
+    type(file_place_t), intent(in) :: place !! knows the file
+    type(file_mesh_t), intent(inout) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    integer :: c, wrong, turned, first
+
+    wrong = 0
+    turned = 0
+    first = 0
+    do c = 1, file%cells
+      if (file%size(c) /= 4) cycle
+      associate (corners => file%corners(:, c))
+        associate (volume => relative_volume(file%x(:, corners)))
+          if (abs(volume) <= flat_limit) then
+            call report(place, file%cell_at(c), 'tetrahedron '//to_text(file%cell_tag(c))// &
+              ' is flat', 'its four corners lie in one plane; mesh the volume anew', wrong, &
+              diagnostics)
+          else if (volume < 0.0_wp) then
+            turned = turned + 1
+            if (turned == 1) first = c
+          end if
+        end associate
+        if (relative_volume(file%x(:, corners)) < 0.0_wp) corners(3:4) = corners([4, 3])
+      end associate
+    end do
+    if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
+      file%cell_at(first)), to_text(turned)//' left-handed tetrahedra reordered, '// &
+      'the first is element '//to_text(file%cell_tag(first)))
+  end subroutine check_tetrahedra
+
+  !> Finds element numbers that come twice and tetrahedra with the same nodes.
+  subroutine check_doubles(place, file, diagnostics)
+    type(file_place_t), intent(inout) :: place !! marks what joins the mesh
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(tag_table_t) :: table
+    integer, allocatable :: keys(:, :), cells(:), order(:)
+    integer :: c, i, n, first, wrong, merged
+
+    call build_table(file%cell_tag(:file%cells), table)
+    allocate (cells(count(place%element == 1)), keys(4, count(place%element == 1)))
+    n = 0
+    wrong = 0
+    do c = 1, file%cells
+      first = find_tag(table, file%cell_tag(c))
+      if (first /= c) call report(place, file%cell_at(c), 'element '// &
+        to_text(file%cell_tag(c))//' is defined twice', 'give each element its own number', &
+        wrong, diagnostics)
+      if (file%size(c) /= 4) cycle
+      n = n + 1
+      cells(n) = c
+      keys(:, n) = in_order(file%corners(:, c))
+    end do
+    call sort_columns(keys, order)
+    wrong = 0
+    merged = 0
+    first = 1
+    do i = 2, n
+      if (any(keys(:, order(i)) /= keys(:, order(first)))) then
+        first = i
+      else if (file%merges .and. file%mark(cells(order(i))) /= file%mark(cells(order(first)))) then
+        place%element(cells(order(i))) = -cells(order(first))
+        merged = merged + 1
+      else
+        call report(place, file%cell_at(cells(order(i))), 'tetrahedron '// &
+          to_text(file%cell_tag(cells(order(i))))//' has the same nodes as '// &
+          to_text(file%cell_tag(cells(order(first)))), 'remove one of the two', wrong, diagnostics)
+      end if
+    end do
+    if (merged > 0) call report_note(diagnostics, place%at, to_text(merged)// &
+      ' tetrahedra given once for each of their groups, counted once')
+  end subroutine check_doubles
+
+  !> Marks the nodes that tetrahedra hold.
+  subroutine mark_nodes(place, file, diagnostics)
+    type(file_place_t), intent(inout) :: place !! marks what joins the mesh
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! notes
+    integer :: c, n, lost, first
+
+    do c = 1, file%cells
+      if (file%size(c) == 4) place%node(file%corners(:, c)) = 1
+    end do
+    call note_coincident(place, file, diagnostics)
+    lost = count(place%node == 0)
+    if (lost == 0) return
+    first = 0
+    do n = 1, file%nodes
+      if (place%node(n) == 0 .and. first == 0) first = n
+    end do
+    call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
+      file%node_at(first)), count_noun(lost, 'node')//' that no tetrahedron holds left out, '// &
+      'the first is node '//to_text(file%node_tag(first)))
+  end subroutine mark_nodes
+
+  !> Notes nodes that lie exactly where another one lies: the bodies around them are parted there.
+  subroutine note_coincident(place, file, diagnostics)
+    type(file_place_t), intent(in) :: place !! marks what joins the mesh
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    type(diagnostics_t), intent(inout) :: diagnostics !! notes
+    type(tag_table_t) :: table
+    integer, allocatable :: keys(:)
+    integer :: n, other, found, first
+
+    allocate (keys(file%nodes))
+    do n = 1, file%nodes
+      keys(n) = coordinate_key(file%x(:, n))
+    end do
+    call build_table(keys, table)
+    found = 0
+    first = 0
+    do n = 1, file%nodes
+      if (place%node(n) == 0) cycle
+      other = find_tag(table, keys(n))
+      if (other == n .or. place%node(other) == 0) cycle
+      if (any(abs(file%x(:, n) - file%x(:, other)) > 0.0_wp)) cycle
+      found = found + 1
+      if (found == 1) first = n
+    end do
+    if (found > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
+      file%node_at(first)), count_noun(found, 'node')//' at the place of another node, the '// &
+      'first is node '//to_text(file%node_tag(first))//': the bodies are not joined there')
+  end subroutine note_coincident
+
+  !> A number, at least 1, that is the same for the same coordinates and rarely for others.
+  pure integer function coordinate_key(x) result(key)
+    real(wp), intent(in) :: x(3) !! coordinates [length]
+    integer(int64) :: bits
+    integer :: k
+
+    bits = 0_int64
+    do k = 1, 3
+      ! adding zero makes 0 of -0
+      bits = ieor(ishftc(bits, 21), transfer(x(k) + 0.0_wp, 0_int64))
+    end do
+    bits = ieor(bits, shiftr(bits, 29))
+    key = max(1, int(iand(bits, int(huge(1), int64))))
+  end function coordinate_key
+
+  !> Reports an error of a kind of which there may be many.
+  subroutine report(place, at, what, remedy, wrong, diagnostics)
+    type(file_place_t), intent(in) :: place !! knows the file
+    integer, intent(in) :: at !! character of the file
+    character(*), intent(in) :: what !! what is wrong
+    character(*), intent(in) :: remedy !! what would be right
+    integer, intent(inout) :: wrong !! errors of this kind so far
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+
+    wrong = wrong + 1
+    if (wrong > most_errors) return
+    call report_error(diagnostics, place_in_file(diagnostics%source, place%file, at), what, remedy)
+  end subroutine report
+
+  !> Four numbers in ascending order.
+  pure function in_order(a) result(b)
+    integer, intent(in) :: a(4) !! any numbers
+    integer :: b(4), i, j, moved
+
+    b = a
+    do i = 2, 4
+      moved = b(i)
+      j = i - 1
+      do while (j >= 1)
+        if (b(j) <= moved) exit
+        b(j + 1) = b(j)
+        j = j - 1
+      end do
+      b(j + 1) = moved
+    end do
+  end function in_order
+end module file_mesh_checks

@@ -1,0 +1,204 @@
+!> What a mesh file holds, in the numbers of that file, before it joins the mesh of the deck.
+module mesh_file_types
+  use kinds, only: wp
+  use text, only: string_t, lower
+  implicit none
+  private
+  public :: file_mesh_t, file_group_t, add_node, add_cell, add_group, add_member, add_remark, &
+    find_group, start_file_mesh
+  public :: group_nodes, group_cells, group_faces
+
+  !> What the members of a group are.
+  integer, parameter :: group_nodes = 1 !! places in the list of nodes
+  integer, parameter :: group_cells = 2 !! places in the list of cells
+  integer, parameter :: group_faces = 3 !! places in the list of cells, with a face of each
+
+  !> A named group of nodes, cells or faces.
+  type :: file_group_t
+    character(:), allocatable :: name !! its name as written
+    character(:), allocatable :: material !! name of its material in the file, or not allocated
+    integer :: kind = group_nodes !! one of the kinds above
+    integer :: at = 1 !! character of the file where it is defined
+    integer :: count = 0 !! members
+    integer, allocatable :: members(:) !! its members (may be larger than count)
+    integer, allocatable :: faces(:) !! face 1 to 4 of each, 0 for all free ones; else 0
+  end type file_group_t
+
+  !> Nodes, cells (points, lines, triangles, tetrahedra) and groups of a mesh file.
+  type :: file_mesh_t
+    logical :: merges = .false. !! the format repeats a cell that is in several groups (MSH 2.2)
+    integer :: nodes = 0 !! number of nodes
+    integer, allocatable :: node_tag(:) !! the file's number of each node
+    real(wp), allocatable :: x(:, :) !! (3, nodes) coordinates [length]
+    integer, allocatable :: node_at(:) !! character of the file where each stands
+    integer :: cells = 0 !! number of cells
+    integer, allocatable :: cell_tag(:) !! the file's number of each cell
+    integer, allocatable :: corners(:, :) !! (4, cells) node numbers of the file, zeros behind
+    integer, allocatable :: size(:) !! corners of each cell: 1, 2, 3 or 4
+    integer, allocatable :: mark(:) !! what tells the reader the groups of each cell
+    integer, allocatable :: cell_at(:) !! character of the file where each stands
+    integer :: groups = 0 !! number of groups
+    type(file_group_t), allocatable :: group(:) !! groups in the order of the file
+    type(string_t), allocatable :: remarks(:) !! what was passed over
+  end type file_mesh_t
+
+contains
+
+  !> An empty file.
+  subroutine start_file_mesh(file)
+    type(file_mesh_t), intent(out) :: file !! nothing in it
+
+    allocate (file%node_tag(64), file%node_at(64), source=0)
+    allocate (file%x(3, 64), source=0.0_wp)
+    allocate (file%cell_tag(64), file%size(64), file%mark(64), file%cell_at(64), source=0)
+    allocate (file%corners(4, 64), source=0)
+    allocate (file%group(8), file%remarks(0))
+  end subroutine start_file_mesh
+
+  !> Adds a node.
+  subroutine add_node(file, tag, x, at)
+    type(file_mesh_t), intent(inout) :: file !! the file
+    integer, intent(in) :: tag !! its number
+    real(wp), intent(in) :: x(3) !! coordinates [length]
+    integer, intent(in) :: at !! character of the file where it stands
+    real(wp), allocatable :: more(:, :)
+
+    if (file%nodes == size(file%node_tag)) then
+      call grow(file%node_tag)
+      call grow(file%node_at)
+      allocate (more(3, size(file%node_tag)))
+      more(:, :file%nodes) = file%x(:, :file%nodes)
+      more(:, file%nodes + 1:) = 0.0_wp
+      call move_alloc(more, file%x)
+    end if
+    file%nodes = file%nodes + 1
+    file%node_tag(file%nodes) = tag
+    file%x(:, file%nodes) = x
+    file%node_at(file%nodes) = at
+  end subroutine add_node
+
+  !> Adds a cell.
+  subroutine add_cell(file, tag, corners, mark, at)
+    type(file_mesh_t), intent(inout) :: file !! the file
+    integer, intent(in) :: tag !! its number
+    integer, intent(in) :: corners(:) !! one to four node numbers of the file
+    integer, intent(in) :: mark !! what tells the reader its groups
+    integer, intent(in) :: at !! character of the file where it stands
+    integer, allocatable :: more(:, :)
+
+    if (file%cells == size(file%cell_tag)) then
+      call grow(file%cell_tag)
+      call grow(file%size)
+      call grow(file%mark)
+      call grow(file%cell_at)
+      allocate (more(4, size(file%cell_tag)))
+      more(:, :file%cells) = file%corners(:, :file%cells)
+      more(:, file%cells + 1:) = 0
+      call move_alloc(more, file%corners)
+    end if
+    file%cells = file%cells + 1
+    file%cell_tag(file%cells) = tag
+    file%corners(:size(corners), file%cells) = corners
+    file%size(file%cells) = size(corners)
+    file%mark(file%cells) = mark
+    file%cell_at(file%cells) = at
+  end subroutine add_cell
+
+  !> Adds an empty group.
+  subroutine add_group(file, name, kind, at)
+    type(file_mesh_t), intent(inout) :: file !! the file
+    character(*), intent(in) :: name !! its name
+    integer, intent(in) :: kind !! what its members are
+    integer, intent(in) :: at !! character of the file where it is defined
+    type(file_group_t), allocatable :: more(:)
+    integer :: i
+
+    if (file%groups == size(file%group)) then
+      allocate (more(2*file%groups))
+      do i = 1, file%groups
+        call move_group(file%group(i), more(i))
+      end do
+      call move_alloc(more, file%group)
+    end if
+    file%groups = file%groups + 1
+    associate (group => file%group(file%groups))
+      group%name = name
+      group%kind = kind
+      group%at = at
+      allocate (group%members(16), group%faces(16), source=0)
+    end associate
+  end subroutine add_group
+
+  !> Hands a group over without copying its members.
+  subroutine move_group(from, to)
+    type(file_group_t), intent(inout) :: from !! left empty
+    type(file_group_t), intent(inout) :: to !! filled
+
+    call move_alloc(from%name, to%name)
+    call move_alloc(from%material, to%material)
+    call move_alloc(from%members, to%members)
+    call move_alloc(from%faces, to%faces)
+    to%kind = from%kind
+    to%at = from%at
+    to%count = from%count
+  end subroutine move_group
+
+  !> Adds a member to a group.
+  subroutine add_member(group, member, face)
+    type(file_group_t), intent(inout) :: group !! the group
+    integer, intent(in) :: member !! place in the list of nodes or cells
+    integer, intent(in) :: face !! its face, or 0
+
+    if (group%count == size(group%members)) then
+      call grow(group%members)
+      call grow(group%faces)
+    end if
+    group%count = group%count + 1
+    group%members(group%count) = member
+    group%faces(group%count) = face
+  end subroutine add_member
+
+  !> Adds a remark; there are few of them.
+  subroutine add_remark(file, remark)
+    type(file_mesh_t), intent(inout) :: file !! the file
+    character(*), intent(in) :: remark !! what was passed over
+    type(string_t), allocatable :: more(:)
+    integer :: i
+
+    do i = 1, size(file%remarks)
+      if (file%remarks(i)%s == remark) return
+    end do
+    allocate (more(size(file%remarks) + 1))
+    do i = 1, size(file%remarks)
+      call move_alloc(file%remarks(i)%s, more(i)%s)
+    end do
+    more(size(more))%s = remark
+    call move_alloc(more, file%remarks)
+  end subroutine add_remark
+
+  !> Group of a kind by its name in either case, 0 if there is none.
+  pure integer function find_group(file, name, kind) result(g)
+    type(file_mesh_t), intent(in) :: file !! the file
+    character(*), intent(in) :: name !! its name
+    integer, intent(in) :: kind !! what its members are
+
+    do g = 1, file%groups
+      if (file%group(g)%kind /= kind .or. len(file%group(g)%name) /= len(name)) cycle
+      if (lower(file%group(g)%name) == lower(name)) return
+    end do
+    g = 0
+  end function find_group
+
+  !> Doubles the length of a list.
+  subroutine grow(list)
+    integer, allocatable, intent(inout) :: list(:) !! the list
+    integer, allocatable :: more(:)
+    integer :: n
+
+    n = size(list)
+    allocate (more(2*n))
+    more(:n) = list
+    more(n + 1:) = 0
+    call move_alloc(more, list)
+  end subroutine grow
+end module mesh_file_types

@@ -1,0 +1,325 @@
+!> Reads the restart part of a results file, and refuses one that does not fit the deck.
+module state_reader
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_deck
+  use text, only: to_text, count_noun
+  use contact_types, only: pair_t
+  use model_types, only: model_t
+  use result_types, only: saved_state_t
+  use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
+  use hdf5_data, only: read_block, series_shape
+  use results_state, only: pair_group, defined_coordinates
+  implicit none
+  private
+  public :: read_state
+
+  !> Root of this part of the file.
+  character(*), parameter :: root = '/state/'
+  !> Nodes further apart than this share of the model's size are at different places.
+  real(wp), parameter :: same_place = 1.0e-10_wp
+  !> Line end within messages.
+  character(1), parameter :: nl = new_line('a')
+
+contains
+
+  !> Reads the state of one end time from a results file.
+  subroutine read_state(path, model, step, state, error)
+    character(*), intent(in) :: path !! results file, or one that SAVE has written
+    type(model_t), intent(in) :: model !! the problem; the file must be one of its runs
+    integer, intent(in) :: step !! number of the end time, 0 for the last
+    type(saved_state_t), intent(out) :: state !! the state
+    type(error_t), allocatable, intent(out) :: error !! no such file or step, another mesh
+    type(error_t), allocatable :: ignored
+    type(hdf5_file_t) :: file
+    integer :: slot
+
+    call open_states(path, file, error)
+    if (allocated(error)) return
+    call find_state(file, step, slot, error)
+    if (.not. allocated(error)) call check_mesh(file, model, error)
+    if (.not. allocated(error)) call check_pairs(file, model, error)
+    if (.not. allocated(error)) then
+      call read_slot(file, model, slot, state, error)
+      if (allocated(error)) call raise(error, exit_deck, 'error: the state in '//path// &
+        ' cannot be read: the file is damaged or cut off'//nl//'  restart from an earlier --step')
+    end if
+    call close_hdf5(file, ignored)
+  end subroutine read_state
+
+  !> Opens a file and says why it cannot serve.
+  subroutine open_states(path, file, error)
+    character(*), intent(in) :: path !! the file
+    type(hdf5_file_t), intent(out) :: file !! open if there is no error
+    type(error_t), allocatable, intent(out) :: error !! no such file, no HDF5, no states
+    type(error_t), allocatable :: ignored
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (.not. there) then
+      call raise(error, exit_deck, 'error: there is no file '//path//' to restart from'//nl// &
+        '  name the .h5 file of a run, or one that SAVE has written')
+      return
+    end if
+    call open_hdf5(file, path, error)
+    if (allocated(error)) then
+      call raise(error, exit_deck, 'error: '//path//' is no HDF5 file that can be read: '// &
+        'something else, cut off, or still being written'//nl// &
+        '  name the .h5 file of a run that has ended')
+    else if (.not. exists_in(file, '/state')) then
+      call raise(error, exit_deck, 'error: '//path//' holds no state to restart from'//nl// &
+        '  the run that wrote it had OUTPut STATe NONE')
+      call close_hdf5(file, ignored)
+    end if
+  end subroutine open_states
+
+  !> Finds the place of a state.
+  subroutine find_state(file, step, slot, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    integer, intent(in) :: step !! number of the end time, 0 for the last
+    integer, intent(out) :: slot !! its place
+    type(error_t), allocatable, intent(out) :: error !! no such step
+    integer, allocatable :: steps(:)
+    integer :: dims(3), rank
+
+    slot = 0
+    call series_shape(file, root//'step', dims, rank)
+    allocate (steps(dims(1)), source=0)
+    call read_block(file, root//'step', steps, 1, error)
+    if (allocated(error)) then
+      call raise(error, exit_deck, 'error: the states in '//file%path//' cannot be read: '// &
+        'the file is damaged or cut off')
+      return
+    end if
+    if (all(steps < 1)) then
+      call raise(error, exit_deck, 'error: '//file%path//' holds no state to restart from'//nl// &
+        '  the run that wrote it ended before its first end time (or the first of OUTPut EVERy)')
+      return
+    end if
+    slot = maxloc(steps, 1)
+    if (step > 0) slot = findloc(steps, step, 1)
+    if (slot == 0) call raise(error, exit_deck, 'error: '//file%path// &
+      ' holds no state of step '//to_text(step)//nl//'  it holds '//step_list(steps)// &
+      '; without --step the last one is taken')
+  end subroutine find_state
+
+  !> The steps that are there, as text: `steps 1 to 7, 9, 11 to 30`.
+  function step_list(steps) result(t)
+    integer, intent(in) :: steps(:) !! numbers of end times, 0 or below for none
+    character(:), allocatable :: t
+    integer, allocatable :: present_steps(:)
+    integer :: first, last, stride
+
+    present_steps = pack(steps, steps > 0)
+    if (size(present_steps) == 2) present_steps = [minval(present_steps), maxval(present_steps)]
+    t = 'step'
+    if (size(present_steps) > 1) t = 'steps'
+    first = 1
+    do while (first <= size(present_steps))
+      last = first
+      if (first < size(present_steps)) then
+        stride = present_steps(first + 1) - present_steps(first)
+        do while (last < size(present_steps))
+          if (present_steps(last + 1) - present_steps(last) /= stride) exit
+          last = last + 1
+        end do
+      end if
+      if (first > 1) t = t//','
+      t = t//' '//to_text(present_steps(first))
+      if (last > first + 1) then
+        t = t//' to '//to_text(present_steps(last))
+        if (stride > 1) t = t//' by '//to_text(stride)
+      else
+        last = first
+      end if
+      first = last + 1
+    end do
+  end function step_list
+
+  !> Checks that nodes and elements are those of the deck.
+  subroutine check_mesh(file, model, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! another mesh
+    real(wp), allocatable :: x(:, :), here(:, :)
+    integer, allocatable :: ix(:, :)
+    integer :: dims(3), rank, i
+
+    call series_shape(file, root//'coordinates', dims, rank)
+    if (dims(2) /= model%mesh%nodes) then
+      call raise_other(file, count_noun(dims(2), 'node'), count_noun(model%mesh%nodes, 'node'), &
+        error)
+      return
+    end if
+    allocate (x(3, dims(2)))
+    call read_block(file, root//'coordinates', x, 1, error)
+    if (allocated(error)) return
+    here = defined_coordinates(model%mesh)
+    i = maxloc(maxval(abs(x - here), 1), 1)
+    if (maxval(abs(x(:, i) - here(:, i))) > same_place*maxval(maxval(here, 2) - minval(here, 2))) &
+      then
+      call raise_other(file, 'node '//to_text(i)//' at '//place(x(:, i)), 'it at '// &
+        place(here(:, i)), error)
+      return
+    end if
+    call series_shape(file, root//'elements', dims, rank)
+    if (dims(2) /= size(model%mesh%ix, 2)) then
+      call raise_other(file, count_noun(dims(2), 'element'), &
+        count_noun(size(model%mesh%ix, 2), 'element'), error)
+      return
+    end if
+    allocate (ix(dims(1), dims(2)))
+    call read_block(file, root//'elements', ix, 1, error)
+    if (allocated(error)) return
+    if (dims(1) == size(model%mesh%ix, 1)) then
+      i = findloc(all(ix == model%mesh%ix, 1), .false., 1)
+      if (i > 0) call raise_other(file, 'other nodes in element '//to_text(i), 'its own', error)
+    end if
+  end subroutine check_mesh
+
+  !> A position as text.
+  function place(x) result(t)
+    real(wp), intent(in) :: x(3) !! the position [length]
+    character(:), allocatable :: t
+
+    t = '('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//')'
+  end function place
+
+  !> Checks that the contact pairs are those of the deck.
+  subroutine check_pairs(file, model, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! other pairs
+    integer, allocatable :: numbers(:)
+    integer :: dims(3), rank, i
+
+    call series_shape(file, root//'pairs', dims, rank)
+    allocate (numbers(dims(1)))
+    call read_block(file, root//'pairs', numbers, 1, error)
+    if (allocated(error)) return
+    do i = 1, size(numbers)
+      if (any(model%pairs%number == numbers(i))) cycle
+      call raise_other(file, 'a contact pair '//to_text(numbers(i)), 'none of that number', error)
+      return
+    end do
+    do i = 1, size(model%pairs)
+      if (any(numbers == model%pairs(i)%number)) then
+        call check_pair(file, model%pairs(i), error)
+      else
+        call raise_other(file, 'no contact pair '//to_text(model%pairs(i)%number), 'one', error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine check_pairs
+
+  !> Checks that points and facets of a pair are those of the deck.
+  subroutine check_pair(file, pair, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    type(error_t), allocatable, intent(out) :: error !! other points or facets
+    integer, allocatable :: nodes(:), facets(:, :)
+    character(:), allocatable :: where_it_is
+    integer :: dims(3), rank
+
+    where_it_is = ' in pair '//to_text(pair%number)
+    call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
+    if (dims(1) /= size(pair%nodes)) then
+      call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
+        count_noun(size(pair%nodes), 'point'), error)
+      return
+    end if
+    allocate (nodes(dims(1)))
+    call read_block(file, pair_group(pair%number)//'/nodes', nodes, 1, error)
+    if (allocated(error)) return
+    call series_shape(file, pair_group(pair%number)//'/facets', dims, rank)
+    if (dims(2) /= size(pair%facets, 2)) then
+      call raise_other(file, count_noun(dims(2), 'master facet')//where_it_is, &
+        count_noun(size(pair%facets, 2), 'master facet'), error)
+      return
+    end if
+    allocate (facets(3, dims(2)))
+    call read_block(file, pair_group(pair%number)//'/facets', facets, 1, error)
+    if (allocated(error)) return
+    if (any(nodes /= pair%nodes)) then
+      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
+    else if (any(facets /= pair%facets)) then
+      call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
+    end if
+  end subroutine check_pair
+
+  !> The error of a file that does not fit the deck.
+  subroutine raise_other(file, theirs, ours, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    character(*), intent(in) :: theirs !! what the file has
+    character(*), intent(in) :: ours !! what the deck has
+    type(error_t), allocatable, intent(out) :: error !! filled
+
+    call raise(error, exit_deck, 'error: '//file%path//' does not fit this deck: it has '// &
+      theirs//', the deck has '//ours//nl//'  restart with the mesh and the pairs of the run '// &
+      'that wrote the file; loads, supports, materials and friction may differ')
+  end subroutine raise_other
+
+  !> Reads the state at one place.
+  subroutine read_slot(file, model, slot, state, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: slot !! place of the state
+    type(saved_state_t), intent(inout) :: state !! the state
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: step(1), i
+    real(wp) :: values(1)
+
+    call read_block(file, root//'step', step, slot, error)
+    if (allocated(error)) return
+    state%step = step(1)
+    call read_block(file, root//'time', values, slot, error)
+    if (allocated(error)) return
+    state%time = values(1)
+    call read_block(file, root//'increment', values, slot, error)
+    if (allocated(error)) return
+    state%increment = values(1)
+    allocate (state%displacement(3, model%mesh%nodes), state%reaction(3, model%mesh%nodes))
+    call read_block(file, root//'displacement', state%displacement, slot, error)
+    if (allocated(error)) return
+    call read_block(file, root//'reaction', state%reaction, slot, error)
+    allocate (state%pairs(size(model%pairs)))
+    do i = 1, size(model%pairs)
+      if (allocated(error)) return
+      call read_pair(file, model%pairs(i), slot, state, i, error)
+    end do
+  end subroutine read_slot
+
+  !> Reads the contact history of one pair.
+  subroutine read_pair(file, pair, slot, state, index, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: slot !! place of the state
+    type(saved_state_t), intent(inout) :: state !! the state
+    integer, intent(in) :: index !! index of the pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: tip(2, size(pair%nodes))
+    integer :: host(size(pair%nodes)), status(size(pair%nodes)), i
+
+    allocate (state%pairs(index)%coupled(size(host)))
+    call read_block(file, pair_group(pair%number)//'/host', host, slot, error)
+    if (allocated(error)) return
+    call read_block(file, pair_group(pair%number)//'/status', status, slot, error)
+    if (allocated(error)) return
+    call read_block(file, pair_group(pair%number)//'/tip', tip, slot, error)
+    if (allocated(error)) return
+    call read_block(file, pair_group(pair%number)//'/coupled', state%pairs(index)%coupled, slot, &
+      error)
+    if (allocated(error)) return
+    if (any(host < 0 .or. host > size(pair%facets, 2)) .or. &
+      any(state%pairs(index)%coupled < 0 .or. &
+      state%pairs(index)%coupled > size(pair%facets, 2))) then
+      call raise(error, exit_deck, 'facet out of range')
+      return
+    end if
+    allocate (state%pairs(index)%points(size(host)))
+    do i = 1, size(host)
+      state%pairs(index)%points(i)%host = host(i)
+      state%pairs(index)%points(i)%status = status(i)
+      state%pairs(index)%points(i)%tip = tip(:, i)
+    end do
+  end subroutine read_pair
+end module state_reader

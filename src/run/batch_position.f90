@@ -1,0 +1,94 @@
+!> Where a run stands in the commands of BATCh, and which of its end times a restart passes over.
+module batch_position
+  use kinds, only: wp
+  use batch_types, only: batch_command_t
+  implicit none
+  private
+  public :: position_t, is_passing, pass_end_time, look_for, end_times_to_pass, count_steps
+
+  !> Times count as equal when they differ by less than this share.
+  real(wp), parameter :: same_time = 1.0e-9_wp
+
+  !> The place in the batch, counted in end times.
+  type :: position_t
+    real(wp) :: clock = 0.0_wp !! time of the last end time, solved or passed over
+    integer :: passed = 0 !! end times so far, solved or passed over
+    integer :: skip = 0 !! end times that are passed over
+    logical :: found = .false. !! in a rehearsal: no need to go on
+    integer :: step = 0 !! step that is looked for, 0 for none
+    real(wp) :: time = 0.0_wp !! its time
+    logical :: beyond = .false. !! an end time has been later than that
+    integer :: up_to_time = 0 !! end times before that one
+  end type position_t
+
+contains
+
+  !> Number of rows the deck will write, for the progress line; loops count in full.
+  pure integer function count_steps(commands) result(n)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands
+    integer :: i, times, factor(size(commands))
+
+    n = 0
+    factor = 1
+    times = 1
+    do i = 1, size(commands)
+      select case (commands(i)%command)
+      case ('loop')
+        factor(i) = max(1, min(nint(commands(i)%v(1)), huge(1)/max(1, 2*times)))
+        times = times*factor(i)
+      case ('next')
+        times = times/factor(commands(i)%partner)
+      case ('step')
+        n = n + times*nint(commands(i)%v(1))
+      case ('time')
+        n = n + times
+      end select
+    end do
+  end function count_steps
+
+  !> A position that passes over everything until it has found where a state belongs.
+  pure function look_for(step, time) result(position)
+    integer, intent(in) :: step !! step of the state
+    real(wp), intent(in) :: time !! its time
+    type(position_t) :: position
+
+    position%skip = huge(1)
+    position%step = step
+    position%time = time
+  end function look_for
+
+  !> Whether the next end time is passed over.
+  pure logical function is_passing(position) result(passing)
+    type(position_t), intent(in) :: position !! where the run stands
+
+    passing = position%passed < position%skip
+  end function is_passing
+
+  !> Counts an end time.
+  pure subroutine pass_end_time(position, time)
+    type(position_t), intent(inout) :: position !! moved on
+    real(wp), intent(in) :: time !! the end time
+    real(wp) :: margin
+
+    position%passed = position%passed + 1
+    position%clock = time
+    if (position%step == 0) return
+    margin = same_time*max(abs(time), abs(position%time))
+    if (position%passed == position%step .and. abs(time - position%time) <= margin) then
+      position%up_to_time = position%passed
+      position%found = .true.
+      return
+    end if
+    if (time > position%time + margin) position%beyond = .true.
+    if (.not. position%beyond) position%up_to_time = position%passed
+    position%found = position%beyond .and. position%passed >= position%step
+  end subroutine pass_end_time
+
+  !> What a rehearsal has found: all end times up to the one with the step and the time of the
+  !! state; if there is none (another DT, say), all that are not later than the state.
+  pure integer function end_times_to_pass(position) result(n)
+    type(position_t), intent(in) :: position !! after a rehearsal
+
+    n = position%up_to_time
+  end function end_times_to_pass
+end module batch_position

@@ -1,0 +1,187 @@
+!> States that a run goes back to or goes on from: SAVE, REST and --restart.
+module saved_states
+  use errors, only: error_t
+  use text, only: string_t
+  use version, only: program_version
+  use kinds, only: wp
+  use model_types, only: model_t
+  use system_types, only: system_t, state_t
+  use contact_system, only: couple_as_saved
+  use result_types, only: saved_state_t
+  use results_state, only: save_state
+  use state_reader, only: read_state
+  use run_files, only: fill_state
+  use text_files, only: real_path
+  implicit none
+  private
+  public :: saved_states_t, keep_state, read_kept_state, take_state, note_passed, restart_base
+
+  !> Where states are kept.
+  type :: saved_states_t
+    character(:), allocatable :: base !! path of this run's files without their endings
+    character(:), allocatable :: deck !! name of the deck without its ending
+    character(:), allocatable :: restart !! file that was restarted from, empty for none
+    integer :: step = 0 !! step of the state in it, 0 without a restart
+    real(wp) :: time = 0.0_wp !! its time
+    integer :: n_passed = 0 !! SAVE commands that were passed over
+    type(string_t), allocatable :: passed(:) !! their names, and some room
+  end type saved_states_t
+
+  !> The name of a state that has none.
+  character(*), parameter :: default_name = 'save'
+
+contains
+
+  !> SAVE: writes the present state to its file; returns the file's name.
+  subroutine keep_state(states, name, model, system, state, increment, path, error)
+    type(saved_states_t), intent(in) :: states !! where to
+    character(*), intent(in) :: name !! name of the state, may be empty
+    type(model_t), intent(in) :: model !! contact history
+    type(system_t), intent(in) :: system !! pattern of its matrix
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: increment !! DT
+    character(:), allocatable, intent(out) :: path !! the file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(saved_state_t) :: saved
+
+    path = file_of(states%base, name)
+    call fill_state(model, system, state, increment, saved)
+    saved%step = max(1, saved%step)
+    call save_state(path, model, saved, 'mfec '//program_version, error)
+  end subroutine keep_state
+
+  !> REST: reads the state that has been saved under a name, or that of a file.
+  subroutine read_kept_state(states, name, step, model, saved, path, error)
+    type(saved_states_t), intent(in) :: states !! where from
+    character(*), intent(in) :: name !! name of the state or file, may be empty
+    integer, intent(in) :: step !! number of the end time in the file, 0 for the last
+    type(model_t), intent(in) :: model !! the problem
+    type(saved_state_t), intent(out) :: saved !! the state
+    character(:), allocatable, intent(out) :: path !! the file
+    type(error_t), allocatable, intent(out) :: error !! no such file or step, another mesh
+
+    path = path_of(states, name)
+    call read_state(path, model, step, saved, error)
+  end subroutine read_kept_state
+
+  !> Makes a saved state the present one; the number of its step is left to the caller.
+  subroutine take_state(saved, model, system, state)
+    type(saved_state_t), intent(in) :: saved !! the state
+    type(model_t), intent(inout) :: model !! gets its contact history
+    type(system_t), intent(inout) :: system !! gets the pattern of its matrix
+    type(state_t), intent(inout) :: state !! becomes the state
+    integer :: hosts(system%contact%n), k
+
+    state%time = saved%time
+    state%u = saved%displacement
+    state%reaction = saved%reaction
+    do k = 1, size(model%pairs)
+      model%pairs(k)%old = saved%pairs(k)%points
+      model%pairs(k)%new = saved%pairs(k)%points
+      hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
+    end do
+    call couple_as_saved(model, system, hosts)
+  end subroutine take_state
+
+  !> Remembers a SAVE that a restart passes over: its file belongs to the run before.
+  subroutine note_passed(states, name)
+    type(saved_states_t), intent(inout) :: states !! gets the name
+    character(*), intent(in) :: name !! name of the state, may be empty
+    type(string_t), allocatable :: longer(:)
+    integer :: i
+
+    if (is_passed(states, name)) return
+    if (.not. allocated(states%passed)) allocate (states%passed(8))
+    if (states%n_passed == size(states%passed)) then
+      allocate (longer(2*states%n_passed))
+      do i = 1, states%n_passed
+        call move_alloc(states%passed(i)%s, longer(i)%s)
+      end do
+      call move_alloc(longer, states%passed)
+    end if
+    states%n_passed = states%n_passed + 1
+    states%passed(states%n_passed)%s = name
+  end subroutine note_passed
+
+  !> Whether a SAVE of this name was passed over.
+  pure logical function is_passed(states, name)
+    type(saved_states_t), intent(in) :: states !! the names
+    character(*), intent(in) :: name !! name of a state
+    integer :: i
+
+    is_passed = .false.
+    do i = 1, states%n_passed
+      if (states%passed(i)%s == name) is_passed = .true.
+    end do
+  end function is_passed
+
+  !> The file that REST reads: a name is that of a state, anything with a dot or slash a file.
+  function path_of(states, name) result(path)
+    type(saved_states_t), intent(in) :: states !! where states are kept
+    character(*), intent(in) :: name !! name of a state or file, may be empty
+    character(:), allocatable :: path
+    logical :: there
+
+    if (scan(name, './') > 0) then
+      path = name
+    else if (is_passed(states, name)) then
+      path = file_of(without_ending(states%restart), name)
+      inquire (file=path, exist=there)
+      if (.not. there) path = file_of(folder_of(states%restart)//states%deck, name)
+    else
+      path = file_of(states%base, name)
+    end if
+  end function path_of
+
+  !> The file of a state.
+  pure function file_of(base, name) result(path)
+    character(*), intent(in) :: base !! path without ending
+    character(*), intent(in) :: name !! name of the state, may be empty
+    character(:), allocatable :: path
+
+    if (len(name) == 0) then
+      path = base//'.'//default_name//'.h5'
+    else
+      path = base//'.'//name//'.h5'
+    end if
+  end function file_of
+
+  !> A path without `.h5`.
+  pure function without_ending(path) result(base)
+    character(*), intent(in) :: path !! a results file
+    character(:), allocatable :: base
+    integer :: dot
+
+    base = path
+    dot = index(path, '.h5', back=.true.)
+    if (dot > 1 .and. dot == len(path) - 2) base = path(:dot - 1)
+  end function without_ending
+
+  !> The folder of a path with its slash, empty for the working directory.
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path !! any path
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, '/', back=.true.))
+  end function folder_of
+
+  !> Base of the files of a restarted run: the one it would have, but with `-restart` behind it if
+  !! the file restarted from, or what stands beside it, begins with that.
+  function restart_base(base, restart) result(safe)
+    character(*), intent(in) :: base !! path of the run's files without their endings
+    character(*), intent(in) :: restart !! results file that is restarted from
+    character(:), allocatable :: safe, file, here
+
+    safe = base
+    file = real_path(restart)
+    here = folder_of(base)
+    if (len(here) == 0) here = './'
+    here = real_path(here)
+    if (len(here) == 0 .or. folder_of(file) /= here//'/') return
+    here = here//'/'//base(len(folder_of(base)) + 1:)
+    do while (index(file, here//'.') == 1 .or. index(file, here//'-restart') == 1)
+      here = here//'-restart'
+      safe = safe//'-restart'
+    end do
+  end function restart_base
+end module saved_states
