@@ -2,10 +2,9 @@
 module newton
   use kinds, only: wp
   use costs, only: wall_seconds
-  use element_types, only: status_open
   use signals, only: stop_requested
   use block_matrix, only: multiply
-  use umfpack_solver, only: factorise, solve, solver_done, solver_out_of_memory
+  use umfpack_solver, only: factorise, solve, solver_done, solver_singular, solver_out_of_memory
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
@@ -36,7 +35,7 @@ module newton
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
   real(wp), parameter :: round_off_factor = 8.0_wp
-  !> Below this share of the estimate it is converged at once; without contact below the former.
+  !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
@@ -99,9 +98,8 @@ contains
     real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-    floor_factor = round_off_factor
-    if (progress%halved .and. any(system%contact%status > status_open)) &
-      floor_factor = round_off_share
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
+      system%contact%n > 0)
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
