@@ -180,6 +180,9 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
+stress: mfec ## scenes at the limits and 500 random ones, with a table (tests/stress/run --help)
+	@python3 tests/stress/run --full
+
 lint: build/venv-lint/stamp ## fortitude, fprettify and the house rules
 	@.ci/lint build/venv-lint/bin
 

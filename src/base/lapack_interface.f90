@@ -9,6 +9,7 @@ module lapack_interface
     !> Least squares of minimum norm by singular values.
     subroutine dgelss(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, info)
       import :: wp
+      implicit none
       integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
       real(wp), intent(inout) :: a(lda, *), b(ldb, *)
       real(wp), intent(out) :: s(*), work(*)
@@ -19,6 +20,7 @@ module lapack_interface
     !> Eigenvalues and eigenvectors of a symmetric matrix.
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
       import :: wp
+      implicit none
       character(1), intent(in) :: jobz, uplo
       integer, intent(in) :: n, lda, lwork
       real(wp), intent(inout) :: a(lda, *)

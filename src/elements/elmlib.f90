@@ -29,6 +29,8 @@ contains
       call elmt01_t4(task, d, e)
     case (routine_mfec)
       call elmt03_mfec(task, d, e)
+    case default
+      ! routine_none: a contact element that is switched off adds nothing.
     end select
   end subroutine element_routine
 end module elmlib

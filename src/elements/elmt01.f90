@@ -33,6 +33,8 @@ contains
       call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
     case (task_stress)
       e%stress(1:6) = stress_of(gradient, e%ul(:, 1:4), lambda, g)
+    case default
+      ! What other routines know (task_stick_tangent) is nothing here.
     end select
   end subroutine elmt01_t4
 

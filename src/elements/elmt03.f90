@@ -86,6 +86,8 @@ contains
     case (task_stress)
       call principal_axes(d, c)
       call report(d, c, e)
+    case default
+      ! The other tasks need no more than the cone.
     end select
   end subroutine elmt03_mfec
 

@@ -51,9 +51,10 @@ contains
         end associate
       end do
     end do
-    if (name /= '' .and. .not. is_region(mesh, name, all_elements(place, mesh))) &
+    if (name /= '' .and. .not. is_region(mesh, name, all_elements(place, mesh))) then
       call place_region(name, place%at, unique_numbers(all_elements(place, mesh)), mesh, &
-      diagnostics)
+        diagnostics)
+    end if
     call choose_materials(deck, name, place, file, mesh, diagnostics)
   end subroutine place_groups
 

@@ -234,6 +234,7 @@ contains
     real(wp), intent(in) :: seconds !! wall-clock time of the whole run [s]
     type(error_t), allocatable, intent(out) :: error !! disk full
     character(80) :: line
+    real(wp) :: processor
     integer :: i
 
     call log_line(log, new_line('a')//count_noun(log%increments, 'increment')//', '// &
@@ -247,6 +248,10 @@ contains
     end do
     if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'whole run', seconds
+    call log_line(log, line, error)
+    if (allocated(error)) return
+    call cpu_time(processor)
+    write (line, '(a,t42,f13.3)') 'processor time of all threads', processor
     call log_line(log, line, error)
   end subroutine log_costs
 

@@ -7,8 +7,8 @@ module text_files
     path_limit
   implicit none
   private
-  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, make_folder, &
-    rename_file, real_path
+  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, &
+    make_folder, rename_file, real_path
 
   !> A text file open for writing.
   type :: text_file_t

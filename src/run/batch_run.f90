@@ -92,8 +92,9 @@ contains
     do while (next <= size(commands))
       call run_command(commands, next, turns, run, model, system, state, files, monitor, &
         terminal, error)
-      if (allocated(monitor%trouble) .and. .not. allocated(error)) &
+      if (allocated(monitor%trouble) .and. .not. allocated(error)) then
         call move_alloc(monitor%trouble, error)
+      end if
       if (allocated(error) .or. run%position%found) return
       next = next + 1
     end do
@@ -127,8 +128,10 @@ contains
         end if
       case ('step')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
-        if (.not. allocated(error)) call run_steps(nint(command%v(1)), run, model, system, &
-          state, files, monitor, terminal, error)
+        if (.not. allocated(error)) then
+          call run_steps(nint(command%v(1)), run, model, system, state, files, monitor, terminal, &
+            error)
+        end if
       case ('time')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
         if (.not. allocated(error)) call begin_time(command%v(1), run, model, system, state)
@@ -154,6 +157,8 @@ contains
           files%log, error)
         if (command%command == 'reac') call print_reactions(command, model, state, files%log, &
           error)
+      case default
+        ! PROP has been obeyed when the deck was read; SOLVer leaves no choice so far.
       end select
     end associate
   end subroutine run_command

@@ -85,8 +85,9 @@ contains
     character(*), intent(in) :: reason !! why it failed
     type(error_t), allocatable :: error
 
-    if (associated(self%log)) &
+    if (associated(self%log)) then
       call log_cut(self%log, self%step, time, old_size, new_size, reason, error)
+    end if
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_cut
 end module run_monitor

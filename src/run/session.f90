@@ -2,7 +2,7 @@
 module session
   use errors, only: error_t
   use text, only: string_t, to_text, count_noun
-  use costs, only: begin_cost, end_cost, cost_reading, wall_seconds
+  use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas
   use version, only: program_version
   use deck_types, only: deck_t
@@ -113,7 +113,6 @@ contains
     type(run_monitor_t) :: monitor
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
-    real :: cpu
 
     call build_system(model, system, state)
     states%deck = deck_name(options)
@@ -134,8 +133,8 @@ contains
     if (.not. allocated(error)) call run_batch(commands, states, model, system, state, files, &
       monitor, terminal, error)
     if (allocated(error)) call log_error(files%log, error%message, trouble)
-    call cpu_time(cpu)
-    call log_costs(files%log, system%costs, real(cpu, kind(system%costs%seconds)), trouble)
+    call log_costs(files%log, system%costs, &
+      wall_seconds() - system%costs%started(cost_reading), trouble)
     call close_files(files, system, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem

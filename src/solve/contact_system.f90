@@ -155,8 +155,9 @@ contains
     type(system_t), intent(inout) :: system !! gets bulk_place
     integer :: j, k
 
-    if (.not. allocated(system%bulk_place)) &
+    if (.not. allocated(system%bulk_place)) then
       allocate (system%bulk_place(size(system%bulk_matrix%row)))
+    end if
     do j = 1, system%bulk_matrix%nodes
       do k = system%bulk_matrix%ptr(j), system%bulk_matrix%ptr(j + 1) - 1
         system%bulk_place(k) = find_block(system%matrix, system%bulk_matrix%row(k), j)
@@ -188,8 +189,9 @@ contains
       do p = 1, size(model%pairs(k)%nodes)
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
-        if (system%contact%status(element) > status_open) &
+        if (system%contact%status(element) > status_open) then
           model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
+        end if
       end do
     end do
   end subroutine keep_status

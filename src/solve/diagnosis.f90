@@ -140,8 +140,9 @@ contains
       if (system%node_body(node) /= body) cycle
       t = 'the body of element '//to_text(e)
       if (model%mesh%region(e) > 0) then
-        if (len(model%mesh%regions(model%mesh%region(e))%name) > 0) &
+        if (len(model%mesh%regions(model%mesh%region(e))%name) > 0) then
           t = t//' (region '//model%mesh%regions(model%mesh%region(e))%name//')'
+        end if
       end if
       return
     end do

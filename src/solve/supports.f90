@@ -43,8 +43,9 @@ contains
       if (system%node_body(i) /= body) cycle
       do k = 1, 3
         if (system%equation(k, i) > 0) dofs = dofs + 1
-        if (system%equation(k, i) == 0) &
+        if (system%equation(k, i) == 0) then
           call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
+        end if
       end do
     end do
     if (with_contact) call add_contact(x, system, body, center, size_x, gram)
@@ -152,8 +153,9 @@ contains
       if (.not. any(system%grounded(system%node_body(system%contact%ix(1:2, k))))) cycle
       now = gap_of(x, 0.0_wp, k, system)
       later = gap_of(x, 1.0_wp, k, system)
-      if (later < now) &
+      if (later < now) then
         length = min(length, (now + overshoot*size_of(x, k, system))/(now - later))
+      end if
     end do
   end function closing_length
 
@@ -230,8 +232,8 @@ contains
     do node = 1, size(system%node_body)
       if (system%node_body(node) /= body) cycle
       do k = 1, 3
-        if (system%equation(k, node) > 0) force(k) = force(k) &
-          + system%right(system%equation(k, node))
+        if (system%equation(k, node) == 0) cycle
+        force(k) = force(k) + system%right(system%equation(k, node))
       end do
     end do
   end function resultant

@@ -10,6 +10,7 @@ module umfpack_interface
     !> Fills Control with the defaults.
     subroutine umfpack_dl_defaults(control) bind(c, name='umfpack_dl_defaults')
       import :: c_double
+      implicit none
       real(c_double), intent(out) :: control(0:19)
     end subroutine umfpack_dl_defaults
 
@@ -17,6 +18,7 @@ module umfpack_interface
     integer(c_long) function umfpack_dl_symbolic(m, n, ap, ai, ax, symbolic, control, info) &
       bind(c, name='umfpack_dl_symbolic')
       import :: c_ptr, c_long, c_double
+      implicit none
       integer(c_long), value :: m, n
       integer(c_long), intent(in) :: ap(*), ai(*)
       real(c_double), intent(in) :: ax(*)
@@ -29,6 +31,7 @@ module umfpack_interface
     integer(c_long) function umfpack_dl_numeric(ap, ai, ax, symbolic, numeric, control, info) &
       bind(c, name='umfpack_dl_numeric')
       import :: c_ptr, c_long, c_double
+      implicit none
       integer(c_long), intent(in) :: ap(*), ai(*)
       real(c_double), intent(in) :: ax(*)
       type(c_ptr), value :: symbolic
@@ -41,6 +44,7 @@ module umfpack_interface
     integer(c_long) function umfpack_dl_solve(sys, ap, ai, ax, x, b, numeric, control, info) &
       bind(c, name='umfpack_dl_solve')
       import :: c_ptr, c_long, c_double
+      implicit none
       integer(c_long), value :: sys
       integer(c_long), intent(in) :: ap(*), ai(*)
       real(c_double), intent(in) :: ax(*)
@@ -54,12 +58,14 @@ module umfpack_interface
     !> Releases a symbolic analysis.
     subroutine umfpack_dl_free_symbolic(symbolic) bind(c, name='umfpack_dl_free_symbolic')
       import :: c_ptr
+      implicit none
       type(c_ptr), intent(inout) :: symbolic
     end subroutine umfpack_dl_free_symbolic
 
     !> Releases a factor.
     subroutine umfpack_dl_free_numeric(numeric) bind(c, name='umfpack_dl_free_numeric')
       import :: c_ptr
+      implicit none
       type(c_ptr), intent(inout) :: numeric
     end subroutine umfpack_dl_free_numeric
   end interface

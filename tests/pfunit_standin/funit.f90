@@ -28,6 +28,7 @@ module funit
   abstract interface
     !> A test, or what runs before and after each.
     subroutine procedure_i()
+      implicit none
     end subroutine procedure_i
   end interface
 
@@ -63,7 +64,7 @@ module funit
   end type TestRunner
 
   !> Failures of the test that is running: assertions know nothing of the runner.
-  integer, save :: failures = 0
+  integer :: failures = 0
 
   !> One call for all relations: preprocess.awk gives the relation as the first argument.
   interface assert_relation
@@ -90,6 +91,7 @@ module funit
     !> C's exit: ends without Fortran's remarks on floating-point flags.
     subroutine c_exit(code) bind(c, name='exit')
       import :: c_int
+      implicit none
       integer(c_int), value :: code !! exit code
     end subroutine c_exit
   end interface
@@ -370,6 +372,8 @@ contains
       yes = e + tolerance >= a
     case (is_relatively_equal)
       yes = abs(a - e) <= tolerance*abs(e)
+    case default
+      yes = .false.
     end select
   end function reals_stand
 
