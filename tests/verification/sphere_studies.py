@@ -192,6 +192,7 @@ def mindlin(bench):
                       (1 - share)**(1/3), math.sqrt(areas[0]/areas[1]), 0.03, known=0.07)
     a = (3*2*abs(row['R3'])*radius/2/(4*1000.0))**(1/3)
     bench.remark(f'{len(mesh.nodes)} nodes; c and a are the radii of circles with the tributary '
-                 f'area of the nodes that stick and that touch; a node is either, and a facet is '
-                 f'{fine/a:.2f} a, so the radii are not sharper than half of that: a mesh with '
-                 'larger caps and finer loading gave errors of 2, 5 and 7 %')
+                 f'area of the nodes that stick and that touch. A node is either, and a facet is '
+                 f'{fine/a:.2f} a: one ring of nodes more or less is 5 %. With caps of 4.9 a '
+                 'instead of 4.1 a the errors were 1.9, 4.7 and 6.8 %, so this mesh confirms c/a '
+                 'to about 7 %, not to 3 %')
