@@ -8,7 +8,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test demo lint clean help setup FORCE
+.PHONY: all debug coverage unit test verify demo lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -172,9 +172,16 @@ unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of th
 test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
 	@tests/all $(PART)
 
+verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
+	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
+	  --markdown build/verification.md
+
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
+
+stress: mfec ## scenes at the limits and 500 random ones, with a table (tests/stress/run --help)
+	@python3 tests/stress/run --full
 
 lint: build/venv-lint/stamp ## fortitude, fprettify and the house rules
 	@.ci/lint build/venv-lint/bin

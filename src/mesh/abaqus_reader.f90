@@ -174,7 +174,7 @@ contains
         'available in this version', 'write the mesh with C3D4')
     else
       call fail(cursor, at, 'elements of type '//name//' cannot be read', 'this version reads '// &
-        'C3D4, and triangles (S3, CPS3, M3D3, ...) and lines (T3D2, B31, ...) on them')
+        'first order: C3D4, and triangles (S3, CPS3, ...) and lines (T3D2, B31, ...) on them')
     end if
   end subroutine refuse_type
 

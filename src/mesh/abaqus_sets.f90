@@ -355,6 +355,11 @@ contains
 
     associate (name => text(request%name_at:request%name_end))
       other = find_group(file, name, kind)
+      if (other > 0) then
+        ! what comes later in the file is not there yet
+        if (file%group(other)%at > request%at .and. &
+          file%group(request%group)%kind == kind) other = 0
+      end if
       if (other == 0 .or. other == request%group) then
         call fail(cursor, request%at, 'there is no *'// &
           trim(merge('NSET ', 'ELSET', kind == group_nodes))//' '//name//' before this', &

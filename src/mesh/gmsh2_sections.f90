@@ -100,7 +100,8 @@ contains
     if (cursor%failed) return
     call gmsh_shape(kind, corners, name)
     if (corners == 0) call fail(cursor, at, 'element '//to_text(tag)//' is one of the '//name, &
-      'this version reads tetrahedra of 4 nodes, and triangles, lines and points on them')
+      'this version reads elements of first order: tetrahedra, and triangles, lines and '// &
+      'points on them')
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
     group = 0

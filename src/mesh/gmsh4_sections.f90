@@ -155,8 +155,8 @@ contains
       if (cursor%failed) exit
       call gmsh_shape(kind, corners, name)
       if (corners == 0) call fail(cursor, at, name//' in entity '//to_text(entity)// &
-        ' of dimension '//to_text(dimension), 'this version reads tetrahedra of 4 nodes, and '// &
-        'triangles, lines and points on them')
+        ' of dimension '//to_text(dimension), 'this version reads elements of first '// &
+        'order: tetrahedra, and triangles, lines and points on them')
       call keep_block(b, [dimension, entity], block)
       call read_element_block(text, n, corners, b, file, cursor)
     end do

@@ -2,8 +2,10 @@
 !!
 !! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
 module hdf5_io
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_long, c_null_char, c_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
-    h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f, h5oopen_f, h5oclose_f, &
+    h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, &
+    h5oclose_f, &
     h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
     h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
   use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &
@@ -13,10 +15,14 @@ module hdf5_io
   use kinds, only: wp
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
+  use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate
   implicit none
   private
-  public :: hdf5_file_t, create_hdf5, open_hdf5, flush_hdf5, close_hdf5, make_group, &
+  public :: hdf5_file_t, create_hdf5, open_hdf5, reserve_room, flush_hdf5, close_hdf5, make_group, &
     write_attribute, read_attribute, exists_in, raise_hdf5, string_type, keep_open, find_data_set
+
+  !> What HDF5 itself may need for its lists when all data sets grow [byte].
+  integer(c_long), parameter :: overhead = 1048576_c_long
 
   !> An HDF5 file, and its data sets that are kept open: opening one costs more than writing a row.
   type :: hdf5_file_t
@@ -24,6 +30,7 @@ module hdf5_io
     character(:), allocatable :: path !! name of the file
     integer :: n_open = 0 !! number of data sets that are open
     integer(hid_t), allocatable :: open_ids(:) !! their handles
+    logical :: reserved = .false. !! there may be reserved room behind its end
     type(string_t), allocatable :: open_paths(:) !! their names with their groups
   end type hdf5_file_t
 
@@ -91,20 +98,63 @@ contains
     if (status < 0) call raise_hdf5(error, file, 'flushing')
   end subroutine flush_hdf5
 
+  !> Makes sure that the disk has room for what will be written next: HDF5 leaves a file that
+  !! cannot be read if it finds no room half-way.
+  subroutine reserve_room(file, bytes, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    integer(c_long), intent(in) :: bytes !! what the data sets will grow by at most
+    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(c_ptr) :: stream
+    integer(hsize_t) :: length
+    integer(c_int) :: refused, ignored
+    integer :: status
+
+    call h5fget_filesize_f(file%id, length, status)
+    stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
+    refused = 1_c_int
+    if (c_associated(stream) .and. status >= 0) then
+      file%reserved = .true.
+      refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), bytes + overhead)
+      ignored = c_fclose(stream)
+    end if
+    if (refused /= 0_c_int) call raise_hdf5(error, file, 'making room for more')
+  end subroutine reserve_room
+
+  !> Gives reserved room back when the file is closed.
+  subroutine give_back(file, length)
+    type(hdf5_file_t), intent(inout) :: file !! the file
+    integer(hsize_t), intent(in) :: length !! its bytes when it was closed
+    integer(c_int) :: ignored
+    integer(hsize_t) :: present_length
+
+    inquire (file=file%path, size=present_length)
+    if (present_length > length) &
+      ignored = c_truncate(file%path//c_null_char, int(length, c_long))
+    file%reserved = .false.
+  end subroutine give_back
+
   !> Closes the file; a file that is not open is left alone.
   subroutine close_hdf5(file, error)
     type(hdf5_file_t), intent(inout) :: file !! the file
     type(error_t), allocatable, intent(out) :: error !! disk full
-    integer :: s(2), i
+    integer(hsize_t) :: length
+    integer :: s(3), i
 
     if (file%id < 0) return
     s = 0
+    length = 0
+    if (file%reserved) then
+      call h5fflush_f(file%id, h5f_scope_global_f, s(3))
+      call h5fget_filesize_f(file%id, length, s(1))
+      if (s(1) < 0) length = huge(length)
+    end if
     do i = 1, file%n_open
       call h5dclose_f(file%open_ids(i), s(2))
       s(1) = min(s(1), s(2))
     end do
     call h5fclose_f(file%id, s(2))
     if (any(s < 0)) call raise_hdf5(error, file, 'closing')
+    if (file%reserved) call give_back(file, length)
     file%id = -1_hid_t
     file%n_open = 0
   end subroutine close_hdf5

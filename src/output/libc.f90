@@ -3,10 +3,11 @@
 !! Text output goes through C streams because gfortran 12 loses the error when a buffer cannot be
 !! written (disk full): neither write nor flush nor close report it.
 module libc
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
+  public :: c_fileno, c_posix_fallocate, c_truncate
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -56,6 +57,34 @@ module libc
       integer(c_int), value :: mode !! permission bits
       integer(c_int) :: status
     end function c_mkdir
+
+    !> Number of the file behind a stream.
+    function c_fileno(stream) result(number) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: stream !! open stream
+      integer(c_int) :: number
+    end function c_fileno
+
+    !> Makes sure that there is room on the disk for a part of a file; 0 is success.
+    function c_posix_fallocate(number, offset, length) result(status) &
+      bind(c, name='posix_fallocate')
+      import :: c_int, c_long
+      implicit none
+      integer(c_int), value :: number !! the file
+      integer(c_long), value :: offset !! where the part begins
+      integer(c_long), value :: length !! its bytes
+      integer(c_int) :: status
+    end function c_posix_fallocate
+
+    !> Cuts a file off; 0 is success.
+    function c_truncate(path, length) result(status) bind(c, name='truncate')
+      import :: c_char, c_int, c_long
+      implicit none
+      character(kind=c_char), intent(in) :: path(*) !! file name, closed by a null character
+      integer(c_long), value :: length !! bytes that stay
+      integer(c_int) :: status
+    end function c_truncate
 
     !> Renames a file over the one that has the new name; 0 is success.
     function c_rename(old, new) result(status) bind(c, name='rename')

@@ -8,16 +8,20 @@ module results_file
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
   use result_types, only: contact_row_t, frame_t, saved_state_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
+  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
   use results_tables, only: create_history_part, append_history, create_contact_part, &
     append_contact
-  use results_state, only: create_state_part, write_state
+  use results_state, only: create_state_part, write_state, complete_state
   implicit none
   private
   public :: results_t, create_results, append_results, close_results, fields_due
+
+  integer, parameter :: long = selected_int_kind(18)
+  !> What the rows of one end time need at most [byte].
+  integer(long), parameter :: bytes_of_rows = 65536_long
 
   !> A results file open for writing.
   type :: results_t
@@ -40,6 +44,8 @@ contains
 
     call create_hdf5(results%file, path, error)
     if (allocated(error)) return
+    call reserve_room(results%file, 3*bytes_of_fields(model) + len(deck_text, long), error)
+    if (allocated(error)) return
     call write_run(results%file, model, deck_text, version, settings, error)
     if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
@@ -61,6 +67,18 @@ contains
     due = mod(step, max(1, request%every)) == 0
   end function fields_due
 
+  !> What fields and state of one end time need at most [byte].
+  pure integer(long) function bytes_of_fields(model) result(bytes)
+    type(model_t), intent(in) :: model !! the problem
+    integer :: k
+
+    bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
+    do k = 1, size(model%pairs)
+      bytes = bytes + 20*size(model%pairs(k)%nodes, kind=long)
+    end do
+    bytes = 8*bytes
+  end function bytes_of_fields
+
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
   subroutine append_results(results, model, step, time, reactions, rows, frame, state, error)
     type(results_t), intent(inout) :: results !! open file
@@ -72,19 +90,26 @@ contains
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    logical :: with_state
 
+    call reserve_room(results%file, bytes_of_rows + merge(bytes_of_fields(model), 0_long, &
+      present(frame) .or. present(state)), error)
+    if (allocated(error)) return
     call append_history(results%file, model, step, time, reactions, rows, error)
     if (allocated(error)) return
     if (present(frame)) call append_frame(results, model, step, time, frame, error)
     if (allocated(error)) return
-    if (present(state) .and. model%output%state /= state_none) then
-      call write_state(results%file, model, results%states, state, error)
+    with_state = present(state) .and. model%output%state /= state_none
+    if (with_state) call write_state(results%file, model, results%states, state, error)
+    if (allocated(error)) return
+    call flush_hdf5(results%file, error)
+    if (allocated(error) .or. .not. (present(frame) .or. with_state)) return
+    if (with_state) then
+      call complete_state(results%file, model, results%states, step, error)
       if (allocated(error)) return
       results%states = results%states + 1
     end if
-    call flush_hdf5(results%file, error)
-    if (allocated(error) .or. .not. present(frame)) return
-    call end_vtk_frame(results%vtk, results%file, error)
+    if (present(frame)) call end_vtk_frame(results%vtk, results%file, error)
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
   end subroutine append_results
@@ -108,11 +133,13 @@ contains
     type(results_t), intent(inout) :: results !! the file
     type(cost_t), intent(in) :: costs !! what the run cost
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable :: trouble
 
     if (results%file%id < 0) return
-    call write_costs(results%file, costs, error)
-    if (allocated(error)) return
-    call close_hdf5(results%file, error)
+    call reserve_room(results%file, bytes_of_rows, error)
+    if (.not. allocated(error)) call write_costs(results%file, costs, error)
+    call close_hdf5(results%file, trouble)
+    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_results
 
   !> Writes /run: what made this file.

@@ -10,12 +10,14 @@ module results_state
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group, write_attribute
+  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, &
+    write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use text_files, only: rename_file
   implicit none
   private
-  public :: create_state_part, write_state, save_state, pair_group, defined_coordinates
+  public :: create_state_part, write_state, complete_state, save_state, pair_group, &
+    defined_coordinates
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/state/'
@@ -125,7 +127,7 @@ contains
     call write_block(file, group//'/facets', pair%facets, at_end, error)
   end subroutine create_pair
 
-  !> Writes one state.
+  !> Writes one state; it counts only after complete_state, when all of it is on disk.
   subroutine write_state(file, model, written, state, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -134,12 +136,34 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: slot
 
-    slot = written + 1
-    if (model%output%state == state_last) slot = mod(written, 2) + 1
-    call write_slot(file, model, slot, state, error)
+    slot = slot_of(model, written)
+    call write_block(file, root//'step', [0], slot, error)
+    if (allocated(error)) return
+    if (slot <= written) call flush_hdf5(file, error)
+    if (.not. allocated(error)) call write_slot(file, model, slot, state, error)
   end subroutine write_state
 
-  !> Writes one state to its place.
+  !> Makes a state count.
+  subroutine complete_state(file, model, written, step, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: written !! states written before this one
+    integer, intent(in) :: step !! number of its end time
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_block(file, root//'step', [step], slot_of(model, written), error)
+  end subroutine complete_state
+
+  !> Place of a state in the file.
+  pure integer function slot_of(model, written) result(slot)
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: written !! states written before this one
+
+    slot = written + 1
+    if (model%output%state == state_last) slot = mod(written, 2) + 1
+  end function slot_of
+
+  !> Writes one state, but for its number, to its place.
   subroutine write_slot(file, model, slot, state, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -148,8 +172,6 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
-    call write_block(file, root//'step', [0], slot, error)
-    if (allocated(error)) return
     call write_block(file, root//'time', [state%time], slot, error)
     if (allocated(error)) return
     call write_block(file, root//'increment', [state%increment], slot, error)
@@ -161,8 +183,6 @@ contains
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)
     end do
-    if (allocated(error)) return
-    call write_block(file, root//'step', [state%step], slot, error)
   end subroutine write_slot
 
   !> Writes a file of one state (SAVE); it takes its name when it is complete.
@@ -180,6 +200,7 @@ contains
     call create_state_part(file, model, error)
     if (.not. allocated(error)) call write_attribute(file, '/state', 'version', version, error)
     if (.not. allocated(error)) call write_slot(file, model, 1, state, error)
+    if (.not. allocated(error)) call complete_state(file, model, 0, state%step, error)
     call close_hdf5(file, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
     if (.not. allocated(error)) call rename_file(path//'.new', path, error)

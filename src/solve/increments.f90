@@ -6,7 +6,8 @@ module increments
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
   use residuals, only: form_residual, residual_norm
-  use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled
+  use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
+    outcome_too_many, outcome_stalled
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -25,11 +26,32 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    integer :: pass, changes
+    logical :: choice, carried
 
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, monitor)
+    choice = any(abs(system%carried - system%left) > 0.0_wp)
+    carried = all(abs(system%carried - system%u) <= 0.0_wp)
+    call solve_from_start(model, system, time, settings, monitor, progress)
+    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
+      call start_again(model, system, .not. carried, monitor)
+      progress = newton_t()
+      call solve_from_start(model, system, time, settings, monitor, progress)
+    end if
+    if (progress%outcome == outcome_converged) call accept(model, system, state, time)
+  end subroutine solve_increment
+
+  !> Solves with frozen hosts until the hosts stay.
+  subroutine solve_from_start(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    integer :: pass, changes
+
     do pass = 1, settings%most_passes
       call load_contact(model, system)
       call couple(system)
@@ -41,12 +63,26 @@ contains
       if (changes == 0) exit
       call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
     end do
-    if (pass > settings%most_passes) then
-      progress%outcome = outcome_stalled
-      return
+    if (pass > settings%most_passes) progress%outcome = outcome_stalled
+  end subroutine solve_from_start
+
+  !> The start that was not chosen at first, after the first has led nowhere.
+  subroutine start_again(model, system, carried, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left and carried given; u becomes the start
+    logical, intent(in) :: carried !! start from the bodies carried along
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    real(wp) :: norm
+
+    if (carried) then
+      system%u = system%carried
+      call monitor%event('  no convergence: once more with the predictor')
+    else
+      system%u = system%left
+      call monitor%event('  no convergence: once more without the predictor')
     end if
-    call accept(model, system, state, time)
-  end subroutine solve_increment
+    call start_here(model, system, norm)
+  end subroutine start_again
 
   !> Prescribed displacements and applied forces at `time`.
   subroutine begin_at(model, system, state, time)

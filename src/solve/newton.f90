@@ -37,6 +37,8 @@ module newton
   real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
+  !> Iterations with points that turn back after which a solve relies on the line search alone.
+  integer, parameter :: most_turns = 6
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
 
@@ -47,6 +49,7 @@ module newton
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     integer :: since_lowest = 0 !! iterations since then
+    integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -69,6 +72,7 @@ contains
     progress%since_lowest = 0
     progress%energy_met = .false.
     progress%halved = .true.
+    progress%turns = 0
     progress%outcome = outcome_going_on
     do
       call estimate_round_off(system, x)
@@ -94,7 +98,8 @@ contains
     real(wp) :: norm, floor_factor
 
     norm = residual_norm(system)
-    floor_factor = merge(round_off_share, round_off_factor, progress%halved)
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
+      system%contact%n > 0)
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
@@ -126,6 +131,11 @@ contains
     end if
     start = residual_norm(system)
     turned = any(sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp)
+    if (turned) progress%turns = progress%turns + 1
+    if (progress%turns > most_turns) then
+      turned = .false.
+      system%contact%slip_before = 0.0_wp
+    end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)

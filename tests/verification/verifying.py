@@ -1,0 +1,175 @@
+"""Runs decks, reads what they write and gathers rows of the verification table.
+
+Python's standard library only; `stresses` alone wants h5py.
+"""
+import math
+import os
+import sys
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+import decks  # noqa: E402
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+REACTIONS = 'step time set R1 R2 R3'.split()
+CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
+            'max_elastic_slip max_criterion').split()
+
+
+class Trouble(Exception):
+    """A run that did not end as it should."""
+
+
+class Row:
+    """One line of the table: what was compared with what."""
+
+    def __init__(self, case, quantity, source, reference, reached, error, wanted, known):
+        self.case, self.quantity, self.source = case, quantity, source
+        self.reference, self.reached, self.error = reference, reached, error
+        self.wanted, self.known = wanted, known
+
+    def verdict(self):
+        """holds; misses where the case says why and the error has not grown; FAILS otherwise."""
+        if self.error <= self.wanted:
+            return 'holds'
+        return 'misses' if self.known is not None and self.error <= self.known else 'FAILS'
+
+
+class Bench:
+    """Where the studies run their decks and leave their rows."""
+
+    def __init__(self, program, folder, seconds=200.0):
+        self.program, self.folder, self.seconds = program, folder, seconds
+        self.rows, self.remarks, self.spent = [], [], {}
+        self.case = ''
+        self.runs = 0
+
+    def study(self, name, work):
+        """Runs one study; a run that fails becomes a row of its own."""
+        self.case = name
+        start, first = time.time(), len(self.rows)
+        try:
+            work(self)
+        except (Trouble, OSError, ValueError, IndexError, KeyError, ArithmeticError) as fault:
+            text = ' '.join(str(fault).split()) or type(fault).__name__
+            self.rows.append(Row(name, text, '', math.nan, math.nan, math.inf, 0.0, None))
+        self.spent[name] = time.time() - start
+        return self.rows[first:]
+
+    def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None):
+        """A row: the error is relative to the reference, or to `scale`.
+
+        known: largest error of a case that is known to miss what is wanted.
+        """
+        error = abs(reached - reference)/(abs(reference) if scale is None else scale)
+        error = error if math.isfinite(error) else math.inf
+        self.rows.append(Row(self.case, quantity, source, reference, reached, error, wanted, known))
+
+    def remark(self, text):
+        """A line below the table."""
+        self.remarks.append(f'{self.case}: {text}')
+
+    def run(self, deck, code=0, **values):
+        """Runs a deck with parameters set; its tables. The path is relative to this folder."""
+        arguments = [os.path.join(HERE, deck)]
+        for name, value in values.items():
+            arguments += ['--set', f'{name}={value}']
+        return self.launch(arguments, code)
+
+    def run_text(self, name, text, code=0):
+        """Runs a deck that a study has written."""
+        path = os.path.join(self.folder, name + '.inp')
+        with open(path, 'w', encoding='ascii') as stream:
+            stream.write(text)
+        return self.launch([path], code)
+
+    def launch(self, arguments, code):
+        """Runs the program in a folder of its own and checks the exit code."""
+        self.runs += 1
+        out = os.path.join(self.folder, f'run{self.runs}')
+        os.mkdir(out)
+        done = decks.run(self.program, arguments + ['--out', out, '--quiet'], out, self.seconds)
+        fault = done.crash()
+        if not fault and done.code != code:
+            fault = f'exit code {done.code}, {code} wanted: {done.err.strip()[:300]}'
+        if fault:
+            raise Trouble(f'{os.path.basename(arguments[0])}: {fault}')
+        return Tables(os.path.join(out, os.path.basename(arguments[0])[:-4]))
+
+
+class Tables:
+    """What a run has written; `base` is the path of its files without the suffix."""
+
+    def __init__(self, base):
+        self.base = base
+
+    def reactions(self, name):
+        """Rows of a set in the reaction table."""
+        return [row for row in read_table(self.base + '.rea', REACTIONS) if row['set'] == name]
+
+    def contact(self, name):
+        """Rows of a pair in the contact table."""
+        return [row for row in read_table(self.base + '.con', CONTACTS) if row['pair'] == name]
+
+    def displacements(self):
+        """What each DISP has printed to the log, as {node: (u1, u2, u3)}."""
+        return self.printed('displacements')
+
+    def printed(self, what):
+        """Nodal vectors in the log: one dictionary for each print."""
+        prints, open_print = [], False
+        with open(self.base + '.log', encoding='utf-8') as stream:
+            for line in stream:
+                items = line.split()
+                if items[:2] == ['nodal', what]:
+                    prints.append({})
+                    open_print = True
+                elif open_print and len(items) == 4 and items[0].isdigit():
+                    prints[-1][int(items[0])] = tuple(float(item) for item in items[1:])
+                else:
+                    open_print = False
+        return prints
+
+    def stresses(self):
+        """Stress of the elements at the last time (h5py)."""
+        with self.results() as file:
+            group = file['VTKHDF']
+            steps = group['Steps']
+            cells = int(group['NumberOfCells'][0])
+            offset = int(steps['CellDataOffsets']['stress'][-1])
+            stress = group['CellData']['stress'][offset:offset + cells]
+        return [tuple(float(x) for x in row) for row in stress]
+
+    def forces(self):
+        """Forces on the slave nodes of pair 1 at the last time, as {node: (f1, f2, f3)} (h5py)."""
+        with self.results() as file:
+            group = file['contact/1']
+            return {int(n): tuple(float(x) for x in f)
+                    for n, f in zip(group['node'][:], group['traction'][-1])}
+
+    def states(self):
+        """Status of the slave nodes of pair 1 (0 open, 1 stick, 2 slip) at each time (h5py)."""
+        with self.results() as file:
+            group = file['contact/1']
+            nodes = [int(n) for n in group['node'][:]]
+            return [dict(zip(nodes, (int(s) for s in row))) for row in group['status'][:]]
+
+    def results(self):
+        """The open result file."""
+        try:
+            import h5py
+        except ImportError as fault:
+            raise Trouble('wants h5py: run it with build/venv/bin/python') from fault
+        return h5py.File(self.base + '.h5', 'r')
+
+
+def read_table(path, columns):
+    """Rows of a table as dictionaries, numbers read."""
+    rows = []
+    with open(path, encoding='utf-8') as stream:
+        for line in stream:
+            if line.strip() and not line.startswith('#'):
+                row = dict(zip(columns, line.split()))
+                rows.append({key: value if key in ('set', 'pair') else float(value)
+                             for key, value in row.items()})
+    return rows
