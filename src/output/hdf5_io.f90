@@ -128,8 +128,9 @@ contains
     integer(hsize_t) :: present_length
 
     inquire (file=file%path, size=present_length)
-    if (present_length > length) &
+    if (present_length > length) then
       ignored = c_truncate(file%path//c_null_char, int(length, c_long))
+    end if
     file%reserved = .false.
   end subroutine give_back
 
