@@ -32,6 +32,7 @@ module contact_types
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
+    real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
   !> One contact pair.

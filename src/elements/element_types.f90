@@ -25,7 +25,7 @@ module element_types
   integer, parameter :: max_nodes = 4 !! most nodes of an element routine
   integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom
   integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
-  integer, parameter :: n_element_stress = 9 !! values of task_stress
+  integer, parameter :: n_element_stress = 12 !! values of task_stress
 
   !> Everything an element routine gets and gives.
   type :: element_t

@@ -5,7 +5,7 @@
 !! r_a = -N_a(tip) f, with shape functions at the tip, so that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
-!! task_stress gives stress = [f (3), g_N, |s'|, criterion, p1 (3)].
+!! task_stress gives stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
 module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
@@ -283,7 +283,7 @@ contains
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
 
-  !> The state of the point: stress = [f (3), g_N, |s'|, criterion, p1 (3)].
+  !> The state of the point: stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
   pure subroutine report(d, c, e)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(cone_t), intent(in) :: c !! cone at its new tip
@@ -294,6 +294,7 @@ contains
     e%stress = 0.0_wp
     e%stress(4) = c%g_n
     e%stress(7:9) = c%p(:, 1)
+    e%stress(10:12) = c%e
     if (e%status == status_open) return
     ratio = 0.0_wp
     where (has_friction(mu)) ratio = c%back%s/mu

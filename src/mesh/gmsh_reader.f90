@@ -148,7 +148,7 @@ contains
     character(*), intent(in) :: text !! the file
     type(physical_t), intent(inout) :: physical !! takes the names
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
-    integer :: n, i, first, last, dimension, tag, left, right
+    integer :: n, i, first, last, dimension, tag, opening, closing
     logical :: found, binary
 
     binary = cursor%binary
@@ -162,18 +162,18 @@ contains
       call skip_blanks(text, cursor)
       call read_line(text, cursor, first, last, found)
       if (cursor%failed) exit
-      left = 0
-      right = 0
-      if (first <= last) left = index(text(first:last), '"')
-      if (first <= last) right = index(text(first:last), '"', back=.true.)
-      if (left /= 1 .or. right < 3) then
+      opening = 0
+      closing = 0
+      if (first <= last) opening = index(text(first:last), '"')
+      if (first <= last) closing = index(text(first:last), '"', back=.true.)
+      if (opening /= 1 .or. closing < 3) then
         call fail(cursor, min(first, cursor%last), 'the name of group '//to_text(tag)// &
           ' is expected, in double quotes', 'is the file damaged? write it again')
         exit
       end if
       if (dimension < 0 .or. dimension > 3) call fail(cursor, first, 'a group of dimension '// &
         to_text(dimension), 'it is 0 to 3')
-      call add_physical(physical, dimension, tag, text(first + 1:first + right - 2), first)
+      call add_physical(physical, dimension, tag, text(first + 1:first + closing - 2), first)
     end do
     cursor%binary = binary
   end subroutine read_names

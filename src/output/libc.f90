@@ -100,7 +100,7 @@ module libc
       import :: c_char, c_ptr, path_limit
       implicit none
       character(kind=c_char), intent(in) :: path(*) !! path, closed by a null character
-      character(kind=c_char), intent(out) :: resolved(path_limit) !! the result, null-terminated
+      character(kind=c_char), intent(inout) :: resolved(path_limit) !! gets it, null-terminated
       type(c_ptr) :: address
     end function c_realpath
   end interface

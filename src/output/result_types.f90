@@ -28,6 +28,9 @@ module result_types
     real(wp), allocatable :: gap(:) !! (points) normal gap g_N [length]
     real(wp), allocatable :: tip(:, :) !! (2, points) (xi, eta) of the tip in the host facet
     real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
+    real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
+    real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
+    real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
   end type point_fields_t
 
   !> The fields of one end time; what is not allocated is not written.

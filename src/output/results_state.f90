@@ -113,6 +113,9 @@ contains
     call make_series(file, group//'/tip', stored_real, [2, points], 1, '1', &
       '(xi, eta) of the tip in its facet', error)
     if (allocated(error)) return
+    call make_series(file, group//'/dissipation', stored_real, [points], 1, 'force length', &
+      'work that friction has taken up to now', error)
+    if (allocated(error)) return
     call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
       'host when the pattern of the matrix was built, 0 for none', error)
     if (allocated(error)) return
@@ -214,7 +217,7 @@ contains
     integer, intent(in) :: pair !! index of the pair
     integer, intent(in) :: slot !! place of the state in the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, size(state%pairs(pair)%points))
+    real(wp) :: tip(2, size(state%pairs(pair)%points)), dissipation(size(tip, 2))
     integer :: host(size(tip, 2)), status(size(tip, 2)), i
 
     associate (points => state%pairs(pair)%points)
@@ -222,6 +225,7 @@ contains
         host(i) = points(i)%host
         status(i) = points(i)%status
         tip(:, i) = points(i)%tip
+        dissipation(i) = points(i)%dissipation
       end do
     end associate
     call write_block(file, pair_group(number)//'/host', host, slot, error)
@@ -229,6 +233,8 @@ contains
     call write_block(file, pair_group(number)//'/status', status, slot, error)
     if (allocated(error)) return
     call write_block(file, pair_group(number)//'/tip', tip, slot, error)
+    if (allocated(error)) return
+    call write_block(file, pair_group(number)//'/dissipation', dissipation, slot, error)
     if (allocated(error)) return
     call write_block(file, pair_group(number)//'/coupled', state%pairs(pair)%coupled, slot, error)
   end subroutine write_pair

@@ -210,6 +210,15 @@ contains
     if (allocated(error)) return
     call make_series(file, group//'/lay', stored_real, [3, points], 1, '1', &
       'unit principal axis of mu1 in the current facet', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/lay_traction', stored_real, [3, points], 1, 'force', &
+      'traction along the axis of mu1, across it, and along the outward normal', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/elastic_slip', stored_real, [points], 1, 'length', &
+      'length of the tangential part of the gap vector', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/dissipation', stored_real, [points], 1, 'force length', &
+      'work that friction has taken up to now', error)
   end subroutine create_point_fields
 
   !> Writes the contact points of one end time.
@@ -249,5 +258,11 @@ contains
     call write_block(file, group//'/tip', points%tip, at_end, error)
     if (allocated(error)) return
     call write_block(file, group//'/lay', points%lay, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/lay_traction', points%lay_traction, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/elastic_slip', points%elastic_slip, at_end, error)
+    if (allocated(error)) return
+    call write_block(file, group//'/dissipation', points%dissipation, at_end, error)
   end subroutine append_points
 end module results_tables

@@ -296,7 +296,7 @@ contains
     type(saved_state_t), intent(inout) :: state !! the state
     integer, intent(in) :: index !! index of the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, size(pair%nodes))
+    real(wp) :: tip(2, size(pair%nodes)), dissipation(size(pair%nodes))
     integer :: host(size(pair%nodes)), status(size(pair%nodes)), i
 
     allocate (state%pairs(index)%coupled(size(host)))
@@ -305,6 +305,8 @@ contains
     call read_block(file, pair_group(pair%number)//'/status', status, slot, error)
     if (allocated(error)) return
     call read_block(file, pair_group(pair%number)//'/tip', tip, slot, error)
+    if (allocated(error)) return
+    call read_block(file, pair_group(pair%number)//'/dissipation', dissipation, slot, error)
     if (allocated(error)) return
     call read_block(file, pair_group(pair%number)//'/coupled', state%pairs(index)%coupled, slot, &
       error)
@@ -320,6 +322,7 @@ contains
       state%pairs(index)%points(i)%host = host(i)
       state%pairs(index)%points(i)%status = status(i)
       state%pairs(index)%points(i)%tip = tip(:, i)
+      state%pairs(index)%points(i)%dissipation = dissipation(i)
     end do
   end subroutine read_pair
 end module state_reader

@@ -100,10 +100,9 @@ contains
     character(*), intent(in) :: new !! its new name
     type(error_t), allocatable, intent(out) :: error !! no permission
 
-    if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) /= 0_c_int) then
-      call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
-        trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
-    end if
+    if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) == 0_c_int) return
+    call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
+      trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
   end subroutine rename_file
 
   !> The path of a file or folder without links and dots; empty if there is none.
@@ -112,6 +111,7 @@ contains
     character(:), allocatable :: real
     character(path_limit) :: buffer
 
+    buffer = ''
     real = ''
     if (.not. c_associated(c_realpath(trim(path)//c_null_char, buffer))) return
     real = buffer(:index(buffer, c_null_char) - 1)

@@ -43,7 +43,7 @@ contains
       case ('time')
         n = n + times
       case default
-        ! The other commands write no rows.
+        cycle
       end select
     end do
   end function count_steps

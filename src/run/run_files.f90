@@ -1,6 +1,7 @@
 !> The files of a run: tables, log and results; rows are written when an increment has converged.
 module run_files
   use kinds, only: wp
+  use vectors, only: cross
   use errors, only: error_t
   use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
   use mesh_names, only: find_nodes
@@ -82,7 +83,7 @@ contains
     end do
     call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
     do k = 1, size(model%pairs)
-      call sum_points(model, system, state, files%point_state, k, rows(k))
+      call sum_points(model, system, files%point_state, k, rows(k))
     end do
     call write_reactions(files%reactions, state%step, state%time, sums, error)
     if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, rows, &
@@ -137,10 +138,9 @@ contains
   end function reaction_of
 
   !> Sums of one pair over its points (doc/manual, "Contact table").
-  subroutine sum_points(model, system, state, point_state, k, row)
+  subroutine sum_points(model, system, point_state, k, row)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! contact elements
-    type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     integer, intent(in) :: k !! the pair
     type(contact_row_t), intent(out) :: row !! its sums
@@ -156,12 +156,12 @@ contains
       epsilon = model%pairs(k)%epsilon(p)
       associate (node => model%pairs(k)%nodes(p), point => point_state(:, element))
         f = -point(1:3)
-        x = model%mesh%x(:, node) + state%u(:, node)
+        ! small strain: the lever arms of the bulk's balance are the reference positions
+        x = model%mesh%x(:, node)
         row%normal = row%normal + epsilon*abs(point(4))
         row%tangential = row%tangential + epsilon*point(5)
         row%force = row%force + f
-        row%moment = row%moment + [x(2)*f(3) - x(3)*f(2), x(3)*f(1) - x(1)*f(3), &
-          x(1)*f(2) - x(2)*f(1)]
+        row%moment = row%moment + cross(x, f)
         row%max_penetration = max(row%max_penetration, -point(4))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
@@ -200,9 +200,26 @@ contains
         frame%pairs(k)%traction = -point_state(1:3, range(1):range(2))
         frame%pairs(k)%gap = point_state(4, range(1):range(2))
         frame%pairs(k)%lay = point_state(7:9, range(1):range(2))
+        frame%pairs(k)%elastic_slip = point_state(5, range(1):range(2))
+        frame%pairs(k)%dissipation = model%pairs(k)%old%dissipation
+        frame%pairs(k)%lay_traction = in_lay_frame(point_state(:, range(1):range(2)))
       end associate
     end do
   end subroutine fill_frame
+
+  !> Forces on the slave side along p1, p2 = e x p1 and e.
+  pure function in_lay_frame(points) result(f)
+    real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
+    real(wp) :: f(3, size(points, 2))
+    integer :: p
+
+    do p = 1, size(points, 2)
+      associate (force => points(1:3, p), p1 => points(7:9, p), e => points(10:12, p))
+        f(:, p) = -[dot_product(force, p1), dot_product(force, cross(e, p1)), &
+          dot_product(force, e)]
+      end associate
+    end do
+  end function in_lay_frame
 
   !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
   !! strains half of gamma.

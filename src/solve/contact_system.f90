@@ -4,6 +4,7 @@ module contact_system
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
   use elmlib, only: routine_none, routine_mfec
+  use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_parameters, only: point_parameters
@@ -189,12 +190,27 @@ contains
       do p = 1, size(model%pairs(k)%nodes)
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
-        if (system%contact%status(element) > status_open) then
-          model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
-        end if
+        if (system%contact%status(element) <= status_open) cycle
+        model%pairs(k)%new(p)%dissipation = model%pairs(k)%new(p)%dissipation &
+          + friction_work(system, element)
+        model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
       end do
     end do
   end subroutine keep_status
+
+  !> Work of friction in one increment: the force on the tip times the way of the tip.
+  pure real(wp) function friction_work(system, element) result(work)
+    type(system_t), intent(in) :: system !! contact elements at x_now
+    integer, intent(in) :: element !! a closed one
+    real(wp) :: way(3), dxi(2)
+
+    associate (list => system%contact, nodes => system%contact%ix(2:4, element), &
+               x => system%x_now)
+      dxi = list%h2(:, element) - list%h1(:, element)
+      way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
+      work = list%d(d03_epsilon, element)*dot_product(list%slip(:, element), way)
+    end associate
+  end function friction_work
 
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)

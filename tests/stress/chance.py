@@ -19,6 +19,7 @@ class Maker:
         self.young = 10.0**self.draw.uniform(0, 6)
         self.balance, self.mus, self.notes = [], {}, []
         self.signs = {}
+        self.stiffest = 0.0
         self.times = [0.0]
         self.phases = []
 
@@ -45,7 +46,7 @@ class Maker:
         far = max(abs(v) for x in deck.x for v in x)
         scene = Scene(f'random {self.seed}', deck, 'random', balance=self.balance, mus=self.mus,
                       factor=far)
-        scene.floor = 1e-5*self.young*self.scale**2
+        scene.floor = (1e-5 + 5e-7*self.stiffest)*self.young*self.scale**2
         scene.notes = ', '.join(self.notes)
         return scene
 
@@ -135,6 +136,7 @@ class Maker:
         turned = self.chance(0.2) and both
         slave, master = (lower_surface, upper_surface) if turned else (upper_surface, lower_surface)
         k = 10.0**draw.uniform(-1, 3)
+        self.stiffest = max(self.stiffest, k)
         if self.chance(0.5):
             penalty = f'AUTO {number(k)}'
         else:

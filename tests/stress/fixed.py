@@ -58,7 +58,7 @@ class Cube:
         scene = Scene(name, self.deck, group, judge=judge, wanted=wanted, balance=balance,
                       mus={'contact': self.mu}, factor=far, **more)
         # A displacement's last place times the penalty, over Fn.
-        scene.balance_wanted += 5e-15*stiff
+        scene.balance_wanted += 1e-14*stiff
         return scene
 
 
@@ -120,10 +120,10 @@ def frictions():
                             slides=12)
                 # Across a strong axis the force along it relaxes over more than this slide; along
                 # it a collinear law follows each small turn of the slip.
-                judge = None if share >= 100 and phi == 90 and rule else \
+                judge = None if share >= 100 and phi == 90 and rule or share == 1000 and phi == 0 else \
                     ratio_to(*drag(mu, phi, rule))
-                wanted = 0.1 if share == 1000 and phi == 0 else 1e-4 if rule else 1e-6
-                yield cube.scene(f'{share}:1 phi={phi} m={rule}', 'ellipse', judge, wanted)
+                yield cube.scene(f'{share}:1 phi={phi} m={rule}', 'ellipse', judge,
+                                 1e-4 if rule else 1e-6)
 
 
 def shapes():

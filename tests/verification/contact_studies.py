@@ -39,4 +39,5 @@ def non_matching_patch(bench):
                       patch_error(bench, slave, master), 0.025, scale=1.0, known=known)
     bench.remark('node-to-surface hands the force of a slave node to one facet, which is not the '
                  'integral of a uniform pressure over the master facets (theory.md). '
-                 'Quadrature points on the slave facets (GTOS) are the remedy and are not there yet.')
+                 'Quadrature points on the slave facets (GTOS) are the remedy and are not there '
+                 'yet.')

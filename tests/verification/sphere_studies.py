@@ -189,8 +189,9 @@ def mindlin(bench):
         areas = [sum(shares[n] for n, status in state.items() if status in wanted)
                  for wanted in ((1,), (1, 2))]
         bench.compare(f'c/a at the computed Q/(mu F) = {share:.3f}', 'exact (Cattaneo, Mindlin)',
-                      (1 - share)**(1/3), math.sqrt(areas[0]/areas[1]), 0.03, known=0.09)
+                      (1 - share)**(1/3), math.sqrt(areas[0]/areas[1]), 0.03, known=0.07)
     a = (3*2*abs(row['R3'])*radius/2/(4*1000.0))**(1/3)
     bench.remark(f'{len(mesh.nodes)} nodes; c and a are the radii of circles with the tributary '
                  f'area of the nodes that stick and that touch; a node is either, and a facet is '
-                 f'{fine/a:.2f} a: no more than half of that can be told on this mesh')
+                 f'{fine/a:.2f} a, so the radii are not sharper than half of that: a mesh with '
+                 'larger caps and finer loading gave errors of 2, 5 and 7 %')

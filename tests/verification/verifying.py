@@ -94,14 +94,15 @@ class Bench:
             fault = f'exit code {done.code}, {code} wanted: {done.err.strip()[:300]}'
         if fault:
             raise Trouble(f'{os.path.basename(arguments[0])}: {fault}')
-        return Tables(os.path.join(out, os.path.basename(arguments[0])[:-4]))
+        return Tables(os.path.join(out, os.path.basename(arguments[0])[:-4]),
+                      done.code)
 
 
 class Tables:
-    """What a run has written; `base` is the path of its files without the suffix."""
+    """What a run has left: its exit code and its files, `base` being their path without suffix."""
 
-    def __init__(self, base):
-        self.base = base
+    def __init__(self, base, code):
+        self.base, self.code = base, code
 
     def reactions(self, name):
         """Rows of a set in the reaction table."""
