@@ -26,16 +26,16 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: choice, carried
+    logical :: choice, stayed
 
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
-    carried = all(abs(system%carried - system%u) <= 0.0_wp)
+    stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
     if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
-      call start_again(model, system, .not. carried, monitor)
+      call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if

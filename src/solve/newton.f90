@@ -4,7 +4,7 @@ module newton
   use costs, only: wall_seconds
   use signals, only: stop_requested
   use block_matrix, only: multiply
-  use umfpack_solver, only: factorise, solve, solver_done, solver_singular, solver_out_of_memory
+  use umfpack_solver, only: factorise, solve, solver_done, solver_out_of_memory
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
