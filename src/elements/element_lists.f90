@@ -20,6 +20,7 @@ module element_lists
     integer, allocatable :: status(:) !! (n) status of contact elements
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap of contact elements [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
+    logical, allocatable :: hold(:) !! (n) contact elements that stick in the next tangent
     integer, allocatable :: block(:, :, :) !! (max_nodes, max_nodes, n) places in a block matrix
   end type element_list_t
 
@@ -38,6 +39,7 @@ contains
     allocate (list%d(n_parameters, sets), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
     allocate (list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
+    allocate (list%hold(n), source=.false.)
     allocate (list%block(max_nodes, max_nodes, n), source=0)
   end subroutine allocate_list
 end module element_lists

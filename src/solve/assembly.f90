@@ -36,17 +36,15 @@ contains
     end do
   end subroutine assemble
 
-  !> A contact point whose slip has turned back since the iteration before is taken to stick for one
-  !! tangent: otherwise points with little slip flip their direction for ever (doc/theory,
-  !! "Nonlinear solution").
+  !> A contact point that is held is taken to stick for one tangent (doc/theory, "Nonlinear
+  !! solution").
   pure integer function task_of(list, k, task)
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
     integer, intent(in) :: task !! what all elements are told
 
     task_of = task
-    if (task /= task_tangent) return
-    if (dot_product(list%slip(:, k), list%slip_before(:, k)) < 0.0_wp) task_of = task_stick_tangent
+    if (task == task_tangent .and. list%hold(k)) task_of = task_stick_tangent
   end function task_of
 
   !> Result of task_stress for all elements.

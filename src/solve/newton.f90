@@ -8,7 +8,8 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
-  use supports, only: closing_length, drop_bodies
+  use supports, only: drop_bodies, hold_weak_bodies
+  use line_search, only: search_line, approach
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -26,10 +27,6 @@ module newton
   integer, parameter :: outcome_memory = 5
   integer, parameter :: outcome_stopped = 6
 
-  !> A step is accepted if it lowers the residual by this share of its length.
-  real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
-  !> The shortest step is 2^-8.
-  integer, parameter :: most_halvings = 8
   !> Iterations in a row without a new lowest residual after which the solve has stalled.
   integer, parameter :: patience = 12
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
@@ -39,6 +36,8 @@ module newton
   real(wp), parameter :: round_off_share = 0.1_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
+  !> Iterations of a solve that may hold a body by taking its slipping points to stick.
+  integer, parameter :: most_holds = 4
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
 
@@ -48,8 +47,10 @@ module newton
     real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
-    integer :: since_lowest = 0 !! iterations since then
+    real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
+    integer :: since_lowest = 0 !! iterations since one of the two has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    integer :: holds = 0 !! iterations of this solve that held a body by friction
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -69,10 +70,12 @@ contains
     call form_residual(system, x)
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
+    progress%shortest = huge(1.0_wp)
     progress%since_lowest = 0
     progress%energy_met = .false.
     progress%halved = .true.
     progress%turns = 0
+    progress%holds = 0
     progress%outcome = outcome_going_on
     do
       call estimate_round_off(system, x)
@@ -122,7 +125,7 @@ contains
     real(wp) :: begin, length
     integer :: outcome
     real(wp) :: start
-    logical :: dropped, turned
+    logical :: dropped
 
     begin = wall_seconds()
     if (any(system%weak)) then
@@ -130,12 +133,7 @@ contains
       if (dropped) call form_residual(system, x)
     end if
     start = residual_norm(system)
-    turned = any(sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp)
-    if (turned) progress%turns = progress%turns + 1
-    if (progress%turns > most_turns) then
-      turned = .false.
-      system%contact%slip_before = 0.0_wp
-    end if
+    call choose_held(system, x, progress)
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)
@@ -153,13 +151,14 @@ contains
     if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
-      call search_line(system, x, start, turned, length)
+      call search_line(system, x, start, any(system%contact%hold), length)
     end if
     progress%energy_met = length >= 1.0_wp .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
-    if (residual_norm(system) < progress%lowest) then
-      progress%lowest = residual_norm(system)
+    if (residual_norm(system) < progress%lowest .or. norm2(system%solution) < progress%shortest) then
+      progress%lowest = min(progress%lowest, residual_norm(system))
+      progress%shortest = min(progress%shortest, norm2(system%solution))
       progress%since_lowest = 0
     else
       progress%since_lowest = progress%since_lowest + 1
@@ -167,6 +166,22 @@ contains
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
+  !! iteration before, which else may flip for ever; and all of a body that only slipping points
+  !! hold, for their tangent does not resist along the slip.
+  subroutine choose_held(system, x, progress)
+    type(system_t), intent(inout) :: system !! contact elements; gets hold
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(newton_t), intent(inout) :: progress !! counts both
+
+    system%contact%hold = .false.
+    if (progress%turns < most_turns) system%contact%hold = &
+      sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
+    if (any(system%contact%hold)) progress%turns = progress%turns + 1
+    if (.not. any(system%weak) .or. progress%holds >= most_holds) return
+    if (hold_weak_bodies(x, system)) progress%holds = progress%holds + 1
+  end subroutine choose_held
 
   !> Solution vector to nodal displacements.
   subroutine spread_direction(system)
@@ -180,61 +195,6 @@ contains
       end do
     end do
   end subroutine spread_direction
-
-  !> A step with grounded bodies goes to the next touch and no further.
-  subroutine approach(system, x, start, length)
-    type(system_t), intent(inout) :: system !! u is moved
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: start !! norm of the residual before the step
-    real(wp), intent(out) :: length !! share of du
-
-    length = closing_length(x, system)
-    if (length < 1.0_wp) then
-      call form_trial(system, x, length)
-      call take_trial(system, length)
-    else
-      call search_line(system, x, start, .false., length)
-    end if
-  end subroutine approach
-
-  !> Moves to the trial that has been formed.
-  subroutine take_trial(system, length)
-    type(system_t), intent(inout) :: system !! u and bulk_force are moved
-    real(wp), intent(in) :: length !! share of du
-
-    system%u = system%trial
-    system%bulk_force = system%bulk_force + length*system%bulk_change
-  end subroutine take_trial
-
-  !> Backtracking on the residual norm; if no length lowers it enough, the best one is taken.
-  subroutine search_line(system, x, start, full, length)
-    type(system_t), intent(inout) :: system !! u is moved to the accepted length
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: start !! norm of the residual before the step
-    logical, intent(in) :: full !! take the full step whatever its residual
-    real(wp), intent(out) :: length !! accepted share of du
-    real(wp) :: norm, best, best_length
-    integer :: halving
-
-    best = huge(1.0_wp)
-    best_length = 1.0_wp
-    length = 1.0_wp
-    do halving = 0, most_halvings
-      call form_trial(system, x, length)
-      norm = residual_norm(system)
-      if (full .or. norm <= (1.0_wp - sufficient_decrease*length)*start) exit
-      if (norm < best) then
-        best = norm
-        best_length = length
-      end if
-      length = 0.5_wp*length
-    end do
-    if (halving > most_halvings) then
-      length = best_length
-      call form_trial(system, x, length)
-    end if
-    call take_trial(system, length)
-  end subroutine search_line
 
   !> The report of one iteration.
   subroutine describe(system, progress, time, length, seconds, report)

@@ -58,6 +58,7 @@ module system_types
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
     real(wp), allocatable :: right(:) !! (equations) right-hand side [force]
     real(wp), allocatable :: solution(:) !! (equations) solution [length]
+    real(wp), allocatable :: next(:) !! (equations) direction of a trial [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
     type(cost_t) :: costs !! cost table
   end type system_t

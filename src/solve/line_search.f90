@@ -1,0 +1,89 @@
+!> How far to go along the direction of an iteration.
+module line_search
+  use kinds, only: wp
+  use umfpack_solver, only: solve, solver_done
+  use residuals, only: form_trial, residual_norm
+  use supports, only: closing_length
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: search_line, approach
+
+  !> A step is accepted if it lowers the residual by this share of its length,
+  real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
+  !> or if it shortens the next simplified direction by this share of its length.
+  real(wp), parameter :: sufficient_shortening = 0.25_wp
+  !> The shortest step is 2^-8.
+  integer, parameter :: most_halvings = 8
+
+contains
+
+  !> A step with grounded bodies goes to the next touch and no further.
+  subroutine approach(system, x, start, length)
+    type(system_t), intent(inout) :: system !! u is moved
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
+    real(wp), intent(out) :: length !! share of du
+
+    length = closing_length(x, system)
+    if (length < 1.0_wp) then
+      call form_trial(system, x, length)
+      call take_trial(system, length)
+    else
+      call search_line(system, x, start, .false., length)
+    end if
+  end subroutine approach
+
+  !> Moves to the trial that has been formed.
+  subroutine take_trial(system, length)
+    type(system_t), intent(inout) :: system !! u and bulk_force are moved
+    real(wp), intent(in) :: length !! share of du
+
+    system%u = system%trial
+    system%bulk_force = system%bulk_force + length*system%bulk_change
+  end subroutine take_trial
+
+  !> Backtracking on the residual norm or, where a stiff penalty makes that blind, on the length of
+  !! the next direction with the same factor (Deuflhard's natural test); if no length passes, the
+  !! one with the shortest next direction is taken.
+  subroutine search_line(system, x, start, full, length)
+    type(system_t), intent(inout) :: system !! u is moved to the accepted length
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: start !! norm of the residual before the step
+    logical, intent(in) :: full !! take the full step whatever its residual
+    real(wp), intent(out) :: length !! accepted share of du
+    real(wp) :: next, best, best_length, du
+    integer :: halving
+
+    best = huge(1.0_wp)
+    best_length = 1.0_wp
+    length = 1.0_wp
+    du = norm2(system%solution)
+    do halving = 0, most_halvings
+      call form_trial(system, x, length)
+      if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
+      next = next_direction(system)
+      if (next <= (1.0_wp - sufficient_shortening*length)*du) exit
+      if (next < best) then
+        best = next
+        best_length = length
+      end if
+      length = 0.5_wp*length
+    end do
+    if (halving > most_halvings) then
+      length = best_length
+      call form_trial(system, x, length)
+    end if
+    call take_trial(system, length)
+  end subroutine search_line
+
+  !> Length of the direction that the present factor gives for the residual of the trial.
+  real(wp) function next_direction(system) result(length)
+    type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
+    integer :: outcome
+
+    call solve(system%umfpack, system%csc, system%right, system%next, system%costs, outcome)
+    length = huge(1.0_wp)
+    if (outcome == solver_done) length = norm2(system%next)
+  end function next_direction
+end module line_search
