@@ -8,7 +8,7 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
     estimate_round_off
-  use supports, only: drop_bodies, hold_weak_bodies
+  use supports, only: drop_bodies
   use line_search, only: search_line, approach
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
@@ -36,8 +36,6 @@ module newton
   real(wp), parameter :: round_off_share = 0.1_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
-  !> Iterations of a solve that may hold a body by taking its slipping points to stick.
-  integer, parameter :: most_holds = 4
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
 
@@ -50,7 +48,6 @@ module newton
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: since_lowest = 0 !! iterations since one of the two has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
-    integer :: holds = 0 !! iterations of this solve that held a body by friction
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -75,7 +72,6 @@ contains
     progress%energy_met = .false.
     progress%halved = .true.
     progress%turns = 0
-    progress%holds = 0
     progress%outcome = outcome_going_on
     do
       call estimate_round_off(system, x)
@@ -133,7 +129,7 @@ contains
       if (dropped) call form_residual(system, x)
     end if
     start = residual_norm(system)
-    call choose_held(system, x, progress)
+    call choose_held(system, progress)
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
     call factorise(system%umfpack, system%csc, system%costs, outcome)
@@ -156,7 +152,8 @@ contains
     progress%energy_met = length >= 1.0_wp .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
-    if (residual_norm(system) < progress%lowest .or. norm2(system%solution) < progress%shortest) then
+    if (residual_norm(system) < progress%lowest .or. &
+      norm2(system%solution) < progress%shortest) then
       progress%lowest = min(progress%lowest, residual_norm(system))
       progress%shortest = min(progress%shortest, norm2(system%solution))
       progress%since_lowest = 0
@@ -168,19 +165,15 @@ contains
   end subroutine iterate
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
-  !! iteration before, which else may flip for ever; and all of a body that only slipping points
-  !! hold, for their tangent does not resist along the slip.
-  subroutine choose_held(system, x, progress)
+  !! iteration before, which else may flip for ever.
+  subroutine choose_held(system, progress)
     type(system_t), intent(inout) :: system !! contact elements; gets hold
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(newton_t), intent(inout) :: progress !! counts both
+    type(newton_t), intent(inout) :: progress !! counts the iterations with such points
 
     system%contact%hold = .false.
     if (progress%turns < most_turns) system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
-    if (.not. any(system%weak) .or. progress%holds >= most_holds) return
-    if (hold_weak_bodies(x, system)) progress%holds = progress%holds + 1
   end subroutine choose_held
 
   !> Solution vector to nodal displacements.

@@ -2,18 +2,15 @@
 module supports
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: status_open, status_stick, status_slip
+  use element_types, only: status_open, status_stick
   use elmlib, only: routine_none
-  use elmt03, only: d03_mu
-  use friction_return, only: has_friction
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet
   use block_matrix, only: find_block
   use system_types, only: system_t
   implicit none
   private
-  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies, &
-    hold_weak_bodies
+  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -140,30 +137,6 @@ contains
       end do
     end do
   end subroutine ground_bodies
-
-  !> Holds the slipping points of each weak body that would move freely with their slip tangents;
-  !! true if there is one.
-  logical function hold_weak_bodies(x, system) result(held)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! contact elements; hold is set
-    real(wp) :: motion(6)
-    integer :: body, k
-    logical :: free
-
-    held = .false.
-    do body = 1, system%bodies
-      if (.not. system%weak(body)) cycle
-      call free_motion(x, system, body, .true., free, motion)
-      if (.not. free) cycle
-      do k = 1, system%contact%n
-        if (system%contact%status(k) /= status_slip) cycle
-        if (.not. any(system%node_body(system%contact%ix(1:2, k)) == body)) cycle
-        if (.not. any(has_friction(system%contact%d(d03_mu:d03_mu + 1, k)))) cycle
-        system%contact%hold(k) = .true.
-        held = .true.
-      end do
-    end do
-  end function hold_weak_bodies
 
   !> Length of the step du that closes the first open contact point of a grounded body, so that
   !! the points next to it close, too; the largest number if none closes.
