@@ -5,7 +5,7 @@ module batch_run
   use text, only: to_text
   use costs, only: wall_seconds
   use model_types, only: model_t
-  use system_types, only: system_t, state_t, settings_t
+  use system_types, only: system_t, state_t
   use contact_system, only: load_contact, couple, move_hosts
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many, &
     outcome_stopped
@@ -15,7 +15,7 @@ module batch_run
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
   use run_files, only: run_files_t, write_row
-  use run_log, only: log_increment, log_increment_t, log_line, log_warning
+  use run_log, only: log_increment, log_increment_t, log_warning
   use run_monitor, only: run_monitor_t
   use terminal, only: terminal_t, print_line
   use batch_position, only: is_passing, pass_end_time, look_for, &
