@@ -10,6 +10,7 @@ module session
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines
   use source, only: file_text
   use model_types, only: model_t
+  use contact_gaps, only: describe_gaps
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
@@ -129,6 +130,7 @@ contains
       'which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
     if (.not. allocated(error) .and. states%step > 0) call report_restart(states, files, &
       terminal, error)
+    call report_gaps(model, monitor)
     if (.not. allocated(error)) call check_supports(model, system, monitor, error)
     if (.not. allocated(error)) call run_batch(commands, states, model, system, state, files, &
       monitor, terminal, error)
@@ -182,6 +184,24 @@ contains
     dot = index(name, '.', back=.true.)
     if (dot > 1) name = name(:dot - 1)
   end function deck_name
+
+  !> Logs the gaps of all pairs at the start; penetrations are worth a warning.
+  subroutine report_gaps(model, monitor)
+    type(model_t), intent(in) :: model !! pairs with their first hosts
+    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
+    character(:), allocatable :: line
+    logical :: penetrates
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      call describe_gaps(model%pairs(k), model%mesh%x, line, penetrates)
+      if (penetrates) then
+        call monitor%warning(line)
+      else
+        call monitor%event(line)
+      end if
+    end do
+  end subroutine report_gaps
 
   !> Path of the files without their endings: the deck's name in the output folder.
   function base_name(options) result(base)
