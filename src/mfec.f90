@@ -7,11 +7,12 @@ program mfec
   use session, only: run_session
   use keyword_help, only: help_text
   use version, only: program_version
-  use process, only: end_process
+  use process, only: end_process, keep_memory
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
 
+  call keep_memory()
   call catch_signals()
   call read_command_line(options, error)
   if (.not. allocated(error)) then

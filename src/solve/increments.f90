@@ -86,9 +86,9 @@ contains
       end do
     end do
     associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point))//', facet of nodes ' &
-        //facet_text(contact%facets, contact%new(point)%host)//' after that of nodes ' &
-        //facet_text(contact%facets, contact%left(point))
+      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point)) &
+        //', facet of nodes '//facet_text(contact%facets, contact%new(point)%host) &
+        //' after that of nodes '//facet_text(contact%facets, contact%left(point))
     end associate
   end function restless_point
 
