@@ -5,7 +5,7 @@ module batch_run
   use text, only: to_text
   use costs, only: wall_seconds
   use model_types, only: model_t
-  use system_types, only: system_t, state_t, settings_t
+  use system_types, only: system_t, state_t
   use contact_system, only: load_contact, couple, move_hosts
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many, &
     outcome_stopped
@@ -15,30 +15,18 @@ module batch_run
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
   use run_files, only: run_files_t, write_row
-  use run_log, only: log_increment, log_increment_t, log_line, log_warning
+  use run_log, only: log_increment, log_increment_t, log_warning
   use run_monitor, only: run_monitor_t
   use terminal, only: terminal_t, print_line
-  use batch_position, only: position_t, is_passing, pass_end_time, look_for, &
+  use batch_position, only: is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
-  use saved_states, only: saved_states_t, keep_state, read_kept_state, take_state, note_passed
-  use result_types, only: saved_state_t
+  use saved_states, only: saved_states_t
+  use run_progress, only: run_state_t
+  use batch_states, only: run_save, run_rest
   use printing, only: print_displacements, print_reactions
   implicit none
   private
   public :: run_batch
-
-  !> Where a run stands between two commands.
-  type :: run_state_t
-    real(wp) :: increment = 0.0_wp !! DT
-    type(position_t) :: position !! end times so far
-    type(saved_states_t) :: states !! where SAVE and REST keep theirs
-    type(settings_t) :: settings !! TOL
-    type(newton_t) :: progress !! of the pending increment
-    logical :: pending = .false. !! TANG has begun an increment that is not accepted yet
-    logical :: converged = .false. !! it has converged
-    logical :: started = .false. !! its first solve has been prepared
-    real(wp) :: pending_time = 0.0_wp !! its end time
-  end type run_state_t
 
 contains
 
@@ -356,45 +344,4 @@ contains
     call finish_step(run%increment, wall_seconds(), model, system, state, files, monitor, &
       terminal, error)
   end subroutine close_increment
-
-  !> SAVE[,name]: keeps the present state in a file of its own.
-  subroutine run_save(command, run, model, system, state, files, error)
-    type(batch_command_t), intent(in) :: command !! the command
-    type(run_state_t), intent(inout) :: run !! where states are kept
-    type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! the log
-    type(error_t), allocatable, intent(out) :: error !! trouble with a file
-    character(:), allocatable :: path
-
-    if (is_passing(run%position)) then
-      call note_passed(run%states, command%text)
-      return
-    end if
-    call keep_state(run%states, command%text, model, system, state, run%increment, path, error)
-    if (.not. allocated(error)) call log_line(files%log, '  state of time '// &
-      to_text(state%time, 12)//' saved in '//path, error)
-  end subroutine run_save
-
-  !> REST[,name] or REST,file[,step]: goes back to a saved state; steps count on.
-  subroutine run_rest(command, run, model, system, state, files, error)
-    type(batch_command_t), intent(in) :: command !! the command
-    type(run_state_t), intent(inout) :: run !! where states are kept; its clock is set back
-    type(model_t), intent(inout) :: model !! gets the contact history
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! becomes the saved one
-    type(run_files_t), intent(inout) :: files !! the log
-    type(error_t), allocatable, intent(out) :: error !! no such state
-    type(saved_state_t) :: saved
-    character(:), allocatable :: path
-
-    call read_kept_state(run%states, command%text, nint(command%v(1)), model, saved, path, error)
-    if (allocated(error)) return
-    run%position%clock = saved%time
-    if (is_passing(run%position)) return
-    call take_state(saved, model, system, state)
-    call log_line(files%log, '  back to the state of time '//to_text(state%time, 12)//' in '// &
-      path, error)
-  end subroutine run_rest
 end module batch_run

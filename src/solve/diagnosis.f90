@@ -4,7 +4,7 @@ module diagnosis
   use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
   use element_types, only: status_open
-  use supports, only: free_motion
+  use supports, only: free_motion, touched_bodies
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular
@@ -105,7 +105,7 @@ contains
       'turn about ', 'turn about ', 'turn about ']
     character(1), parameter :: nl = new_line('a')
     real(wp) :: motion(6)
-    logical :: free
+    logical :: free, touching(system%bodies)
     integer :: node, dof, k
 
     call free_motion(model%mesh%x, system, body, .true., free, motion)
@@ -120,9 +120,15 @@ contains
     end do
     k = maxloc(abs(motion), 1)
     t = '  unrestrained body: '//body_name(model, system, body)//' can '//trim(axes(k))//' x' &
-      //to_text(dof)//'; no support and no closed contact point resists (node ' &
-      //to_text(max(node, 1))//', dof '//to_text(dof)//')'//nl &
-      //'  restrain it with BOUNdary, or let it touch another body before it is loaded'
+      //to_text(dof)//' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
+    touching = touched_bodies(system)
+    if (touching(body)) then
+      t = t//': no support resists, and its closed contact points slip'//nl// &
+        '  friction does not carry the load: lower it, raise the coefficient, or restrain the body'
+    else
+      t = t//'; no support and no closed contact point resists'//nl// &
+        '  restrain it with BOUNdary, or let it touch another body before it is loaded'
+    end if
   end function describe_body
 
   !> Name of a body: its region, or its lowest element.

@@ -6,7 +6,7 @@ module newton
   use block_matrix, only: multiply
   use umfpack_solver, only: factorise, solve, solver_done, solver_out_of_memory
   use contact_system, only: contact_counts
-  use residuals, only: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
+  use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
     estimate_round_off
   use supports, only: drop_bodies
   use line_search, only: search_line, approach
