@@ -42,6 +42,7 @@ contains
       //' over the master'
     if (over > 0) line = line//', gaps '//to_text(least, 4)//' to '//to_text(largest, 4)
     if (penetrates) line = line//'; '//count_noun(below, 'point')// &
-      ' below the surface, deepest node '//to_text(pair%nodes(deepest))//': they are pushed out in the first increment'
+      ' below the surface, deepest node '//to_text(pair%nodes(deepest))// &
+      ': they are pushed out in the first increment'
   end subroutine describe_gaps
 end module contact_gaps
