@@ -23,9 +23,8 @@ contains
     type(record_t), intent(inout) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical :: good
-    integer :: n
 
-    n = item_count(record)
+    call remove_parentheses(record)
     call check_definition(record, diagnostics, good)
     if (.not. good) then
       if (record%items(1)%kind == item_word) call set_parameter(reading, record%items(1)%text, &
@@ -39,6 +38,19 @@ contains
     call apply_overrides(reading, record%items(1)%text, record%items(2)%value, diagnostics)
     call set_parameter(reading, record%items(1)%text, record%items(2)%value)
   end subroutine define_parameter
+
+  !> A name like that of a command stands in parentheses where it begins a record: here, too.
+  subroutine remove_parentheses(record)
+    type(record_t), intent(inout) :: record !! name and value
+    character(:), allocatable :: name
+    integer :: last
+
+    name = record%items(1)%text
+    last = len(name)
+    if (record%items(1)%kind /= item_word .or. last < 3) return
+    if (name(1:1) /= '(' .or. name(last:last) /= ')') return
+    if (is_parameter_name(name(2:last - 1))) record%items(1)%text = name(2:last - 1)
+  end subroutine remove_parentheses
 
   !> Checks the form of a definition.
   subroutine check_definition(record, diagnostics, good)

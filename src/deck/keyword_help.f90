@@ -55,7 +55,7 @@ contains
       '  --out DIR          writes the results to DIR'//nl// &
       '  --check            reads, meshes and reports without solving'//nl// &
       '  --solver S         AUTO or UMFPack'//nl// &
-      '  --threads N        number of threads'//nl// &
+      '  --threads N        number of threads of the dense kernels (OpenBLAS)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &
       '  --quiet            no progress'//nl// &

@@ -329,6 +329,19 @@ contains
     end if
   end subroutine report_stray
 
+  !> Whether a record that begins with an unknown word continues a set of names that a blank line
+  !! has ended.
+  logical function is_stray_name(reading, record, commands) result(stray)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(word_list_t), intent(in) :: commands !! all commands
+
+    stray = .false.
+    if (reading%open > 0 .or. reading%closed == 0 .or. item_count(record) < 2) return
+    if (.not. takes_names(reading%table%commands(reading%closed))) return
+    stray = len(nearest_word(commands, record%items(1)%text)) == 0
+  end function is_stray_name
+
   !> Reports a record that begins with an unknown word.
   subroutine refuse(reading, record, diagnostics)
     type(reading_t), intent(inout) :: reading !! where reading stands
@@ -337,7 +350,9 @@ contains
     type(word_list_t) :: commands, words
     character(:), allocatable :: remedy, word
 
-    if (reading%passing) return
+    if (reading%passing) then
+      if (.not. is_misspelt_command(reading, record)) return
+    end if
     word = record%items(1)%text
     call list_keywords(reading%table, table_mesh, commands)
     if (reading%in_parameters) then
@@ -362,6 +377,11 @@ contains
         reading%set%complete = .false.
         return
       end if
+    end if
+    if (is_stray_name(reading, record, commands)) then
+      if (.not. reading%skipping) call report_stray(reading, record, diagnostics)
+      reading%skipping = .true.
+      return
     end if
     call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', &
                       did_you_mean(commands, word, '--help lists the commands'))

@@ -7,7 +7,7 @@ module batch_run
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_system, only: load_contact, couple, move_hosts
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_too_many, &
+  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
     outcome_stopped
   use increments, only: begin_at, choose_start, accept
   use residuals, only: estimate_round_off
@@ -335,7 +335,7 @@ contains
       return
     end if
     if (.not. run%converged) then
-      run%progress%outcome = outcome_too_many
+      run%progress%outcome = outcome_open
       call raise_outcome(model, system, state, run%progress, run%pending_time, error)
       return
     end if

@@ -9,7 +9,7 @@ module command_line
 
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
-    '[--restart run.h5 [--step K]] [--quiet]'
+    '[--threads N] [--restart run.h5 [--step K]] [--quiet]'
 
   !> All options this version knows, for hints.
   character(10), parameter :: known(10) = [character(10) :: '--set', '--out', '--check', &
@@ -21,6 +21,7 @@ module command_line
     character(:), allocatable :: folder !! where files are written; empty: the working directory
     character(:), allocatable :: topic !! keyword of --help, empty for all
     character(:), allocatable :: restart !! results file to go on from, empty for none
+    integer :: threads = 0 !! threads of the BLAS, 0 for its own choice
     integer :: step = 0 !! end time in that file, 0 for the last
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
@@ -91,13 +92,10 @@ contains
         i = i + 1
         options%topic = argument(i)
       end if
-    case ('--set', '--out', '--solver', '--restart', '--step')
+    case ('--set', '--out', '--solver', '--threads', '--restart', '--step')
       call take_value(item, equals, i, value, error)
       if (allocated(error)) return
       call keep_value(name, value, options, error)
-    case ('--threads')
-      call raise(error, exit_deck, 'command line: error: '//name// &
-        ' is not available in this version'//new_line('a')//'  leave it out')
     case default
       call raise(error, exit_deck, 'command line: error: unknown option '//name// &
         new_line('a')//'  did you mean '//nearest_option(name)//'? '//usage_line)
@@ -135,7 +133,10 @@ contains
 
     if (name == '--out') options%folder = value
     if (name == '--restart') options%restart = value
-    if (name == '--step') call keep_step(value, options, error)
+    if (name == '--step') call take_count(value, 'number of an end time, 1 or more; without '// &
+      'it the last one is taken', name, options%step, error)
+    if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
+      options%threads, error)
     if (name == '--solver') call check_solver(value, error)
     if (allocated(error)) return
     if (name /= '--set') return
@@ -153,21 +154,23 @@ contains
     call move_alloc(longer, options%overrides)
   end subroutine keep_value
 
-  !> Enters the value of --step.
-  subroutine keep_step(value, options, error)
-    character(*), intent(in) :: value !! number of an end time
-    type(options_t), intent(inout) :: options !! what is asked for
+  !> Enters the value of an option that counts from 1.
+  subroutine take_count(value, wanted, name, n, error)
+    character(*), intent(in) :: value !! as written
+    character(*), intent(in) :: wanted !! what it should be
+    character(*), intent(in) :: name !! the option
+    integer, intent(inout) :: n !! its number
     type(error_t), allocatable, intent(out) :: error !! no such number
     integer :: status
 
     status = 1
     if (len(value) > 0 .and. len(value) < 10 .and. verify(value, '0123456789') == 0) then
-      read (value, *, iostat=status) options%step
+      read (value, *, iostat=status) n
     end if
-    if (status == 0 .and. options%step > 0) return
-    call raise(error, exit_deck, 'command line: error: --step '//value//new_line('a')// &
-      '  --step wants the number of an end time, 1 or more; without it the last one is taken')
-  end subroutine keep_step
+    if (status == 0 .and. n > 0) return
+    call raise(error, exit_deck, 'command line: error: '//name//' '//value//new_line('a')// &
+      '  '//name//' wants the '//wanted)
+  end subroutine take_count
 
   !> Back ends of this version; the first four letters count, as in the deck.
   subroutine check_solver(value, error)

@@ -3,7 +3,7 @@ module session
   use errors, only: error_t
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
-  use blas_info, only: blas_name, is_reference_blas
+  use blas_info, only: blas_name, is_reference_blas, set_blas_threads
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
@@ -44,6 +44,7 @@ contains
     character(:), allocatable :: deck_text
     type(terminal_t), target :: terminal
 
+    if (options%threads > 0) call set_blas_threads(options%threads)
     terminal = open_terminal(options%quiet)
     call begin_cost(system%costs, cost_reading)
     call read_problem(options, model, commands, deck_text, error)

@@ -7,7 +7,7 @@ module diagnosis
   use supports, only: free_motion, touched_bodies
   use model_types, only: model_t
   use monitors, only: monitor_t
-  use newton, only: newton_t, outcome_singular
+  use newton, only: newton_t, outcome_singular, outcome_open
   use system_types, only: system_t
   implicit none
   private
@@ -27,6 +27,9 @@ contains
 
     text = '  tried: increments down to the last cut before time '//to_text(time, 12)//', '// &
       to_text(progress%solves)//' linear solves in the last'
+    if (progress%outcome == outcome_open) text = '  tried: '//to_text(progress%solves)// &
+      ' times TANG; write LOOP,,n TANG,,1 NEXT behind TIME, or STEP,,n instead'
+    if (progress%outcome == outcome_open .and. progress%solves == 0) return
     body = unrestrained_bodies(model, system)
     if (body > 0) then
       text = text//nl//describe_body(model, system, body)

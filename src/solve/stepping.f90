@@ -5,7 +5,7 @@ module stepping
   use text, only: to_text
   use model_types, only: model_t
   use monitors, only: monitor_t
-  use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
+  use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
     outcome_singular, outcome_memory, outcome_stopped
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies
@@ -86,6 +86,8 @@ contains
       t = 'Newton with line search has stalled'
     case (outcome_too_many)
       t = 'all linear solves of an increment are used up'
+    case (outcome_open)
+      t = 'TIME or END comes before the increment has met TOL,'
     case (outcome_singular)
       t = 'the matrix is singular'
     case default
