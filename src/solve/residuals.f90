@@ -94,11 +94,11 @@ contains
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
-        reactions = reactions + (system%bulk_force(k, i) + system%contact_force(k, i) &
-          - system%external(k, i))**2
+        reactions = hypot(reactions, system%bulk_force(k, i) + system%contact_force(k, i) &
+          - system%external(k, i))
       end do
     end do
-    norm = norm2([sqrt(reactions), norm2(system%external), norm2(system%contact_force)])
+    norm = norm2([reactions, norm2(system%external), norm2(system%contact_force)])
   end function force_norm
 
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums.
@@ -110,14 +110,14 @@ contains
 
     call multiply_absolute(system%bulk_matrix, system%u, system%trial)
     where (system%equation == 0) system%trial = 0.0_wp
-    terms = norm2(system%trial)**2
+    terms = norm2(system%trial)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       associate (nodes => system%contact%ix(1:4, k))
-        terms = terms + (system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))**2
+        terms = hypot(terms, system%contact%d(d03_epsilon, k) &
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))
       end associate
     end do
-    system%round_off = machine_epsilon*sqrt(terms)
+    system%round_off = machine_epsilon*terms
   end subroutine estimate_round_off
 end module residuals
