@@ -1,11 +1,11 @@
 !> The program: command line, deck, run, exit code.
 program mfec
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use errors, only: error_t, exit_done
+  use errors, only: error_t, raise, exit_done, exit_deck
   use signals, only: catch_signals
   use command_line, only: options_t, read_command_line
   use session, only: run_session
-  use keyword_help, only: help_text
+  use keyword_help, only: help_text, has_help
   use version, only: program_version
   use process, only: end_process, keep_memory
   implicit none
@@ -19,7 +19,11 @@ program mfec
     if (options%version) then
       write (output_unit, '(a)') 'mfec '//program_version
     else if (options%help) then
-      write (output_unit, '(a)') help_text(options%topic)
+      if (has_help(options%topic)) then
+        write (output_unit, '(a)') help_text(options%topic)
+      else
+        call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
+      end if
     else
       call run_session(options, error)
     end if

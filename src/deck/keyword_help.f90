@@ -8,7 +8,7 @@ module keyword_help
   use keywords, only: keyword_table
   implicit none
   private
-  public :: help_text
+  public :: help_text, has_help
 
 contains
 
@@ -44,6 +44,24 @@ contains
     t = 'There is no command '''//item%text//''': '// &
       did_you_mean(list, item%text, '--help lists the commands')//new_line('a')
   end function help_text
+
+  !> There is help on a keyword: it is empty, a command or an own word.
+  logical function has_help(keyword)
+    character(*), intent(in) :: keyword !! a word
+    type(keyword_table_t) :: table
+    type(item_t) :: item
+    integer :: i
+
+    has_help = len_trim(keyword) == 0
+    if (has_help) return
+    call keyword_table(table)
+    item%kind = item_word
+    item%text = trim(adjustl(keyword))
+    has_help = find_keyword(table, table_mesh, item) + find_keyword(table, table_batch, item) > 0
+    do i = 1, table%count
+      has_help = has_help .or. find_word(table%commands(i), item) > 0
+    end do
+  end function has_help
 
   !> How the program is called.
   function usage() result(t)

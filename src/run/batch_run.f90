@@ -122,7 +122,12 @@ contains
         end if
       case ('time')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
-        if (.not. allocated(error)) call begin_time(command%v(1), run, model, system, state)
+        if (allocated(error)) return
+        if (is_over(command%v(1), run)) then
+          next = end_of_loop(commands, next)
+        else
+          call begin_time(command%v(1), run, model, system, state)
+        end if
       case ('save', 'rest')
         call close_increment(run, model, system, state, files, monitor, terminal, error)
         if (allocated(error)) return
@@ -257,6 +262,29 @@ contains
     if (last > 0.0_wp) run%pending_time = min(run%pending_time, last)
     call prepare(run, model, system, state)
   end subroutine begin_time
+
+  !> TIME,,tmax has arrived at tmax, to round-off.
+  pure logical function is_over(last, run)
+    real(wp), intent(in) :: last !! tmax, 0 for none
+    type(run_state_t), intent(in) :: run !! where the run stands
+
+    is_over = last > 0.0_wp .and. run%position%clock >= last - 1.0e-10_wp*max(last, run%increment)
+  end function is_over
+
+  !> The NEXT of the innermost LOOP around a command; the command itself outside of loops.
+  pure integer function end_of_loop(commands, command) result(last)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands
+    integer, intent(in) :: command !! index of the command
+    integer :: i
+
+    last = command
+    do i = command + 1, size(commands)
+      if (commands(i)%command /= 'next') cycle
+      if (commands(i)%partner > command) cycle
+      last = i
+      return
+    end do
+  end function end_of_loop
 
   !> Marks an increment as begun; its first TANG sets it up.
   subroutine prepare(run, model, system, state)
