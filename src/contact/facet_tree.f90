@@ -4,13 +4,15 @@
 !! fitted anew, n. A query visits about log n boxes.
 module facet_tree
   use kinds, only: wp
-  use facet_geometry, only: distance_to_facet
+  use facet_geometry, only: distance_to_facet, project_on_facet
   implicit none
   private
   public :: facet_tree_t, build_tree, fit_tree, nearest_facet, facets_near
 
   !> Facets in a leaf.
   integer, parameter :: leaf_size = 4
+  !> Distances that differ by less than this share are the same.
+  real(wp), parameter :: same_distance = 1.0e-10_wp
   !> Boxes that wait while the tree is walked; halving keeps it balanced.
   integer, parameter :: deepest = 64
 
@@ -131,7 +133,9 @@ contains
     end do
   end subroutine fit_tree
 
-  !> The facet closest to a point; of facets at the same distance the one with the lowest number.
+  !> The facet closest to a point. Of facets at the same distance, which meet at an edge or corner,
+  !! the one whose plane is furthest below the point, for the others may point away from it; then
+  !! the one with the lowest number.
   pure subroutine nearest_facet(tree, facets, x, y, facet, distance)
     type(facet_tree_t), intent(in) :: tree !! the tree, fitted to x
     integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
@@ -140,17 +144,18 @@ contains
     integer, intent(out) :: facet !! the closest facet, 0 without facets
     real(wp), intent(out) :: distance !! its distance [length]
     integer :: waiting(deepest), n, b, k
-    real(wp) :: d
+    real(wp) :: d, xi(2), gap, highest
 
     facet = 0
-    distance = huge(1.0_wp)
+    highest = -huge(1.0_wp)
+    distance = 0.1_wp*huge(1.0_wp)
     if (tree%boxes == 0) return
     waiting(1) = 1
     n = 1
     do while (n > 0)
       b = waiting(n)
       n = n - 1
-      if (box_distance(tree, b, y) > distance) cycle
+      if (box_distance(tree, b, y)*(1.0_wp - same_distance) > distance) cycle
       if (tree%n(b) == 0) then
         ! the closer child is looked at first
         k = merge(0, 1, box_distance(tree, tree%first(b), y) > &
@@ -161,8 +166,14 @@ contains
       else
         do k = tree%first(b), tree%first(b) + tree%n(b) - 1
           d = distance_to_facet(x(:, facets(:, tree%order(k))), y)
-          if (d > distance .or. (d >= distance .and. tree%order(k) > facet)) cycle
+          if (d > distance*(1.0_wp + same_distance)) cycle
+          call project_on_facet(x(:, facets(:, tree%order(k))), y, xi, gap)
+          if (d >= distance*(1.0_wp - same_distance)) then
+            if (gap < highest - same_distance*d) cycle
+            if (gap <= highest + same_distance*d .and. tree%order(k) > facet) cycle
+          end if
           distance = d
+          highest = gap
           facet = tree%order(k)
         end do
       end if
