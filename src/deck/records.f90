@@ -2,11 +2,10 @@
 module records
   use kinds, only: wp
   use text, only: lower
-  use deck_types, only: record_t, item_t, location_t, item_word, item_quoted, item_empty
+  use deck_types, only: record_t, item_t, location_t, item_word, item_quoted
   implicit none
   private
-  public :: item_count, item_integer, item_real, item_name, item_location, is_word, is_name, &
-    is_empty, four_letters
+  public :: item_count, item_integer, item_real, item_name, item_location, is_word, four_letters
 
 contains
 
@@ -72,20 +71,6 @@ contains
     is_word = .false.
     if (item%kind == item_word) is_word = four_letters(item%text) == four_letters(word)
   end function is_word
-
-  !> Whether an item is a name: a word or something in quotes.
-  pure logical function is_name(item)
-    type(item_t), intent(in) :: item !! the item
-
-    is_name = item%kind == item_word .or. item%kind == item_quoted
-  end function is_name
-
-  !> Whether an item is an empty field.
-  pure logical function is_empty(item)
-    type(item_t), intent(in) :: item !! the item
-
-    is_empty = item%kind == item_empty
-  end function is_empty
 
   !> First four characters in lower case.
   pure character(4) function four_letters(word) result(key)

@@ -17,9 +17,8 @@ module umfpack_solver
   integer, parameter :: solver_out_of_memory = 2
   integer, parameter :: solver_failed = 3
 
-  ! Places in Control and Info, and their values: umfpack.h
+  ! Places in Control, and their values: umfpack.h
   integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10
-  integer, parameter :: info_rcond = 67
   real(wp), parameter :: strategy_symmetric = 3.0_wp, ordering_metis = 3.0_wp
   integer(long), parameter :: status_ok = 0, status_singular = 1, status_memory = -1
   integer(long), parameter :: system_a = 0
