@@ -45,16 +45,23 @@ module condensed_types
     integer, allocatable :: place(:, :) !! (3, nodes) candidate number, 0 for none
     integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
     integer, allocatable :: patterns(:) !! numbers of the proportional loads in use
+    real(wp), allocatable :: factors(:) !! (patterns) their factors at the end of the increment
     real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of each load's unit [length]
+    real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
     real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
+    real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
+    real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
+    integer, allocatable :: facets(:, :) !! (3, facets) master facets of all pairs
     integer :: n_live = 0 !! candidates that elements or forces touch at present
     integer, allocatable :: live(:) !! (n_live) candidate
     integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
     type(contact_tangent_t) :: tangent !! of the iteration
-    real(wp), allocatable :: right(:), change(:), work(:, :) !! (n_live) work space
+    real(wp), allocatable :: right(:) !! (n_live) residual [force]
+    real(wp), allocatable :: change(:) !! (n_live) direction [length]
+    integer :: failed = 0 !! outcome of the last extension
     real(wp) :: reactions = 0.0_wp !! norm of the supports' forces at the last state [force]
   end type condensed_t
 end module condensed_types
