@@ -18,7 +18,7 @@ module condensed_direction
     defect_energy
 
   !> Element matrix entries times compliance that are left to the iteration.
-  real(wp), parameter :: negligible = 3.0e-3_wp
+  real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
   !> Iterations of GMRES, and the accuracy of a direction and of its length.
