@@ -21,9 +21,9 @@ module condensed_direction
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
-  !> Iterations of GMRES, and the accuracy of a direction and of its length.
+  !> Iterations of GMRES, the accuracies of a direction, and that of its length.
   integer, parameter :: most_vectors = 40
-  real(wp), parameter :: direction_accuracy = 1.0e-10_wp, length_accuracy = 1.0e-3_wp
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-6_wp, length_accuracy = 1.0e-3_wp
 
 contains
 
@@ -297,12 +297,17 @@ contains
   subroutine find_condensed_direction(system)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
     real(wp), allocatable :: y(:), cy(:)
+    real(wp) :: accuracy
     integer :: i
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
+      accuracy = coarsest
+      if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
+        1.0e-3_wp*(norm2(condensed%right)/condensed%norm_before)**2))
+      condensed%norm_before = norm2(condensed%right)
       allocate (y(condensed%n_live), cy(condensed%n_live))
-      call respond(system, 1.0_wp, direction_accuracy, 0.05_wp*system%round_off, y, cy)
+      call respond(system, 1.0_wp, accuracy, 0.05_wp*system%round_off, y, cy)
       system%solution = 0.0_wp
       condensed%force_change = 0.0_wp
       do i = 1, condensed%n_live

@@ -245,6 +245,7 @@ contains
         condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
       end do
       call measure_defects(condensed)
+      condensed%norm_before = 0.0_wp
     end associate
   end subroutine find_defects
 

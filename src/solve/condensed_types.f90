@@ -61,6 +61,7 @@ module condensed_types
     type(contact_tangent_t) :: tangent !! of the iteration
     real(wp), allocatable :: right(:) !! (n_live) residual [force]
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
+    real(wp) :: norm_before = 0.0_wp !! residual norm one iteration before, 0 at a start [force]
     integer :: failed = 0 !! outcome of the last extension
     real(wp) :: reactions = 0.0_wp !! norm of the supports' forces at the last state [force]
   end type condensed_t
