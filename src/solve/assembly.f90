@@ -85,6 +85,7 @@ contains
       e%ul(:, i) = u(:, e%ix(i))
     end do
     e%h1 = list%h1(:, k)
+    e%shift = list%shift(:, k)
   end subroutine gather
 
   !> Adds the element matrix block by block.
