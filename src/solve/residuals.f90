@@ -14,6 +14,10 @@ module residuals
   private
   public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, estimate_round_off
 
+  !> Element matrices that differ by less from their transposes are symmetric to round-off; those
+  !! of slip with friction differ by about mu.
+  real(wp), parameter :: symmetry_tolerance = 1.0e-12_wp
+
 contains
 
   !> Internal forces at u: the bulk's by its matrix, contact by its elements.
@@ -58,12 +62,18 @@ contains
     end do
   end subroutine gather_right
 
-  !> Tangent at u in csc; bodies that nothing holds at present are grounded.
+  !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
+  !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.
   subroutine form_tangent(system, x)
-    type(system_t), intent(inout) :: system !! gets matrix, csc, right
+    type(system_t), intent(inout) :: system !! gets matrix, csc, symmetric, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: k
 
+    if (system%contact%n == 0) then
+      if (.not. system%symmetric) call fill_values(system%bulk_matrix, system%equation, system%csc)
+      system%symmetric = .true.
+      return
+    end if
     call begin_cost(system%costs, cost_contact_tangent)
     system%matrix%val = 0.0_wp
     do k = 1, size(system%bulk_place)
@@ -74,6 +84,7 @@ contains
     call gather_right(system, 0.0_wp)
     if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
+    system%symmetric = system%contact%asymmetry <= symmetry_tolerance
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent
 
