@@ -7,7 +7,7 @@ module contact_system
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_parameters, only: point_parameters
+  use contact_parameters, only: point_parameters, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use facet_geometry, only: project_on_facet
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
@@ -103,6 +103,7 @@ contains
       list%ix(2:4, element) = pair%facets(:, point%host)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
 
