@@ -1,8 +1,9 @@
-!> Element 3: the moving friction elliptical cone (MFEC), one slave node against a facet.
+!> Element 3: the moving friction elliptical cone (MFEC), one slave point S against a facet.
 !!
-!! Nodes: slave S, then the facet's 1, 2, 3 (counter-clockwise seen from outside). One gap vector,
-!! one penalty (doc/theory, "The element"): g = x_S - x_m(tip), f = eps g, r_S = f,
-!! r_a = -N_a(tip) f, with shape functions at the tip, so that force and moment balance exactly.
+!! Nodes: those of S (one, or the three of a slave facet with weights), then the facet's 1, 2, 3
+!! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "The element"):
+!! g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip) f, with shape functions at the tip, so
+!! that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
 !! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian"): g + kappa
@@ -13,7 +14,7 @@ module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, status_open, status_stick, status_slip
+    task_stress, status_open, status_stick, status_slip, max_dofs
   use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
@@ -66,14 +67,8 @@ contains
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
-    real(wp) :: x(3, 4)
-    integer :: k
 
-    ! Seen from the facet's third corner, so that the distance to the origin costs no digits.
-    do k = 1, 4
-      x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
-    end do
-    call facet_and_gap(x, e%h1, c)
+    call facet_and_gap(positions(e), e%h1, c)
     call add_shift(e%shift, c)
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
@@ -98,7 +93,31 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
+    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
   end subroutine elmt03_mfec
+
+  !> Positions of S, 1, 2, 3 seen from 3, so that the distance to the origin costs no digits.
+  pure function positions(e) result(x)
+    type(element_t), intent(in) :: e !! local data
+    real(wp) :: x(3, 4)
+    integer :: b, k, last
+
+    last = e%slaves + 3
+    if (e%slaves == 1) then
+      x(:, 1) = (e%xl(:, 1) - e%xl(:, last)) + (e%ul(:, 1) - e%ul(:, last))
+    else
+      x(:, 1) = 0.0_wp
+      do b = 1, e%slaves
+        x(:, 1) = x(:, 1) + e%weight(b)*((e%xl(:, b) - e%xl(:, last)) &
+          + (e%ul(:, b) - e%ul(:, last)))
+      end do
+    end if
+    do k = 1, 3
+      associate (node => e%slaves + k)
+        x(:, k + 1) = (e%xl(:, node) - e%xl(:, last)) + (e%ul(:, node) - e%ul(:, last))
+      end associate
+    end do
+  end function positions
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
   pure subroutine facet_and_gap(x, tip, c)
@@ -254,7 +273,7 @@ contains
     real(wp) :: b(3, 12)
 
     if (e%status == status_open) then
-      e%s = 0.0_wp
+      e%s(1:12, 1:12) = 0.0_wp
       return
     end if
     b = gap_operator(e%h1)
@@ -329,6 +348,34 @@ contains
     de(:, 7:9) = -dyad(c%d2, c%e)
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
+
+  !> From the point S to its nodes: r_b = M_b r_S, and likewise rows and columns of s
+  !! (doc/theory, "Weighted slave points").
+  pure subroutine spread_point(with_matrix, e)
+    logical, intent(in) :: with_matrix !! s is spread, too
+    type(element_t), intent(inout) :: e !! r and s of S, 1, 2, 3 become those of all nodes
+    real(wp) :: r(12), s(12, 12), rows(max_dofs, 12)
+    integer :: b, j, n
+
+    n = 3*e%slaves
+    r = e%r(1:12)
+    do b = 1, e%slaves
+      e%r(3*b - 2:3*b) = e%weight(b)*r(1:3)
+    end do
+    e%r(n + 1:n + 9) = r(4:12)
+    if (.not. with_matrix) return
+    s = e%s(1:12, 1:12)
+    do j = 1, 12
+      do b = 1, e%slaves
+        rows(3*b - 2:3*b, j) = e%weight(b)*s(1:3, j)
+      end do
+      rows(n + 1:n + 9, j) = s(4:12, j)
+    end do
+    do b = 1, e%slaves
+      e%s(1:n + 9, 3*b - 2:3*b) = e%weight(b)*rows(1:n + 9, 1:3)
+    end do
+    e%s(1:n + 9, n + 1:n + 9) = rows(1:n + 9, 4:12)
+  end subroutine spread_point
 
   !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|,
   !! |f_T|].

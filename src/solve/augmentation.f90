@@ -6,6 +6,8 @@ module augmentation
   use element_types, only: task_stress, n_element_stress, status_open
   use model_types, only: model_t
   use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
   use assembly, only: recover
   use monitors, only: monitor_t
@@ -88,7 +90,7 @@ contains
     gap = 0.0_wp
     change = 0.0_wp
     force = 0.0_wp
-    do p = 1, size(model%pairs(k)%nodes)
+    do p = 1, count_points(model%pairs(k))
       element = system%first_point(k) + p - 1
       associate (lambda => model%pairs(k)%new(p)%lambda, stress => augmentation%stress(:, element))
         if (system%contact%status(element) <= status_open) then
@@ -97,7 +99,7 @@ contains
           change = max(change, norm2(force_in_facet(model, system, element, stress(1:3)) - lambda))
           force = max(force, norm2(stress(1:3)))
           gap = max(gap, max(abs(stress(4)), stress(5))/facet_size(model%mesh%x(:, &
-            system%contact%ix(2:4, element))))
+            master_nodes(system%contact, element))))
         end if
       end associate
     end do
@@ -114,7 +116,7 @@ contains
     real(wp), intent(in) :: force(3) !! in global axes [force]
     real(wp) :: f(3)
 
-    associate (nodes => system%contact%ix(2:4, element))
+    associate (nodes => master_nodes(system%contact, element))
       f = matmul(force, facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes)))
     end associate
   end function force_in_facet
@@ -129,7 +131,7 @@ contains
 
     do k = 1, size(model%pairs)
       if (.not. model%pairs(k)%augmented) cycle
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         associate (point => model%pairs(k)%new(p))
           point%lambda = 0.0_wp
