@@ -32,6 +32,7 @@ module contact_types
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
+    real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
@@ -57,6 +58,9 @@ module contact_types
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
+    logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
+    real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
+    integer :: augment_most = 25 !! most updates of the multipliers in an increment
 
     ! What is built from it when the mesh is complete
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
@@ -70,6 +74,8 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    real(wp) :: raise_old = 1.0_wp !! factor on epsilon at the last converged state
+    real(wp) :: raise_new = 1.0_wp !! the same in the current increment
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     type(facet_tree_t) :: tree !! boxes over the facets
