@@ -43,6 +43,7 @@ module contact_types
     character(:), allocatable :: name !! its name, or its number as text
     type(location_t) :: at !! where the deck defines it
     integer :: form = form_node_to_surface !! NTOS or GTOS
+    integer :: facet_points = 3 !! GTOS: quadrature points of a slave facet
     character(:), allocatable :: slave !! name of the slave set or surface
     character(:), allocatable :: master !! name of the master surface
     type(location_t) :: slave_at !! where the deck names the slave
@@ -66,7 +67,7 @@ module contact_types
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
     integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
     real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
-    real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
+    real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet

@@ -14,10 +14,10 @@ contains
     call add_command(t, table_mesh, 'CONTact', '', 'contact pairs')
     call add_word(t, 'PAIR', 'p:number [w:name]', 'starts a pair')
     call add_word(t, 'NTOS', 'w:slave w:master', 'nodes of a set or surface against a surface')
-    call add_word(t, 'GTOS', 'w:slave w:master [p:points]', 'area-weighted points to surface', &
-                  available=.false.)
+    call add_word(t, 'GTOS', 'w:slave w:master [p:points]', &
+                  'quadrature points of the facets of a surface against a surface')
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
-                  'per slave node, per area, or from the stiffness')
+                  'per slave point, per area, or from the stiffness')
     call add_word(t, 'FRICtion', 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2', 'friction law')
     call add_word(t, 'DIREction', 'MATErial ANGLe r:phi r:v1 r:v2 r:v3 '// &
                   '| ANGLe r:phi r:v1 r:v2 r:v3 | MATErial r:v1 r:v2 r:v3 | r:v1 r:v2 r:v3 '// &
@@ -28,7 +28,7 @@ contains
     call add_word(t, 'AUGMent', '[q:tol] [p:max]', 'augmented Lagrangian')
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
     call add_word(t, 'SMOOth', '', 'continuous normals', available=.false.)
-    call explain(t, 'PENAlty: force per length and slave node; AREA: pressure per length; AUTO')
+    call explain(t, 'PENAlty: force per length and slave point; AREA: pressure per length; AUTO')
     call explain(t, '(the default): from the elements next to the pair. DIREction: a vector,')
     call explain(t, 'projected on the facet (default 1 0 0); ANGLe turns it by phi degrees about')
     call explain(t, 'the outward normal; MATErial: fixed in the facet and convected with it.')
