@@ -57,6 +57,8 @@ module contact_types
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
+    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
+    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
 
     ! What is built from it when the mesh is complete
     integer, allocatable :: nodes(:) !! (points) slave nodes
