@@ -1,7 +1,7 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
   use kinds, only: wp
-  use text, only: to_text, count_noun
+  use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
   use supports, only: free_motion
   use model_types, only: model_t
@@ -129,7 +129,8 @@ contains
       //to_text(dof)//' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
     closed = closed_points(system, body)
     if (closed > 0) then
-      t = t//': no support resists, nor what '//count_noun(closed, 'closed contact point')//' hold'
+      t = t//': no support resists, and its closed contact points ('//to_text(closed)// &
+        ') do not hold it'
     else
       t = t//'; no support and no closed contact point resists'
     end if
