@@ -65,7 +65,8 @@ contains
     if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
       to_text(done%farthest)//')'
     if (done%left > 0) t = t//'; '//to_text(done%left)// &
-      ' left where they are, the first is node '//to_text(done%left_node)//': element '//to_text(done%left_element)//' would lose its shape'
+      ' left where they are, the first is node '//to_text(done%left_node)//': element '// &
+      to_text(done%left_element)//' would lose its shape'
     call report_note(diagnostics, pair%at, t)
   end subroutine adjust_pair
 

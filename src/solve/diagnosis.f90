@@ -151,7 +151,8 @@ contains
       t = '  without friction it glides or tips until it lies in a hollow: restrain it with '// &
         'BOUNdary, or give the pair FRICtion'
     else
-      t = '  friction does not carry the load: lower it, raise the coefficient, or restrain the body'
+      t = '  friction does not carry the load: lower it, raise the coefficient, or restrain '// &
+        'the body'
     end if
   end function what_holds
 
