@@ -62,6 +62,8 @@ module contact_types
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
     integer :: augment_most = 25 !! most updates of the multipliers in an increment
+    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
+    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
 
     ! What is built from it when the mesh is complete
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet

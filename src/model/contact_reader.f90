@@ -118,6 +118,9 @@ contains
         if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
+      else if (is_word(word, 'adjust')) then
+        draft%pair%adjusted = .true.
+        if (item_count(record) > 1) draft%pair%adjust = item_real(record, 2)
       end if
     end associate
   end subroutine read_word

@@ -2,7 +2,7 @@
 module pair_builder
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use diagnostics, only: diagnostics_t, report_error, report_note
+  use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
@@ -14,6 +14,7 @@ module pair_builder
   use node_queries, only: report_unknown_name
   use lay_directions, only: lay_on_facet, convected_lay
   use penalty_values, only: set_penalties
+  use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
   private
   public :: build_pairs
@@ -32,11 +33,45 @@ contains
     if (size(drafts) == 0) return
     call exterior_facets(model%mesh, exterior)
     do i = 1, size(drafts)
+      if (drafts(i)%has_form .and. drafts(i)%pair%adjusted) call adjust_pair(drafts(i)%pair, &
+        exterior, diagnostics, model%mesh)
+    end do
+    do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
       call build_pair(drafts(i), exterior, diagnostics, model, model%pairs(i))
     end do
   end subroutine build_pairs
+
+  !> Moves the slave nodes of a pair that are next to the master onto it, and notes what was done.
+  !! What is wrong with the pair is reported when it is built.
+  subroutine adjust_pair(asked, exterior, diagnostics, mesh)
+    type(pair_t), intent(in) :: asked !! the pair as read
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets a note
+    type(mesh_t), intent(inout) :: mesh !! its nodes are moved
+    type(pair_t) :: pair
+    type(diagnostics_t) :: later
+    type(adjustment_t) :: done
+    character(:), allocatable :: t
+    logical :: found_slave, found_master
+
+    pair = asked
+    call take_master(mesh, later, pair, found_master)
+    call take_slave(mesh, exterior, later, pair, found_slave)
+    if (.not. (found_slave .and. found_master)) return
+    call check_common_nodes(mesh, pair, later)
+    if (error_count(later) > 0) return
+    call adjust_gaps(pair%point_nodes(1, :), pair%facets, pair%neighbours, pair%adjust, mesh, &
+      done)
+    t = 'pair '//pair%name//': '//count_noun(done%moved, 'slave node')//' moved onto the master'
+    if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
+      to_text(done%farthest)//')'
+    if (done%left > 0) t = t//'; '//to_text(done%left)// &
+      ' left where they are, the first is node '//to_text(done%left_node)//': element '// &
+      to_text(done%left_element)//' would lose its shape'
+    call report_note(diagnostics, pair%at, t)
+  end subroutine adjust_pair
 
   !> Builds one pair.
   subroutine build_pair(draft, exterior, diagnostics, model, pair)
