@@ -15,19 +15,22 @@ module elmt03
   implicit none
   private
   public :: elmt03_mfec
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_size
-  public :: axis_convected, axis_space_fixed
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
+  public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
   integer, parameter :: d03_mu = 2 !! mu1, mu2
   integer, parameter :: d03_rule = 4 !! slip rule m
   integer, parameter :: d03_axis_kind = 5 !! one of the kinds below
-  integer, parameter :: d03_axis = 6 !! vector (3); or c1, c2 of p = c1 a1 + c2 a2
+  integer, parameter :: d03_axis = 6 !! vector or axis (3); or c1, c2 of p = c1 a1 + c2 a2
   integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
-  integer, parameter :: d03_size = 10 !! length of d
+  integer, parameter :: d03_place = 11 !! point of the axis (3); or dc/dxi (2), dc/deta (2)
+  integer, parameter :: d03_size = 14 !! length of d
 
   integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
   integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet
+  integer, parameter :: axis_circumferential = 2 !! the direction around a fixed axis is projected
+  integer, parameter :: axis_radial = 3 !! the direction away from a fixed axis is projected
 
   !> Projected vectors shorter than this share of the vector count as normal to the facet.
   real(wp), parameter :: shortest_projection = 1.0e-8_wp
@@ -45,6 +48,9 @@ module elmt03
     real(wp) :: p(3, 2) !! principal axes of friction
     real(wp) :: share(3) !! share of a1, a2 and of the projected vector in the rotation of p
     real(wp) :: q2(3) !! e x (projected vector), before it is turned
+    real(wp) :: slave_share(3) !! share of the slave node in the rotation of p
+    real(wp) :: place_share(2) !! share of its projection (xi, eta) in the rotation of p
+    real(wp) :: slave(3) !! current position of the slave node [length]
     type(return_t) :: back !! state mapped onto the cone
     real(wp) :: g_new(3) !! gap to the new tip [length]
     real(wp) :: tip(2) !! new tip
@@ -66,6 +72,7 @@ contains
       x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
     end do
     call facet_and_gap(x, e%h1, c)
+    c%slave = x(:, 1) + (e%xl(:, 4) + e%ul(:, 4))
     if (c%g_n <= 0.0_wp) then
       call principal_axes(d, c)
       call move_cone(d, c, e)
@@ -114,33 +121,98 @@ contains
   !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
   pure subroutine principal_axes(d, c)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets p and share
-    real(wp) :: v(3), p(3), size_p, turn(2)
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
+    real(wp) :: v(3), p(3), size_p
+    logical :: found
 
-    if (nint(d(d03_axis_kind)) == axis_space_fixed) then
-      v = d(d03_axis:d03_axis + 2)
+    c%slave_share = 0.0_wp
+    c%place_share = 0.0_wp
+    if (nint(d(d03_axis_kind)) == axis_convected) then
+      call convected_axes(d, c, found)
+      if (found) return
+    else
+      v = direction_in_space(d, c)
       p = v - dot_product(c%e, v)*c%e
       size_p = norm2(p)
       if (size_p > shortest_projection*norm2(v)) then
-        p = p/size_p
-        turn = d(d03_turn:d03_turn + 1)
-        c%share = [0.0_wp, 0.0_wp, -dot_product(c%e, v)/size_p]
-        c%q2 = cross(c%e, p)
-        c%p(:, 1) = turn(1)*p + turn(2)*c%q2
-        c%p(:, 2) = cross(c%e, c%p(:, 1))
+        call space_axes(d, v, p, size_p, c)
         return
       end if
-      c%share = [1.0_wp, 0.0_wp, 0.0_wp]
-    else
-      c%share = [d(d03_axis), d(d03_axis + 1), 0.0_wp]
     end if
+    c%share = [1.0_wp, 0.0_wp, 0.0_wp]/norm2(c%a1)
+    c%p(:, 1) = c%a1/norm2(c%a1)
+    c%p(:, 2) = cross(c%e, c%p(:, 1))
+    c%q2 = c%p(:, 2)
+  end subroutine principal_axes
+
+  !> Axes that are carried with the facet: p = c1 a1 + c2 a2, where c is linear in the place (xi,
+  !! eta) of the projection (doc/theory, "Lay that varies").
+  pure subroutine convected_axes(d, c, found)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
+    logical, intent(out) :: found !! false: no direction there
+    real(wp) :: p(3), size_p, slope(2, 2), longest
+
+    slope = reshape(d(d03_place:d03_place + 3), [2, 2])
+    c%share(:2) = d(d03_axis:d03_axis + 1) + matmul(slope, c%xi)
+    c%share(3) = 0.0_wp
     p = c%share(1)*c%a1 + c%share(2)*c%a2
     size_p = norm2(p)
+    longest = (maxval(abs(d(d03_axis:d03_axis + 1))) + maxval(abs(slope)))*(norm2(c%a1) &
+      + norm2(c%a2))
+    found = size_p > shortest_projection*longest
+    if (.not. found) return
     c%share = c%share/size_p
     c%p(:, 1) = p/size_p
     c%p(:, 2) = cross(c%e, c%p(:, 1))
     c%q2 = c%p(:, 2)
-  end subroutine principal_axes
+    c%place_share = matmul([dot_product(c%p(:, 2), c%a1), dot_product(c%p(:, 2), c%a2)], &
+      slope)/size_p
+  end subroutine convected_axes
+
+  !> The direction that is projected on the facet: fixed, or that at the slave node's place about
+  !! an axis.
+  pure function direction_in_space(d, c) result(v)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(cone_t), intent(in) :: c !! facet and gap
+    real(wp) :: v(3)
+    real(wp) :: arm(3)
+
+    v = d(d03_axis:d03_axis + 2)
+    if (nint(d(d03_axis_kind)) == axis_space_fixed) return
+    arm = c%slave - d(d03_place:d03_place + 2)
+    if (nint(d(d03_axis_kind)) == axis_circumferential) then
+      v = cross(v, arm)
+    else
+      v = arm - dot_product(v, arm)*v
+    end if
+  end function direction_in_space
+
+  !> Axes along the projection of a direction, turned about the normal.
+  pure subroutine space_axes(d, v, p, size_p, c)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: v(3) !! the direction
+    real(wp), intent(in) :: p(3) !! its projection
+    real(wp), intent(in) :: size_p !! length of that
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
+    real(wp) :: unit(3), turn(2), axis(3)
+
+    unit = p/size_p
+    turn = d(d03_turn:d03_turn + 1)
+    c%share = [0.0_wp, 0.0_wp, -dot_product(c%e, v)/size_p]
+    c%q2 = cross(c%e, unit)
+    c%p(:, 1) = turn(1)*unit + turn(2)*c%q2
+    c%p(:, 2) = cross(c%e, c%p(:, 1))
+    axis = d(d03_axis:d03_axis + 2)
+    select case (nint(d(d03_axis_kind)))
+    case (axis_circumferential)
+      c%slave_share = cross(c%q2, axis)/size_p
+    case (axis_radial)
+      c%slave_share = (c%q2 - dot_product(c%q2, axis)*axis)/size_p
+    case default
+      ! A vector that is fixed in space does not turn when the slave node moves.
+    end select
+  end subroutine space_axes
 
   !> Stick or slip: the mapped gap and the new tip.
   pure subroutine move_cone(d, c, e)
@@ -260,9 +332,12 @@ contains
     dgn = matmul(c%e, gap_operator(c%xi))
     de = normal_derivative(c)
     w = c%share(3)*matmul(c%q2, de)
+    w(1:3) = w(1:3) + c%slave_share
     w(4:6) = w(4:6) + c%share(1)*c%p(:, 2)
     w(7:9) = w(7:9) + c%share(2)*c%p(:, 2)
     w(10:12) = w(10:12) - (c%share(1) + c%share(2))*c%p(:, 2)
+    if (any(abs(c%place_share) > 0.0_wp)) w = w + matmul(c%place_share(1)*c%d1 &
+      + c%place_share(2)*c%d2, gap_operator(c%xi) - c%g_n*de)
     dp1 = dyad(c%p(:, 2), w) - dyad(c%e, matmul(c%p(:, 1), de))
     dp2 = -dyad(c%p(:, 1), w) - dyad(c%e, matmul(c%p(:, 2), de))
     ds(1, :) = matmul(c%p(:, 1), b_old) + matmul(c%g, dp1)
