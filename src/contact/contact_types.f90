@@ -61,7 +61,9 @@ module contact_types
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
 
     ! What is built from it when the mesh is complete
-    integer, allocatable :: nodes(:) !! (points) slave nodes
+    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
+    integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
+    real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
     real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
@@ -71,7 +73,7 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    integer :: slots = 1 !! contacts that a slave node can hold at once; nodes repeats them
+    integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment

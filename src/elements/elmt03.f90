@@ -1,8 +1,9 @@
-!> Element 3: the moving friction elliptical cone (MFEC), one slave node against a facet.
+!> Element 3: the moving friction elliptical cone (MFEC), one slave point S against a facet.
 !!
-!! Nodes: slave S, then the facet's 1, 2, 3 (counter-clockwise seen from outside). One gap vector,
-!! one penalty (doc/theory, "The element"): g = x_S - x_m(tip), f = eps g, r_S = f,
-!! r_a = -N_a(tip) f, with shape functions at the tip, so that force and moment balance exactly.
+!! Nodes: those of S (one, or the three of a slave facet with weights), then the facet's 1, 2, 3
+!! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "The element"):
+!! g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip) f, with shape functions at the tip, so
+!! that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
 !! task_stress gives stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
@@ -10,30 +11,16 @@ module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, status_open, status_stick, status_slip
+    task_stress, status_open, status_stick, status_slip, max_dofs
+  use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
+    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
+    axis_circumferential, axis_radial
   use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
   public :: elmt03_mfec
   public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
-
-  integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
-  integer, parameter :: d03_mu = 2 !! mu1, mu2
-  integer, parameter :: d03_rule = 4 !! slip rule m
-  integer, parameter :: d03_axis_kind = 5 !! one of the kinds below
-  integer, parameter :: d03_axis = 6 !! vector or axis (3); or c1, c2 of p = c1 a1 + c2 a2
-  integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
-  integer, parameter :: d03_place = 11 !! point of the axis (3); or dc/dxi (2), dc/deta (2)
-  integer, parameter :: d03_size = 14 !! length of d
-
-  integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
-  integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet
-  integer, parameter :: axis_circumferential = 2 !! the direction around a fixed axis is projected
-  integer, parameter :: axis_radial = 3 !! the direction away from a fixed axis is projected
-
-  !> Projected vectors shorter than this share of the vector count as normal to the facet.
-  real(wp), parameter :: shortest_projection = 1.0e-8_wp
 
   !> The facet and the gap at the current positions.
   type :: cone_t
@@ -46,10 +33,7 @@ module elmt03
     real(wp) :: xi(2) !! projection of the slave node
     real(wp) :: g(3) !! gap to the old tip [length]
     real(wp) :: p(3, 2) !! principal axes of friction
-    real(wp) :: share(3) !! share of a1, a2 and of the projected vector in the rotation of p
-    real(wp) :: q2(3) !! e x (projected vector), before it is turned
-    real(wp) :: slave_share(3) !! share of the slave node in the rotation of p
-    real(wp) :: place_share(2) !! share of its projection (xi, eta) in the rotation of p
+    type(axes_t) :: axes !! the same, and how they turn
     real(wp) :: slave(3) !! current position of the slave node [length]
     type(return_t) :: back !! state mapped onto the cone
     real(wp) :: g_new(3) !! gap to the new tip [length]
@@ -65,14 +49,10 @@ contains
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
     real(wp) :: x(3, 4)
-    integer :: k
 
-    ! Seen from the facet's third corner, so that the distance to the origin costs no digits.
-    do k = 1, 4
-      x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
-    end do
+    x = positions(e)
     call facet_and_gap(x, e%h1, c)
-    c%slave = x(:, 1) + (e%xl(:, 4) + e%ul(:, 4))
+    c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
     if (c%g_n <= 0.0_wp) then
       call principal_axes(d, c)
       call move_cone(d, c, e)
@@ -96,7 +76,31 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
+    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
   end subroutine elmt03_mfec
+
+  !> Positions of S, 1, 2, 3 seen from 3, so that the distance to the origin costs no digits.
+  pure function positions(e) result(x)
+    type(element_t), intent(in) :: e !! local data
+    real(wp) :: x(3, 4)
+    integer :: b, k, last
+
+    last = e%slaves + 3
+    if (e%slaves == 1) then
+      x(:, 1) = (e%xl(:, 1) - e%xl(:, last)) + (e%ul(:, 1) - e%ul(:, last))
+    else
+      x(:, 1) = 0.0_wp
+      do b = 1, e%slaves
+        x(:, 1) = x(:, 1) + e%weight(b)*((e%xl(:, b) - e%xl(:, last)) &
+          + (e%ul(:, b) - e%ul(:, last)))
+      end do
+    end if
+    do k = 1, 3
+      associate (node => e%slaves + k)
+        x(:, k + 1) = (e%xl(:, node) - e%xl(:, last)) + (e%ul(:, node) - e%ul(:, last))
+      end associate
+    end do
+  end function positions
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
   pure subroutine facet_and_gap(x, tip, c)
@@ -121,98 +125,11 @@ contains
   !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
   pure subroutine principal_axes(d, c)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
-    real(wp) :: v(3), p(3), size_p
-    logical :: found
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and axes
 
-    c%slave_share = 0.0_wp
-    c%place_share = 0.0_wp
-    if (nint(d(d03_axis_kind)) == axis_convected) then
-      call convected_axes(d, c, found)
-      if (found) return
-    else
-      v = direction_in_space(d, c)
-      p = v - dot_product(c%e, v)*c%e
-      size_p = norm2(p)
-      if (size_p > shortest_projection*norm2(v)) then
-        call space_axes(d, v, p, size_p, c)
-        return
-      end if
-    end if
-    c%share = [1.0_wp, 0.0_wp, 0.0_wp]/norm2(c%a1)
-    c%p(:, 1) = c%a1/norm2(c%a1)
-    c%p(:, 2) = cross(c%e, c%p(:, 1))
-    c%q2 = c%p(:, 2)
+    call find_axes(d, c%a1, c%a2, c%e, c%xi, c%slave, c%axes)
+    c%p = c%axes%p
   end subroutine principal_axes
-
-  !> Axes that are carried with the facet: p = c1 a1 + c2 a2, where c is linear in the place (xi,
-  !! eta) of the projection (doc/theory, "Lay that varies").
-  pure subroutine convected_axes(d, c, found)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
-    logical, intent(out) :: found !! false: no direction there
-    real(wp) :: p(3), size_p, slope(2, 2), longest
-
-    slope = reshape(d(d03_place:d03_place + 3), [2, 2])
-    c%share(:2) = d(d03_axis:d03_axis + 1) + matmul(slope, c%xi)
-    c%share(3) = 0.0_wp
-    p = c%share(1)*c%a1 + c%share(2)*c%a2
-    size_p = norm2(p)
-    longest = (maxval(abs(d(d03_axis:d03_axis + 1))) + maxval(abs(slope)))*(norm2(c%a1) &
-      + norm2(c%a2))
-    found = size_p > shortest_projection*longest
-    if (.not. found) return
-    c%share = c%share/size_p
-    c%p(:, 1) = p/size_p
-    c%p(:, 2) = cross(c%e, c%p(:, 1))
-    c%q2 = c%p(:, 2)
-    c%place_share = matmul([dot_product(c%p(:, 2), c%a1), dot_product(c%p(:, 2), c%a2)], &
-      slope)/size_p
-  end subroutine convected_axes
-
-  !> The direction that is projected on the facet: fixed, or that at the slave node's place about
-  !! an axis.
-  pure function direction_in_space(d, c) result(v)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(in) :: c !! facet and gap
-    real(wp) :: v(3)
-    real(wp) :: arm(3)
-
-    v = d(d03_axis:d03_axis + 2)
-    if (nint(d(d03_axis_kind)) == axis_space_fixed) return
-    arm = c%slave - d(d03_place:d03_place + 2)
-    if (nint(d(d03_axis_kind)) == axis_circumferential) then
-      v = cross(v, arm)
-    else
-      v = arm - dot_product(v, arm)*v
-    end if
-  end function direction_in_space
-
-  !> Axes along the projection of a direction, turned about the normal.
-  pure subroutine space_axes(d, v, p, size_p, c)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    real(wp), intent(in) :: v(3) !! the direction
-    real(wp), intent(in) :: p(3) !! its projection
-    real(wp), intent(in) :: size_p !! length of that
-    type(cone_t), intent(inout) :: c !! facet and gap; gets p and the shares
-    real(wp) :: unit(3), turn(2), axis(3)
-
-    unit = p/size_p
-    turn = d(d03_turn:d03_turn + 1)
-    c%share = [0.0_wp, 0.0_wp, -dot_product(c%e, v)/size_p]
-    c%q2 = cross(c%e, unit)
-    c%p(:, 1) = turn(1)*unit + turn(2)*c%q2
-    c%p(:, 2) = cross(c%e, c%p(:, 1))
-    axis = d(d03_axis:d03_axis + 2)
-    select case (nint(d(d03_axis_kind)))
-    case (axis_circumferential)
-      c%slave_share = cross(c%q2, axis)/size_p
-    case (axis_radial)
-      c%slave_share = (c%q2 - dot_product(c%q2, axis)*axis)/size_p
-    case default
-      ! A vector that is fixed in space does not turn when the slave node moves.
-    end select
-  end subroutine space_axes
 
   !> Stick or slip: the mapped gap and the new tip.
   pure subroutine move_cone(d, c, e)
@@ -298,7 +215,7 @@ contains
     real(wp) :: b(3, 12)
 
     if (e%status == status_open) then
-      e%s = 0.0_wp
+      e%s(1:12, 1:12) = 0.0_wp
       return
     end if
     b = gap_operator(e%h1)
@@ -331,13 +248,9 @@ contains
     b_old = gap_operator(tip_old)
     dgn = matmul(c%e, gap_operator(c%xi))
     de = normal_derivative(c)
-    w = c%share(3)*matmul(c%q2, de)
-    w(1:3) = w(1:3) + c%slave_share
-    w(4:6) = w(4:6) + c%share(1)*c%p(:, 2)
-    w(7:9) = w(7:9) + c%share(2)*c%p(:, 2)
-    w(10:12) = w(10:12) - (c%share(1) + c%share(2))*c%p(:, 2)
-    if (any(abs(c%place_share) > 0.0_wp)) w = w + matmul(c%place_share(1)*c%d1 &
-      + c%place_share(2)*c%d2, gap_operator(c%xi) - c%g_n*de)
+    w = turn_of_axes(c%axes, de)
+    if (c%axes%varies) w = w + matmul(c%axes%place_share(1)*c%d1 + c%axes%place_share(2)*c%d2, &
+      gap_operator(c%xi) - c%g_n*de)
     dp1 = dyad(c%p(:, 2), w) - dyad(c%e, matmul(c%p(:, 1), de))
     dp2 = -dyad(c%p(:, 1), w) - dyad(c%e, matmul(c%p(:, 2), de))
     ds(1, :) = matmul(c%p(:, 1), b_old) + matmul(c%g, dp1)
@@ -357,6 +270,34 @@ contains
     de(:, 7:9) = -dyad(c%d2, c%e)
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
+
+  !> From the point S to its nodes: r_b = M_b r_S, and likewise rows and columns of s
+  !! (doc/theory, "Weighted slave points").
+  pure subroutine spread_point(with_matrix, e)
+    logical, intent(in) :: with_matrix !! s is spread, too
+    type(element_t), intent(inout) :: e !! r and s of S, 1, 2, 3 become those of all nodes
+    real(wp) :: r(12), s(12, 12), rows(max_dofs, 12)
+    integer :: b, j, n
+
+    n = 3*e%slaves
+    r = e%r(1:12)
+    do b = 1, e%slaves
+      e%r(3*b - 2:3*b) = e%weight(b)*r(1:3)
+    end do
+    e%r(n + 1:n + 9) = r(4:12)
+    if (.not. with_matrix) return
+    s = e%s(1:12, 1:12)
+    do j = 1, 12
+      do b = 1, e%slaves
+        rows(3*b - 2:3*b, j) = e%weight(b)*s(1:3, j)
+      end do
+      rows(n + 1:n + 9, j) = s(4:12, j)
+    end do
+    do b = 1, e%slaves
+      e%s(1:n + 9, 3*b - 2:3*b) = e%weight(b)*rows(1:n + 9, 1:3)
+    end do
+    e%s(1:n + 9, n + 1:n + 9) = rows(1:n + 9, 4:12)
+  end subroutine spread_point
 
   !> The state of the point: stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
   pure subroutine report(d, c, e)

@@ -4,6 +4,8 @@ module diagnosis
   use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
   use element_types, only: status_open
+  use element_lists, only: master_nodes
+  use contact_points, only: count_points, point_text
   use supports, only: free_motion, touched_bodies
   use model_types, only: model_t
   use monitors, only: monitor_t
@@ -69,11 +71,13 @@ contains
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
-    integer :: k, f
+    integer :: k, f, p
 
     yes = .false.
     do k = 1, size(model%pairs)
-      if (any(system%node_body(model%pairs(k)%nodes) == body)) yes = .true.
+      do p = 1, count_points(model%pairs(k))
+        if (system%node_body(model%pairs(k)%point_nodes(1, p)) == body) yes = .true.
+      end do
       do f = 1, size(model%pairs(k)%facets, 2)
         if (system%node_body(model%pairs(k)%facets(1, f)) == body) yes = .true.
       end do
@@ -163,7 +167,7 @@ contains
     type(system_t), intent(in) :: system !! residual formed
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
-    integer :: i, k, node, dof, largest
+    integer :: i, k, node, dof, largest, nodes(3)
 
     t = '  no free degree of freedom'
     if (system%equations == 0) return
@@ -180,15 +184,15 @@ contains
     t = '  the largest residual, '//to_text(system%right(largest))//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)
     do k = 1, size(model%pairs)
-      do i = 1, size(model%pairs(k)%nodes)
+      do i = 1, count_points(model%pairs(k))
         associate (element => system%first_point(k) + i - 1)
           if (system%contact%status(element) <= status_open) cycle
-          if (.not. any(system%contact%ix(1:4, element) == node)) cycle
-          t = t//nl//'  there pair '//model%pairs(k)%name//' has slave node ' &
-            //to_text(system%contact%ix(1, element))//' on the facet of nodes ' &
-            //to_text(system%contact%ix(2, element))//', '//to_text(system%contact%ix(3, element)) &
-            //', '//to_text(system%contact%ix(4, element))//nl &
-            //'  try smaller steps (DT) or a softer penalty'
+          if (.not. any(system%contact%ix(:, element) == node)) cycle
+          nodes = master_nodes(system%contact, element)
+          t = t//nl//'  there pair '//model%pairs(k)%name//' has slave '// &
+            point_text(model%pairs(k), i)//' on the facet of nodes '//to_text(nodes(1))//', '// &
+            to_text(nodes(2))//', '//to_text(nodes(3))//nl// &
+            '  try smaller steps (DT) or a softer penalty'
           return
         end associate
       end do

@@ -2,6 +2,7 @@
 module increments
   use kinds, only: wp
   use loads, only: load_factor
+  use contact_points, only: count_points, point_text
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
@@ -78,7 +79,7 @@ contains
     pair = 1
     point = 1
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         if (model%pairs(k)%moves(p) <= most) cycle
         most = model%pairs(k)%moves(p)
         pair = k
@@ -86,7 +87,7 @@ contains
       end do
     end do
     associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point)) &
+      t = 'pair '//contact%name//', slave '//point_text(contact, point) &
         //', facet of nodes '//facet_text(contact%facets, contact%new(point)%host) &
         //' after that of nodes '//facet_text(contact%facets, contact%left(point))
     end associate

@@ -106,16 +106,17 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets round_off
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms
-    integer :: k
+    integer :: k, n
 
     call multiply_absolute(system%bulk_matrix, system%u, system%trial)
     where (system%equation == 0) system%trial = 0.0_wp
     terms = norm2(system%trial)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      associate (nodes => system%contact%ix(1:4, k))
+      n = system%contact%nel(k)
+      associate (nodes => system%contact%ix(1:n, k))
         terms = hypot(terms, system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(n)), 2, n)) + abs(system%u(:, nodes))))
       end associate
     end do
     system%round_off = machine_epsilon*terms
