@@ -108,8 +108,8 @@ contains
       dot_product(axes%p(:, 2), a2)], slope)/size_p
   end subroutine convected_axes
 
-  !> The direction that is projected on the facet: a fixed one, or that about an axis at the place of
-  !! the slave point.
+  !> The direction that is projected on the facet: a fixed one, or that about an axis where the
+  !! slave point is.
   pure function direction_in_space(d, slave) result(v)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     real(wp), intent(in) :: slave(3) !! current position of the slave point [length]

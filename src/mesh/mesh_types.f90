@@ -36,7 +36,7 @@ module mesh_types
   type :: facet_field_t
     character(:), allocatable :: name !! its name in the file
     integer :: file = 0 !! number of the file in the source
-    integer, allocatable :: keys(:, :) !! (3, n) corners ascending; columns lexicographic, no doubles
+    integer, allocatable :: keys(:, :) !! (3, n) corners ascending; columns lexicographic
     real(wp), allocatable :: vectors(:, :) !! (3, n) components
     integer, allocatable :: at(:) !! (n) character of the file where each stands
   end type facet_field_t
