@@ -9,7 +9,7 @@ module contact_types
   public :: pair_t, contact_point_t
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
-  public :: direction_vector, direction_circumferential, direction_radial
+  public :: direction_vector, direction_circumferential, direction_radial, direction_field
   public :: status_open, status_stick, status_slip, status_off
 
   !> Forms of contact: NTOS and GTOS.
@@ -25,6 +25,7 @@ module contact_types
   integer, parameter :: direction_vector = 1
   integer, parameter :: direction_circumferential = 2
   integer, parameter :: direction_radial = 3
+  integer, parameter :: direction_field = 4
 
   !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
@@ -53,8 +54,9 @@ module contact_types
     real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
     integer :: direction = direction_vector !! one of the direction constants
     type(location_t) :: direction_at !! where the deck gives the direction
-    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! the vector, or the axis of turning
+    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! unit: the vector, or the axis of turning
     real(wp) :: point(3) = 0.0_wp !! a point on the axis of turning
+    character(:), allocatable :: field !! DIREction FIELd: its name in the mesh file
     real(wp) :: angle = 0.0_wp !! turn about the facet normal [degree]
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
@@ -74,7 +76,8 @@ module contact_types
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
     integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
-    real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
+    real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
+    real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
     real(wp) :: raise_old = 1.0_wp !! factor on epsilon at the last converged state

@@ -12,7 +12,7 @@ module pair_builder
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
-  use lay_directions, only: lay_on_facet, convected_lay
+  use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
   use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
@@ -90,7 +90,7 @@ contains
     end if
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(model%mesh, pair, diagnostics)
-    call set_lay(draft, model%mesh, diagnostics, pair)
+    call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
     call take_penalties(model, diagnostics, pair)
     allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
   end subroutine build_pair
@@ -234,53 +234,6 @@ contains
     end do
     first = 0
   end function first_true
-
-  !> Checks the lay direction on each master facet, and keeps it where it is convected.
-  !!
-  !! Isotropic friction needs no direction: it is checked only where the deck gives one, or where
-  !! the two coefficients differ.
-  subroutine set_lay(draft, mesh, diagnostics, pair)
-    type(pair_draft_t), intent(in) :: draft !! the pair as read
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(pair_t), intent(inout) :: pair !! the pair
-    real(wp) :: p(3)
-    integer :: i, n, bad
-    logical :: found
-
-    if (.not. (draft%has_direction .or. abs(pair%mu(1) - pair%mu(2)) > 0.0_wp)) return
-    if (pair%convected) allocate (pair%lay(2, size(pair%facets, 2)), source=0.0_wp)
-    n = 0
-    bad = 0
-    do i = 1, size(pair%facets, 2)
-      associate (corners => pair%facets(:, i))
-        call lay_on_facet(pair, mesh%x(:, corners), p, found)
-        if (.not. found) then
-          if (n == 0) bad = i
-          n = n + 1
-        else if (pair%convected) then
-          pair%lay(:, i) = convected_lay(mesh%x(:, corners), p)
-        end if
-      end associate
-    end do
-    if (n > 0) call report_normal_lay(pair, bad, n, diagnostics)
-  end subroutine set_lay
-
-  !> The lay direction is normal to `n` facets, of which `facet` is the first.
-  subroutine report_normal_lay(pair, facet, n, diagnostics)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: facet !! first facet
-    integer, intent(in) :: n !! number of facets
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: more
-
-    more = ''
-    if (n > 1) more = ' and to '//count_noun(n - 1, 'other facet')
-    call report_error(diagnostics, pair%direction_at, 'the lay direction is normal to the '// &
-      'facet '//to_text(pair%facets(1, facet))//' '//to_text(pair%facets(2, facet))//' '// &
-      to_text(pair%facets(3, facet))//' of '''//pair%master//''''//more, &
-      'give a DIREction that has a part in each master facet')
-  end subroutine report_normal_lay
 
   !> Penalties; those of AUTO are noted, for the log.
   subroutine take_penalties(model, diagnostics, pair)
