@@ -100,17 +100,20 @@ contains
 
     e%number = k
     e%nel = list%nel(k)
-    e%ix = list%ix(:, k)
+    e%slaves = list%slaves(k)
+    if (e%slaves > 1) e%weight = list%weight(:, k)
+    e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))
       e%ul(:, i) = u(:, e%ix(i))
     end do
     e%h1 = list%h1(:, k)
+    e%shift = list%shift(:, k)
   end subroutine gather
 
   !> Adds the element matrix block by block.
   subroutine scatter_matrix(place, e, a)
-    integer, intent(in) :: place(:, :) !! (max_nodes, max_nodes) places in a
+    integer, intent(in) :: place(:, :) !! (nodes, nodes) places in a
     type(element_t), intent(in) :: e !! local data with its matrix
     type(block_matrix_t), intent(inout) :: a !! matrix
     integer :: i, j

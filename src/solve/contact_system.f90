@@ -4,10 +4,12 @@ module contact_system
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
   use elmlib, only: routine_none, routine_mfec
+  use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_parameters, only: point_parameters
+  use contact_points, only: count_points, point_position
+  use contact_parameters, only: point_parameters, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use facet_geometry, only: project_on_facet
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
@@ -63,7 +65,7 @@ contains
     integer :: p
 
     n = 0
-    do p = 1, size(pair%nodes)
+    do p = 1, count_points(pair)
       if (system%contact%routine(first + p - 1) /= routine_none) cycle
       if (touches(pair, system%x_now, p, pair%new(p)%host)) n = n + 1
     end do
@@ -76,7 +78,7 @@ contains
     integer :: k, p
 
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
       end do
     end do
@@ -96,16 +98,32 @@ contains
       system%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
-      call project_on_facet(x(:, pair%facets(:, point%host)), x(:, pair%nodes(p)), xi, gap)
+      call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
+        xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = routine_mfec
       system%hosts(element) = point%host
-      list%ix(1, element) = pair%nodes(p)
-      list%ix(2:4, element) = pair%facets(:, point%host)
+      call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
+
+  !> Nodes and weights of one contact element.
+  pure subroutine place_nodes(pair, p, host, element, list)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its facet
+    integer, intent(in) :: element !! its place in the list
+    type(element_list_t), intent(inout) :: list !! gets ix, weight
+
+    associate (n => pair%n_slaves)
+      list%ix(1:n, element) = pair%point_nodes(:, p)
+      list%ix(n + 1:n + 3, element) = pair%facets(:, host)
+      if (n > 1) list%weight(1:n, element) = pair%point_weights(:, p)
+    end associate
+  end subroutine place_nodes
 
   !> Makes sure that the pattern of the coupled matrix holds every contact element.
   subroutine couple(system)
@@ -157,13 +175,12 @@ contains
     if (allocated(system%matrix%ptr) .and. all(system%coupled_hosts == hosts)) return
     system%hosts = hosts
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         system%contact%routine(element) = routine_none
         if (hosts(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
-        system%contact%ix(1, element) = model%pairs(k)%nodes(p)
-        system%contact%ix(2:4, element) = model%pairs(k)%facets(:, hosts(element))
+        call place_nodes(model%pairs(k), p, hosts(element), element, system%contact)
       end do
     end do
     call build_coupled(system)
@@ -206,7 +223,7 @@ contains
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
         if (system%contact%status(element) <= status_open) cycle
@@ -223,7 +240,7 @@ contains
     integer, intent(in) :: element !! a closed one
     real(wp) :: way(3), dxi(2)
 
-    associate (list => system%contact, nodes => system%contact%ix(2:4, element), &
+    associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%x_now)
       dxi = list%h2(:, element) - list%h1(:, element)
       way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))

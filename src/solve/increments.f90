@@ -10,7 +10,9 @@ module increments
     refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_stalled
+    outcome_too_many, outcome_restless, outcome_gaps
+  use contact_report, only: restless_point
+  use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -38,7 +40,8 @@ contains
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
-    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
+    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
+      outcome_restless])) then
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
@@ -46,8 +49,35 @@ contains
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(augmentation_t) :: augmentation
+    type(settings_t) :: budget
+
+    call solve_with_hosts(model, system, time, settings, monitor, progress)
+    if (.not. any(model%pairs%augmented)) return
+    budget = settings
+    do while (progress%outcome == outcome_converged)
+      call check_gaps(model, system, augmentation, monitor)
+      if (augmentation%closed) return
+      if (augmentation%updates >= maxval(model%pairs%augment_most, model%pairs%augmented)) then
+        progress%outcome = outcome_gaps
+        return
+      end if
+      call update_multipliers(model, system, augmentation, monitor)
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end do
+  end subroutine solve_from_start
+
+  !> Solves with frozen hosts until the hosts stay.
+  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
@@ -69,44 +99,9 @@ contains
       call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
     end do
     if (pass <= settings%most_passes) return
-    progress%outcome = outcome_stalled
+    progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
-  end subroutine solve_from_start
-
-  !> The point that has changed its facet most often in this increment, and between which facets.
-  function restless_point(model) result(t)
-    type(model_t), intent(in) :: model !! pairs: working points
-    character(:), allocatable :: t
-    integer :: k, p, pair, point, most
-
-    most = 0
-    pair = 1
-    point = 1
-    do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
-        if (model%pairs(k)%moves(p) <= most) cycle
-        most = model%pairs(k)%moves(p)
-        pair = k
-        point = p
-      end do
-    end do
-    associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point)) &
-        //', facet of nodes '//facet_text(contact%facets, contact%new(point)%host) &
-        //' after that of nodes '//facet_text(contact%facets, contact%left(point))
-    end associate
-  end function restless_point
-
-  !> The corner nodes of a facet.
-  pure function facet_text(facets, facet) result(t)
-    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
-    integer, intent(in) :: facet !! the facet, 0 for none
-    character(:), allocatable :: t
-
-    t = 'none'
-    if (facet > 0) t = to_text(facets(1, facet))//', '//to_text(facets(2, facet))//', ' &
-      //to_text(facets(3, facet))
-  end function facet_text
+  end subroutine solve_with_hosts
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)

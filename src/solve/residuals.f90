@@ -2,7 +2,7 @@
 module residuals
   use kinds, only: wp, machine_epsilon
   use costs, only: begin_cost, end_cost, cost_residual, cost_contact_tangent
-  use element_types, only: task_tangent, task_residual
+  use element_types, only: task_tangent, task_residual, status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
   use block_matrix, only: multiply, multiply_absolute
@@ -122,12 +122,14 @@ contains
     norm = norm2([reactions, norm2(system%external), norm2(system%contact_force)])
   end function force_norm
 
-  !> What round-off leaves of the residual at best: machine epsilon times the terms it sums.
+  !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
+  !! contact points of bodies that contact alone holds are left out: such a body may have come to
+  !! rest without any load, and what is left there is then seen against no other force.
   subroutine estimate_round_off(system, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms
-    integer :: k
+    integer :: k, n
 
     if (system%condensed%active) then
       terms = norm2(system%condensed%force)
@@ -138,11 +140,23 @@ contains
     end if
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      associate (nodes => system%contact%ix(1:4, k))
+      if (system%contact%status(k) <= status_open .and. is_weak(system, k)) cycle
+      n = system%contact%nel(k)
+      associate (nodes => system%contact%ix(1:n, k))
         terms = hypot(terms, system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(n)), 2, n)) + abs(system%u(:, nodes))))
       end associate
     end do
     system%round_off = machine_epsilon*terms
   end subroutine estimate_round_off
+
+  !> A body of a contact element is not held by its supports alone.
+  pure logical function is_weak(system, k)
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the element
+
+    associate (nodes => system%contact%ix(1:system%contact%nel(k), k))
+      is_weak = any(system%weak(system%node_body(nodes)))
+    end associate
+  end function is_weak
 end module residuals
