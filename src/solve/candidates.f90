@@ -3,6 +3,7 @@ module candidates
   use kinds, only: wp
   use model_types, only: model_t
   use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position
   use loads, only: load_factor
   use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
   use predictor, only: carry_bodies
@@ -139,10 +140,10 @@ contains
     integer :: p, f, k
 
     way = 0.0_wp
-    if (size(pair%nodes) == 0) return
-    drift = to(:, pair%nodes(1)) - from(:, pair%nodes(1))
-    do p = 1, size(pair%nodes)
-      way = max(way, norm2(to(:, pair%nodes(p)) - from(:, pair%nodes(p)) - drift))
+    if (count_points(pair) == 0) return
+    drift = point_position(pair, 1, to) - point_position(pair, 1, from)
+    do p = 1, count_points(pair)/pair%slots
+      way = max(way, norm2(point_position(pair, p, to) - point_position(pair, p, from) - drift))
     end do
     do f = 1, size(pair%facets, 2)
       do k = 1, 3
@@ -163,10 +164,10 @@ contains
     integer :: p, facet
 
     call fit_tree(tree, pair%facets, x)
-    do p = 1, size(pair%nodes)/pair%slots
-      call nearest_facet(tree, pair%facets, x, x(:, pair%nodes(p)), facet, distance)
+    do p = 1, count_points(pair)/pair%slots
+      call nearest_facet(tree, pair%facets, x, point_position(pair, p, x), facet, distance)
       if (facet == 0 .or. distance > reach*pair%search_radius) cycle
-      candidate(pair%nodes(p)) = .true.
+      candidate(pair%point_nodes(:, p)) = .true.
       candidate(pair%facets(:, facet)) = .true.
     end do
   end subroutine mark_pair

@@ -94,7 +94,9 @@ contains
     logical, intent(inout) :: on_surface(:) !! (nodes)
     integer :: f
 
-    on_surface(pair%nodes) = .true.
+    do f = 1, size(pair%point_nodes, 2)
+      on_surface(pair%point_nodes(:, f)) = .true.
+    end do
     do f = 1, size(pair%facets, 2)
       on_surface(pair%facets(:, f)) = .true.
     end do
