@@ -38,7 +38,15 @@ contains
                      'linear solver')
     call explain(t, 'AUTO (the default) chooses by what the scene needs and says which.')
     call add_command(t, table_batch, 'FORM', '', 'forms the residual', available=.false.)
-    call add_command(t, table_batch, 'AUGM', '', 'augments', available=.false.)
+    call add_command(t, table_batch, 'AUGMent', '', 'one update of the multipliers of AUGMent')
+    call explain(t, 'For increments of TIME and TANG (STEP does it by itself). Where the gaps are')
+    call explain(t, 'within the tolerance of AUGMent, it does nothing. Example:')
+    call explain(t, '  LOOP,,20')
+    call explain(t, '    LOOP,,30')
+    call explain(t, '      TANG,,1')
+    call explain(t, '    NEXT')
+    call explain(t, '    AUGMent')
+    call explain(t, '  NEXT')
     call add_command(t, table_batch, 'BACK', '', 'one step back', available=.false.)
   end subroutine add_solution_keywords
 

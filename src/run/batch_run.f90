@@ -23,6 +23,8 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
+  use batch_augment, only: run_augment
+  use augmentation, only: augmentation_t
   use printing, only: print_displacements, print_reactions
   implicit none
   private
@@ -137,6 +139,8 @@ contains
           error)
       case ('tang', 'utan')
         call run_tangent(run, model, system, state, monitor, error)
+      case ('augm')
+        call run_augment(run, model, system, monitor)
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
@@ -297,6 +301,7 @@ contains
     run%converged = .false.
     run%started = .false.
     run%progress = newton_t()
+    run%augmentation = augmentation_t()
     if (.not. is_passing(run%position)) call begin_at(model, system, state, run%pending_time)
   end subroutine prepare
 
