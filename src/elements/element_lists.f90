@@ -24,6 +24,7 @@ module element_lists
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap of contact elements [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
     logical, allocatable :: hold(:) !! (n) contact elements that stick in the next tangent
+    real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: block(:, :, :) !! (most nodes, most nodes, n) places in a block matrix
   end type element_list_t
 

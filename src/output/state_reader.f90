@@ -222,10 +222,15 @@ contains
     integer :: dims(3), rank
 
     where_it_is = ' in pair '//to_text(pair%number)
+    call series_shape(file, pair_group(pair%number)//'/host', dims, rank)
+    if (dims(1) /= count_points(pair)) then
+      call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
+        count_noun(count_points(pair), 'point'), error)
+      return
+    end if
     call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
     if (dims(1) /= size(pair%point_nodes)) then
-      call raise_other(file, count_noun(dims(1)/pair%n_slaves, 'point')//where_it_is, &
-        count_noun(count_points(pair), 'point'), error)
+      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
       return
     end if
     allocate (nodes(dims(1)))

@@ -6,7 +6,8 @@ module cholmod_interface
   private
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
   public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
-    cholmod_l_factorize, cholmod_l_solve2, cholmod_l_free_factor, cholmod_l_free_dense
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+    cholmod_l_free_dense
 
   !> cholmod_common: what is set or read has a name, the rest is room.
   type, bind(c) :: cholmod_common_t
@@ -105,6 +106,17 @@ module cholmod_interface
       type(c_ptr), value :: factor
       type(cholmod_common_t), intent(inout) :: common
     end function cholmod_l_factorize
+
+    !> Changes what a factor holds; xtype 0 leaves the analysis.
+    integer(c_int) function cholmod_l_change_factor(xtype, to_ll, to_super, to_packed, &
+                                                    to_monotonic, factor, common) &
+      bind(c, name='cholmod_l_change_factor')
+      import :: c_ptr, c_int, cholmod_common_t
+      implicit none
+      integer(c_int), value :: xtype, to_ll, to_super, to_packed, to_monotonic
+      type(c_ptr), value :: factor
+      type(cholmod_common_t), intent(inout) :: common
+    end function cholmod_l_change_factor
 
     !> Solution; x, y and e are made if they do not fit.
     integer(c_int) function cholmod_l_solve2(sys, factor, b, bset, x, xset, y, e, common) &

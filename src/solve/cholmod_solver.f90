@@ -9,10 +9,10 @@ module cholmod_solver
   use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
     cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
-    cholmod_l_factorize, cholmod_l_solve2, cholmod_l_free_factor, cholmod_l_free_dense
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, cholmod_l_free_dense
   implicit none
   private
-  public :: cholmod_t, forget_symmetric, analyse_symmetric, factorise_symmetric, solve_symmetric, &
+  public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, factorise_symmetric, solve_symmetric, &
     free_cholmod, factor_order, trailing_block
   public :: solver_not_definite
 
@@ -65,6 +65,16 @@ contains
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
   end subroutine forget_symmetric
+
+  !> Releases the values of the factor and keeps the analysis.
+  subroutine drop_symmetric_factor(solver)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    integer(c_int) :: status
+
+    solver%definite = .false.
+    if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
+      1_c_int, 1_c_int, solver%factor, solver%common)
+  end subroutine drop_symmetric_factor
 
   !> Analyses the pattern: ordered by METIS and postordered, or in the order given.
   subroutine analyse_symmetric(solver, a, costs, outcome, permutation)
