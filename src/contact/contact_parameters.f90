@@ -4,10 +4,11 @@ module contact_parameters
   use elmlib, only: n_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, &
     d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
-  use contact_types, only: pair_t, direction_circumferential, direction_radial, direction_field
+  use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
+    direction_field
   implicit none
   private
-  public :: point_parameters
+  public :: point_parameters, point_shift
 
 contains
 
@@ -19,7 +20,7 @@ contains
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp
-    d(d03_epsilon) = pair%epsilon(p)
+    d(d03_epsilon) = pair%raise_new*pair%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%mu
     d(d03_rule) = real(pair%slip_rule, wp)
     d(d03_turn:d03_turn + 1) = [cos(pair%angle*pi/180.0_wp), sin(pair%angle*pi/180.0_wp)]
@@ -43,4 +44,16 @@ contains
       d(d03_axis_kind) = real(axis_space_fixed, wp)
     end select
   end function point_parameters
+
+  !> The shift of the gap that the multiplier of a point stands for (doc/theory, "Augmented
+  !! Lagrangian").
+  pure function point_shift(pair, p, point) result(kappa)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! its state
+    real(wp) :: kappa(3)
+
+    kappa = 0.0_wp
+    if (pair%augmented) kappa = point%lambda/(pair%raise_new*pair%epsilon(p))
+  end function point_shift
 end module contact_parameters

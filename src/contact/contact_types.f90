@@ -33,6 +33,7 @@ module contact_types
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
+    real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
@@ -43,6 +44,7 @@ module contact_types
     character(:), allocatable :: name !! its name, or its number as text
     type(location_t) :: at !! where the deck defines it
     integer :: form = form_node_to_surface !! NTOS or GTOS
+    integer :: facet_points = 3 !! GTOS: quadrature points of a slave facet
     character(:), allocatable :: slave !! name of the slave set or surface
     character(:), allocatable :: master !! name of the master surface
     type(location_t) :: slave_at !! where the deck names the slave
@@ -59,12 +61,17 @@ module contact_types
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
+    logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
+    real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
+    integer :: augment_most = 25 !! most updates of the multipliers in an increment
+    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
+    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
 
     ! What is built from it when the mesh is complete
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
     integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
     real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
-    real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
+    real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
@@ -73,6 +80,8 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    real(wp) :: raise_old = 1.0_wp !! factor on epsilon at the last converged state
+    real(wp) :: raise_new = 1.0_wp !! the same in the current increment
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     type(facet_tree_t) :: tree !! boxes over the facets
