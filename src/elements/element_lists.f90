@@ -19,10 +19,12 @@ module element_lists
     real(wp), allocatable :: d(:, :) !! (n_parameters, sets) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
+    real(wp), allocatable :: shift(:, :) !! (3, n) shift of the gap of contact elements [length]
     integer, allocatable :: status(:) !! (n) status of contact elements
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap of contact elements [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
     logical, allocatable :: hold(:) !! (n) contact elements that stick in the next tangent
+    real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: block(:, :, :) !! (most nodes, most nodes, n) places in a block matrix
   end type element_list_t
 
@@ -49,7 +51,7 @@ contains
     if (most > usual_nodes) allocate (list%weight(max_slaves, n), source=0.0_wp)
     allocate (list%d(n_parameters, sets), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
-    allocate (list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
+    allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
     allocate (list%hold(n), source=.false.)
     allocate (list%block(most, most, n), source=0)
   end subroutine allocate_list

@@ -26,7 +26,7 @@ module element_types
   integer, parameter :: max_slaves = 3 !! of these, most slave nodes of a contact element
   integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom
   integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
-  integer, parameter :: n_element_stress = 12 !! values of task_stress
+  integer, parameter :: n_element_stress = 14 !! values of task_stress
 
   !> Everything an element routine gets and gives.
   type :: element_t
@@ -41,6 +41,7 @@ module element_types
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
     real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
+    real(wp) :: shift(3) = 0.0_wp !! shift of the gap of a contact element [length], see there
     integer :: status = status_open !! of a contact element
     real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]
     real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element

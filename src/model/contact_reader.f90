@@ -6,7 +6,8 @@ module contact_reader
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
-    form_node_to_surface, form_quadrature_to_surface
+    direction_circumferential, direction_radial, direction_field, form_node_to_surface, &
+    form_quadrature_to_surface
   use facet_quadrature, only: has_rule, list_rules
   implicit none
   private
@@ -112,8 +113,15 @@ contains
         if (is_word(record%items(2), 'collinear')) draft%pair%slip_rule = 0
         if (is_word(record%items(2), 'tensor')) draft%pair%slip_rule = 1
         if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
+      else if (is_word(word, 'augment')) then
+        draft%pair%augmented = .true.
+        if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)
+        if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
+      else if (is_word(word, 'adjust')) then
+        draft%pair%adjusted = .true.
+        if (item_count(record) > 1) draft%pair%adjust = item_real(record, 2)
       end if
     end associate
   end subroutine read_word
@@ -180,7 +188,8 @@ contains
     end associate
   end subroutine read_friction
 
-  !> DIREction [MATErial] [ANGLe phi] vx vy vz.
+  !> DIREction [MATErial] [ANGLe phi], then a vector, CIRCumferential or RADIal with point and axis,
+  !! or FIELd and its name.
   subroutine read_direction(record, diagnostics, draft)
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -191,30 +200,65 @@ contains
     associate (pair => draft%pair)
       pair%direction_at = record%at
       pair%direction = direction_vector
+      pair%angle = 0.0_wp
       i = 2
       pair%convected = is_word(record%items(i), 'material')
       if (pair%convected) i = i + 1
-      pair%angle = 0.0_wp
-      if (i <= item_count(record)) then
-        if (is_word(record%items(i), 'angle')) then
-          pair%angle = item_real(record, i + 1)
-          i = i + 2
-        end if
+      if (word_at(record, i, 'angle')) then
+        pair%angle = item_real(record, i + 1)
+        i = i + 2
       end if
-      if (item_count(record) < i + 2) return
+      if (word_at(record, i, 'circumferential')) pair%direction = direction_circumferential
+      if (word_at(record, i, 'radial')) pair%direction = direction_radial
+      if (word_at(record, i, 'field')) pair%direction = direction_field
+      if (item_count(record) <= i) return
       pair%direction_at = item_location(record, i)
+      select case (pair%direction)
+      case (direction_field)
+        pair%field = item_name(record, i + 1)
+        pair%direction_at = item_location(record, i + 1)
+      case (direction_vector)
+        call read_axis(record, i, diagnostics, draft)
+      case default
+        if (item_count(record) < i + 6) return
+        pair%point = [item_real(record, i + 1), item_real(record, i + 2), item_real(record, i + 3)]
+        call read_axis(record, i + 4, diagnostics, draft)
+      end select
+    end associate
+  end subroutine read_direction
+
+  !> Whether a record has a certain word at a place.
+  pure logical function word_at(record, i, word)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! the place, maybe behind its last item
+    character(*), intent(in) :: word !! the word
+
+    word_at = .false.
+    if (i <= item_count(record)) word_at = is_word(record%items(i), word)
+  end function word_at
+
+  !> The vector of a direction or of its axis, made a unit vector.
+  subroutine read_axis(record, i, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! its first component
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+
+    if (item_count(record) < i + 2) return
+    associate (pair => draft%pair)
       pair%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, i + 2)]
       if (all(abs(pair%axis) <= 0.0_wp)) then
         call report_error(diagnostics, item_location(record, i), 'the direction has no length', &
           'write a vector other than 0 0 0')
         pair%axis = [1.0_wp, 0.0_wp, 0.0_wp]
+        pair%direction = direction_vector
         draft%has_direction = .false.
       else
         pair%axis = pair%axis/maxval(abs(pair%axis))
         pair%axis = pair%axis/norm2(pair%axis)
       end if
     end associate
-  end subroutine read_direction
+  end subroutine read_axis
 
   !> A pair needs its surfaces, a number of its own and a name of its own.
   subroutine check_pair(drafts, i, diagnostics)

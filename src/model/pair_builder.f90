@@ -2,7 +2,7 @@
 module pair_builder
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use diagnostics, only: diagnostics_t, report_error, report_note
+  use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
@@ -12,8 +12,9 @@ module pair_builder
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
-  use lay_directions, only: lay_on_facet, convected_lay
+  use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
+  use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
   private
   public :: build_pairs
@@ -32,11 +33,45 @@ contains
     if (size(drafts) == 0) return
     call exterior_facets(model%mesh, exterior)
     do i = 1, size(drafts)
+      if (drafts(i)%has_form .and. drafts(i)%pair%adjusted) call adjust_pair(drafts(i)%pair, &
+        exterior, diagnostics, model%mesh)
+    end do
+    do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
       call build_pair(drafts(i), exterior, diagnostics, model, model%pairs(i))
     end do
   end subroutine build_pairs
+
+  !> Moves the slave nodes of a pair that are next to the master onto it, and notes what was done.
+  !! What is wrong with the pair is reported when it is built.
+  subroutine adjust_pair(asked, exterior, diagnostics, mesh)
+    type(pair_t), intent(in) :: asked !! the pair as read
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets a note
+    type(mesh_t), intent(inout) :: mesh !! its nodes are moved
+    type(pair_t) :: pair
+    type(diagnostics_t) :: later
+    type(adjustment_t) :: done
+    character(:), allocatable :: t
+    logical :: found_slave, found_master
+
+    pair = asked
+    call take_master(mesh, later, pair, found_master)
+    call take_slave(mesh, exterior, later, pair, found_slave)
+    if (.not. (found_slave .and. found_master)) return
+    call check_common_nodes(mesh, pair, later)
+    if (error_count(later) > 0) return
+    call adjust_gaps(pair%point_nodes(1, :), pair%facets, pair%neighbours, pair%adjust, mesh, &
+      done)
+    t = 'pair '//pair%name//': '//count_noun(done%moved, 'slave node')//' moved onto the master'
+    if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
+      to_text(done%farthest)//')'
+    if (done%left > 0) t = t//'; '//to_text(done%left)// &
+      ' left where they are, the first is node '//to_text(done%left_node)//': element '// &
+      to_text(done%left_element)//' would lose its shape'
+    call report_note(diagnostics, pair%at, t)
+  end subroutine adjust_pair
 
   !> Builds one pair.
   subroutine build_pair(draft, exterior, diagnostics, model, pair)
@@ -55,7 +90,7 @@ contains
     end if
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(model%mesh, pair, diagnostics)
-    call set_lay(draft, model%mesh, diagnostics, pair)
+    call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
     call take_penalties(model, diagnostics, pair)
     allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
   end subroutine build_pair
@@ -199,53 +234,6 @@ contains
     end do
     first = 0
   end function first_true
-
-  !> Checks the lay direction on each master facet, and keeps it where it is convected.
-  !!
-  !! Isotropic friction needs no direction: it is checked only where the deck gives one, or where
-  !! the two coefficients differ.
-  subroutine set_lay(draft, mesh, diagnostics, pair)
-    type(pair_draft_t), intent(in) :: draft !! the pair as read
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(pair_t), intent(inout) :: pair !! the pair
-    real(wp) :: p(3)
-    integer :: i, n, bad
-    logical :: found
-
-    if (.not. (draft%has_direction .or. abs(pair%mu(1) - pair%mu(2)) > 0.0_wp)) return
-    if (pair%convected) allocate (pair%lay(2, size(pair%facets, 2)), source=0.0_wp)
-    n = 0
-    bad = 0
-    do i = 1, size(pair%facets, 2)
-      associate (corners => pair%facets(:, i))
-        call lay_on_facet(pair, mesh%x(:, corners), p, found)
-        if (.not. found) then
-          if (n == 0) bad = i
-          n = n + 1
-        else if (pair%convected) then
-          pair%lay(:, i) = convected_lay(mesh%x(:, corners), p)
-        end if
-      end associate
-    end do
-    if (n > 0) call report_normal_lay(pair, bad, n, diagnostics)
-  end subroutine set_lay
-
-  !> The lay direction is normal to `n` facets, of which `facet` is the first.
-  subroutine report_normal_lay(pair, facet, n, diagnostics)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: facet !! first facet
-    integer, intent(in) :: n !! number of facets
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: more
-
-    more = ''
-    if (n > 1) more = ' and to '//count_noun(n - 1, 'other facet')
-    call report_error(diagnostics, pair%direction_at, 'the lay direction is normal to the '// &
-      'facet '//to_text(pair%facets(1, facet))//' '//to_text(pair%facets(2, facet))//' '// &
-      to_text(pair%facets(3, facet))//' of '''//pair%master//''''//more, &
-      'give a DIREction that has a part in each master facet')
-  end subroutine report_normal_lay
 
   !> Penalties; those of AUTO are noted, for the log.
   subroutine take_penalties(model, diagnostics, pair)

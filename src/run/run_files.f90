@@ -145,7 +145,7 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     integer, intent(in) :: k !! the pair
     type(contact_row_t), intent(out) :: row !! its sums
-    real(wp) :: f(3), x(3), epsilon
+    real(wp) :: f(3), x(3)
     integer :: p, element
 
     row%max_criterion = -huge(1.0_wp)
@@ -154,13 +154,12 @@ contains
       if (system%contact%status(element) <= status_open) cycle
       if (system%contact%status(element) == status_stick) row%stick = row%stick + 1
       if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
-      epsilon = model%pairs(k)%epsilon(p)
       associate (point => point_state(:, element))
         f = -point(1:3)
         ! small strain: the lever arms of the bulk's balance are the reference positions
         x = point_position(model%pairs(k), p, model%mesh%x)
-        row%normal = row%normal + epsilon*abs(point(4))
-        row%tangential = row%tangential + epsilon*point(5)
+        row%normal = row%normal + point(13)
+        row%tangential = row%tangential + point(14)
         row%force = row%force + f
         row%moment = row%moment + cross(x, f)
         row%max_penetration = max(row%max_penetration, -point(4))
@@ -260,6 +259,7 @@ contains
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
+      saved%pairs(k)%raise = model%pairs(k)%raise_old
       saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
         system%first_point(k + 1) - 1)
     end do

@@ -9,12 +9,12 @@ module contact_system
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters
+  use contact_parameters, only: point_parameters, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use facet_geometry, only: project_on_facet
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
   use csc_matrix, only: build_pattern
-  use umfpack_solver, only: forget_pattern
+  use linear_solver, only: start_pattern
   use system_types, only: system_t
   implicit none
   private
@@ -105,6 +105,7 @@ contains
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
 
@@ -127,9 +128,22 @@ contains
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
+    if (system%contact%n == 0) then
+      if (.not. allocated(system%csc%ptr)) call build_uncoupled(system)
+      return
+    end if
     if (.not. graph_holds(system%matrix, system%contact)) call build_coupled(system)
     call locate_elements(system%matrix, system%contact)
   end subroutine couple
+
+  !> Builds the pattern of a system without contact: that of the bulk.
+  subroutine build_uncoupled(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    call begin_cost(system%costs, cost_pattern)
+    call build_pattern(system%bulk_matrix, system%equation, system%csc)
+    call end_cost(system%costs, cost_pattern)
+  end subroutine build_uncoupled
 
   !> Builds the pattern of bulk and contact elements anew.
   subroutine build_coupled(system)
@@ -139,7 +153,7 @@ contains
     call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
     call place_bulk(system)
     call build_pattern(system%matrix, system%equation, system%csc)
-    call forget_pattern(system%umfpack)
+    call start_pattern(system%solver)
     system%coupled_hosts = system%hosts
     call end_cost(system%costs, cost_pattern)
   end subroutine build_coupled
@@ -152,6 +166,7 @@ contains
     integer, intent(in) :: hosts(:) !! (contact elements) facets when the pattern was built
     integer :: k, p, element
 
+    if (system%contact%n == 0) return
     if (allocated(system%matrix%ptr) .and. all(system%coupled_hosts == hosts)) return
     system%hosts = hosts
     do k = 1, size(model%pairs)

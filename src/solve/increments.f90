@@ -2,13 +2,14 @@
 module increments
   use kinds, only: wp
   use loads, only: load_factor
-  use contact_points, only: count_points, point_text
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_stalled
+    outcome_too_many, outcome_restless, outcome_gaps
+  use contact_report, only: restless_point
+  use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -35,7 +36,8 @@ contains
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
-    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
+    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
+      outcome_restless])) then
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
@@ -43,8 +45,35 @@ contains
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(augmentation_t) :: augmentation
+    type(settings_t) :: budget
+
+    call solve_with_hosts(model, system, time, settings, monitor, progress)
+    if (.not. any(model%pairs%augmented)) return
+    budget = settings
+    do while (progress%outcome == outcome_converged)
+      call check_gaps(model, system, augmentation, monitor)
+      if (augmentation%closed) return
+      if (augmentation%updates >= maxval(model%pairs%augment_most, model%pairs%augmented)) then
+        progress%outcome = outcome_gaps
+        return
+      end if
+      call update_multipliers(model, system, augmentation, monitor)
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end do
+  end subroutine solve_from_start
+
+  !> Solves with frozen hosts until the hosts stay.
+  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
@@ -65,44 +94,9 @@ contains
       call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
     end do
     if (pass <= settings%most_passes) return
-    progress%outcome = outcome_stalled
+    progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
-  end subroutine solve_from_start
-
-  !> The point that has changed its facet most often in this increment, and between which facets.
-  function restless_point(model) result(t)
-    type(model_t), intent(in) :: model !! pairs: working points
-    character(:), allocatable :: t
-    integer :: k, p, pair, point, most
-
-    most = 0
-    pair = 1
-    point = 1
-    do k = 1, size(model%pairs)
-      do p = 1, count_points(model%pairs(k))
-        if (model%pairs(k)%moves(p) <= most) cycle
-        most = model%pairs(k)%moves(p)
-        pair = k
-        point = p
-      end do
-    end do
-    associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave '//point_text(contact, point) &
-        //', facet of nodes '//facet_text(contact%facets, contact%new(point)%host) &
-        //' after that of nodes '//facet_text(contact%facets, contact%left(point))
-    end associate
-  end function restless_point
-
-  !> The corner nodes of a facet.
-  pure function facet_text(facets, facet) result(t)
-    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
-    integer, intent(in) :: facet !! the facet, 0 for none
-    character(:), allocatable :: t
-
-    t = 'none'
-    if (facet > 0) t = to_text(facets(1, facet))//', '//to_text(facets(2, facet))//', ' &
-      //to_text(facets(3, facet))
-  end function facet_text
+  end subroutine solve_with_hosts
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)
