@@ -8,10 +8,11 @@ module contact_hosts
   use elmlib, only: element_routine, routine_mfec, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters
+  use contact_parameters, only: point_parameters, point_shift
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: project_on_facet, unfold, barycentric, kink_sine, facet_size
+  use facet_geometry, only: project_on_facet, unfold, unfold_vector, barycentric, kink_sine, &
+    facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -67,6 +68,7 @@ contains
     integer :: p
 
     pair%new = pair%old
+    pair%raise_new = pair%raise_old
     pair%left = 0
     pair%moves = 0
     call close_open_slots(pair)
@@ -77,6 +79,7 @@ contains
           if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
             point%host = 0
             point%status = status_off
+            point%lambda = 0.0_wp
           end if
         end if
         if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
@@ -130,18 +133,19 @@ contains
     end do
   end subroutine follow_tips
 
-  !> A point lies on or below the plane of a facet.
+  !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
     integer, intent(in) :: facet !! the facet, 0 for none
-    real(wp) :: xi(2), gap
+    real(wp) :: xi(2), gap, kappa(3)
 
     touches = .false.
     if (facet == 0) return
     call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
-    touches = gap <= 0.0_wp
+    kappa = point_shift(pair, p, pair%new(p))
+    touches = gap + kappa(3) <= 0.0_wp
   end function touches
 
   !> Walks with one tip.
@@ -162,6 +166,8 @@ contains
       next = facet_across(pair, x, point%host, tip, tolerance)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
       call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      if (pair%augmented) point%lambda = unfold_vector(pair%facets(:, point%host), &
+        pair%facets(:, next), x_old, point%lambda)
       before = point%host
       point%host = next
       point%tip = start
@@ -181,6 +187,7 @@ contains
     e%xl(:, 1) = point_position(pair, p, x)
     e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
     e%h1 = point%tip
+    e%shift = point_shift(pair, p, point)
     call element_routine(routine_mfec, task_residual, d, e)
     tip = e%h2
   end function tip_in_facet
@@ -287,6 +294,7 @@ contains
 
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
+        if (point%status <= status_open) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then
@@ -297,5 +305,6 @@ contains
       end associate
     end do
     pair%old = pair%new
+    pair%raise_old = pair%raise_new
   end subroutine settle_points
 end module contact_hosts

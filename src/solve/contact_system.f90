@@ -9,7 +9,7 @@ module contact_system
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters
+  use contact_parameters, only: point_parameters, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use facet_geometry, only: project_on_facet
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
@@ -105,6 +105,7 @@ contains
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
 
