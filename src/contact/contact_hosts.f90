@@ -7,10 +7,12 @@ module contact_hosts
   use element_types, only: element_t, task_residual, status_off, status_open
   use elmlib, only: element_routine, routine_mfec, n_parameters
   use contact_types, only: pair_t, contact_point_t
-  use contact_parameters, only: point_parameters
+  use contact_points, only: count_points, point_position
+  use contact_parameters, only: point_parameters, point_shift, first_raise
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: project_on_facet, unfold, barycentric, kink_sine, facet_size
+  use facet_geometry, only: project_on_facet, unfold, unfold_vector, barycentric, kink_sine, &
+    facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -35,12 +37,12 @@ contains
 
     call find_folds(pair, x)
     call build_tree(pair%tree, pair%facets, x)
-    if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
-    if (.not. allocated(pair%new)) allocate (pair%new(size(pair%nodes)))
-    pair%left = spread(0, 1, size(pair%nodes))
+    if (.not. allocated(pair%old)) allocate (pair%old(count_points(pair)))
+    if (.not. allocated(pair%new)) allocate (pair%new(count_points(pair)))
+    pair%left = spread(0, 1, count_points(pair))
     pair%moves = pair%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
-    do p = 1, size(pair%nodes)/pair%slots
+    do p = 1, count_points(pair)/pair%slots
       call seek(pair, x, x, p, pair%new(p))
     end do
     pair%old = pair%new
@@ -66,6 +68,7 @@ contains
     integer :: p
 
     pair%new = pair%old
+    pair%raise = first_raise(pair)
     pair%left = 0
     pair%moves = 0
     call close_open_slots(pair)
@@ -73,9 +76,10 @@ contains
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%host > 0) then
-          if (beyond_rim(pair, x_old, x_old(:, pair%nodes(p)), point%host)) then
+          if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
             point%host = 0
             point%status = status_off
+            point%lambda = 0.0_wp
           end if
         end if
         if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
@@ -83,12 +87,12 @@ contains
     end do
   end subroutine begin_increment
 
-  !> The point is the first slot of its slave node.
+  !> The point is a first slot.
   pure logical function is_first(pair, p)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
 
-    is_first = p <= size(pair%nodes)/pair%slots
+    is_first = p <= count_points(pair)/pair%slots
   end function is_first
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
@@ -129,18 +133,19 @@ contains
     end do
   end subroutine follow_tips
 
-  !> A point lies on or below the plane of a facet.
+  !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
     integer, intent(in) :: facet !! the facet, 0 for none
-    real(wp) :: xi(2), gap
+    real(wp) :: xi(2), gap, kappa(3)
 
     touches = .false.
     if (facet == 0) return
-    call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
-    touches = gap <= 0.0_wp
+    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
+    kappa = point_shift(pair, p, pair%new(p))
+    touches = gap + kappa(3) <= 0.0_wp
   end function touches
 
   !> Walks with one tip.
@@ -161,6 +166,8 @@ contains
       next = facet_across(pair, x, point%host, tip, tolerance)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
       call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      if (pair%augmented) point%lambda = unfold_vector(pair%facets(:, point%host), &
+        pair%facets(:, next), x_old, point%lambda)
       before = point%host
       point%host = next
       point%tip = start
@@ -177,9 +184,10 @@ contains
     type(element_t) :: e
 
     d = point_parameters(pair, p, point%host)
-    e%xl(:, 1) = x(:, pair%nodes(p))
+    e%xl(:, 1) = point_position(pair, p, x)
     e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
     e%h1 = point%tip
+    e%shift = point_shift(pair, p, point)
     call element_routine(routine_mfec, task_residual, d, e)
     tip = e%h2
   end function tip_in_facet
@@ -264,16 +272,16 @@ contains
     integer :: facet
     real(wp) :: xi(2), gap, distance
 
-    call nearest_facet(pair%tree, pair%facets, x, x(:, pair%nodes(p)), facet, distance)
+    call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    call project_on_facet(x(:, pair%facets(:, facet)), x(:, pair%nodes(p)), xi, gap)
+    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
-    if (beyond_rim(pair, x, x(:, pair%nodes(p)), facet)) return
+    if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open
-    call project_on_facet(x_old(:, pair%facets(:, facet)), x_old(:, pair%nodes(p)), point%tip, &
-      gap)
+    call project_on_facet(x_old(:, pair%facets(:, facet)), point_position(pair, p, x_old), &
+      point%tip, gap)
   end subroutine seek
 
   !> Makes the converged state the history: tips where the elements left them; an open point's
@@ -286,11 +294,12 @@ contains
 
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
+        if (point%status <= status_open) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then
-          call walk(pair, x, x(:, pair%nodes(p)), point%host)
-          call project_on_facet(x(:, pair%facets(:, point%host)), x(:, pair%nodes(p)), &
+          call walk(pair, x, point_position(pair, p, x), point%host)
+          call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
             point%tip, gap)
         end if
       end associate

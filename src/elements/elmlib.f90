@@ -13,7 +13,7 @@ module elmlib
   integer, parameter :: routine_none = 0 !! an element that takes no part
   integer, parameter :: routine_t4 = 1 !! linear tetrahedron
   integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
-  integer, parameter :: n_parameters = 10 !! room for the parameters d of any routine
+  integer, parameter :: n_parameters = 14 !! room for the parameters d of any routine
 
 contains
 

@@ -4,8 +4,9 @@ module state_reader
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
+  use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: saved_state_t
+  use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
   use hdf5_data, only: read_block, series_shape
   use results_state, only: pair_group, defined_coordinates
@@ -221,10 +222,15 @@ contains
     integer :: dims(3), rank
 
     where_it_is = ' in pair '//to_text(pair%number)
-    call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
-    if (dims(1) /= size(pair%nodes)) then
+    call series_shape(file, pair_group(pair%number)//'/host', dims, rank)
+    if (dims(1) /= count_points(pair)) then
       call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
-        count_noun(size(pair%nodes), 'point'), error)
+        count_noun(count_points(pair), 'point'), error)
+      return
+    end if
+    call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
+    if (dims(1) /= size(pair%point_nodes)) then
+      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
       return
     end if
     allocate (nodes(dims(1)))
@@ -239,7 +245,7 @@ contains
     allocate (facets(3, dims(2)))
     call read_block(file, pair_group(pair%number)//'/facets', facets, 1, error)
     if (allocated(error)) return
-    if (any(nodes /= pair%nodes)) then
+    if (any(nodes /= reshape(pair%point_nodes, [size(nodes)]))) then
       call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
     else if (any(facets /= pair%facets)) then
       call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
@@ -285,6 +291,9 @@ contains
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
+      if (allocated(error)) return
+      if (model%pairs(i)%augmented) call read_multipliers(file, model%pairs(i)%number, slot, &
+        state%pairs(i), error)
     end do
   end subroutine read_slot
 
@@ -296,8 +305,8 @@ contains
     type(saved_state_t), intent(inout) :: state !! the state
     integer, intent(in) :: index !! index of the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, size(pair%nodes)), dissipation(size(pair%nodes))
-    integer :: host(size(pair%nodes)), status(size(pair%nodes)), i
+    real(wp) :: tip(2, count_points(pair)), dissipation(count_points(pair))
+    integer :: host(count_points(pair)), status(count_points(pair)), i
 
     allocate (state%pairs(index)%coupled(size(host)))
     call read_block(file, pair_group(pair%number)//'/host', host, slot, error)
@@ -325,4 +334,22 @@ contains
       state%pairs(index)%points(i)%dissipation = dissipation(i)
     end do
   end subroutine read_pair
+
+  !> Reads the multipliers of an augmented pair; a run without AUGMent has left none.
+  subroutine read_multipliers(file, number, slot, history, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    integer, intent(in) :: number !! number of the pair
+    integer, intent(in) :: slot !! place of the state
+    type(pair_history_t), intent(inout) :: history !! its history, points allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: lambda(3, size(history%points))
+    integer :: i
+
+    if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
+    call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
+    if (allocated(error)) return
+    do i = 1, size(history%points)
+      history%points(i)%lambda = lambda(:, i)
+    end do
+  end subroutine read_multipliers
 end module state_reader

@@ -16,7 +16,7 @@ module session
   use batch_reader, only: read_batch
   use system_types, only: system_t, state_t
   use system_building, only: build_system
-  use umfpack_solver, only: free_umfpack
+  use linear_solver, only: free_solver
   use diagnosis, only: check_supports
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
@@ -44,7 +44,8 @@ contains
     character(:), allocatable :: deck_text
     type(terminal_t), target :: terminal
 
-    if (options%threads > 0) call set_blas_threads(options%threads)
+    call set_blas_threads(options%threads)
+    system%forced = options%solver
     terminal = open_terminal(options%quiet)
     call begin_cost(system%costs, cost_reading)
     call read_problem(options, model, commands, deck_text, error)
@@ -56,7 +57,7 @@ contains
     end if
     call run_problem(options, model, system, commands, deck_text, terminal, error)
     call close_terminal(terminal)
-    call free_umfpack(system%umfpack)
+    call free_solver(system%solver)
   end subroutine run_session
 
   !> Deck to model; every error of the deck in one report.

@@ -5,7 +5,9 @@ module contact_report
   use element_types, only: status_open, status_stick
   use facet_geometry, only: project_on_facet
   use facet_tree, only: facet_tree_t, fit_tree, nearest_facet
+  use element_lists, only: master_nodes
   use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position, point_text
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -30,8 +32,8 @@ contains
     do k = 1, size(model%pairs)
       do p = system%first_point(k), system%first_point(k + 1) - 1
         if (system%contact%status(p) <= status_open) cycle
-        if (.not. is_of_body(system, system%contact%ix(1:2, p), body)) cycle
-        part = residual_at(system, system%contact%ix(1:4, p))
+        if (.not. is_of_body(system, p, body)) cycle
+        part = residual_at(system, system%contact%ix(1:system%contact%nel(p), p))
         if (part <= largest) cycle
         largest = part
         worst_pair = k
@@ -41,13 +43,14 @@ contains
     if (worst == 0) then
       t = closest_point(model, system, body)
     else
-      t = point_line(model, system, worst_pair, system%contact%ix(1, worst), &
-        system%contact%ix(2:4, worst), merge('stick', 'slip ', &
-        system%contact%status(worst) == status_stick))//', residual '//to_text(largest, 4)
+      t = point_line(model, system, worst_pair, &
+        worst - system%first_point(worst_pair) + 1, master_nodes(system%contact, worst), &
+        merge('stick', 'slip ', system%contact%status(worst) == status_stick))// &
+        ', residual '//to_text(largest, 4)
     end if
   end function worst_contact
 
-  !> The slave node that is closest to the surface of its pair, where no point is closed.
+  !> The slave point that is closest to the surface of its pair, where no point is closed.
   function closest_point(model, system, body) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! u given
@@ -67,12 +70,13 @@ contains
       tree = model%pairs(k)%tree
       call fit_tree(tree, model%pairs(k)%facets, x)
       do p = system%first_point(k), system%first_point(k + 1) - 1
-        associate (node => model%pairs(k)%nodes(p - system%first_point(k) + 1))
-          call nearest_facet(tree, model%pairs(k)%facets, x, x(:, node), facet, distance)
+        associate (point => p - system%first_point(k) + 1)
+          call nearest_facet(tree, model%pairs(k)%facets, x, &
+            point_position(model%pairs(k), point, x), facet, distance)
           if (facet == 0 .or. distance >= least) cycle
           least = distance
           best_pair = k
-          best = [node, facet]
+          best = [point, facet]
         end associate
       end do
     end do
@@ -82,20 +86,21 @@ contains
   end function closest_point
 
   !> The line that names a point.
-  function point_line(model, system, pair, node, facet, status) result(t)
+  function point_line(model, system, pair, point, facet, status) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! u given
     integer, intent(in) :: pair !! the pair
-    integer, intent(in) :: node !! slave node
+    integer, intent(in) :: point !! slave point of the pair
     integer, intent(in) :: facet(3) !! corners of the facet
     character(*), intent(in) :: status !! status as a word
     character(:), allocatable :: t
     real(wp) :: xi(2), gap
 
     call project_on_facet(model%mesh%x(:, facet) + system%u(:, facet), &
-      model%mesh%x(:, node) + system%u(:, node), xi, gap)
-    t = '  worst contact point: pair '//model%pairs(pair)%name//', slave node '//to_text(node) &
-      //', facet of nodes '//facet_text(facet)//': '//trim(status)//', gap '//to_text(gap, 4)
+      point_position(model%pairs(pair), point, model%mesh%x + system%u), xi, gap)
+    t = '  worst contact point: pair '//model%pairs(pair)%name//', slave ' &
+      //point_text(model%pairs(pair), point)//', facet of nodes '//facet_text(facet)//': ' &
+      //trim(status)//', gap '//to_text(gap, 4)
   end function point_line
 
   !> The point that has changed its facet most often in this increment, and between which facets.
@@ -108,7 +113,7 @@ contains
     pair = 1
     point = 1
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         if (model%pairs(k)%moves(p) <= most) cycle
         most = model%pairs(k)%moves(p)
         pair = k
@@ -116,7 +121,7 @@ contains
       end do
     end do
     associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point)) &
+      t = 'pair '//contact%name//', slave '//point_text(contact, point) &
         //', facet of nodes '//host_text(contact, contact%new(point)%host) &
         //' after that of nodes '//host_text(contact, contact%left(point))
     end associate
@@ -131,7 +136,7 @@ contains
     n = 0
     do p = 1, system%contact%n
       if (system%contact%status(p) <= status_open) cycle
-      if (is_of_body(system, system%contact%ix(1:2, p), body)) n = n + 1
+      if (is_of_body(system, p, body)) n = n + 1
     end do
   end function closed_points
 
@@ -157,20 +162,22 @@ contains
     integer :: f
 
     yes = body == 0
-    if (.not. yes) yes = any(system%node_body(pair%nodes) == body)
+    if (.not. yes) yes = any(system%node_body(pair%point_nodes(1, :)) == body)
     do f = 1, size(pair%facets, 2)
       if (yes) return
       yes = system%node_body(pair%facets(1, f)) == body
     end do
   end function pair_has_body
 
-  !> The slave node or the facet belongs to the body (0: any).
-  pure logical function is_of_body(system, nodes, body) result(yes)
-    type(system_t), intent(in) :: system !! bodies of the nodes
-    integer, intent(in) :: nodes(2) !! slave node and a corner of the facet
+  !> The slave point or the facet belongs to the body (0: any).
+  pure logical function is_of_body(system, element, body) result(yes)
+    type(system_t), intent(in) :: system !! contact elements, bodies of the nodes
+    integer, intent(in) :: element !! contact element
     integer, intent(in) :: body !! the body
 
-    yes = body == 0 .or. any(system%node_body(nodes) == body)
+    associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
+      yes = body == 0 .or. any(system%node_body(nodes) == body)
+    end associate
   end function is_of_body
 
   !> Largest component of the residual at some nodes.

@@ -3,6 +3,7 @@ module diagnosis
   use kinds, only: wp
   use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
+  use contact_points, only: count_points
   use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
@@ -71,11 +72,13 @@ contains
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
-    integer :: k, f
+    integer :: k, f, p
 
     yes = .false.
     do k = 1, size(model%pairs)
-      if (any(system%node_body(model%pairs(k)%nodes) == body)) yes = .true.
+      do p = 1, count_points(model%pairs(k))
+        if (system%node_body(model%pairs(k)%point_nodes(1, p)) == body) yes = .true.
+      end do
       do f = 1, size(model%pairs(k)%facets, 2)
         if (system%node_body(model%pairs(k)%facets(1, f)) == body) yes = .true.
       end do

@@ -5,10 +5,12 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
+  use solver_choice, only: choose_solver
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless
+    outcome_too_many, outcome_restless, outcome_gaps
   use contact_report, only: restless_point
+  use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -29,6 +31,7 @@ contains
     type(newton_t), intent(out) :: progress !! how it ended
     logical :: choice, stayed
 
+    call choose_solver(model, system, monitor)
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, monitor)
@@ -44,8 +47,36 @@ contains
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(augmentation_t) :: augmentation
+    type(settings_t) :: budget
+
+    call solve_with_hosts(model, system, time, settings, monitor, progress)
+    if (.not. any(model%pairs%augmented)) return
+    budget = settings
+    do while (progress%outcome == outcome_converged)
+      call check_gaps(model, system, augmentation, monitor)
+      if (augmentation%closed) return
+      if (augmentation%updates >= maxval(model%pairs%augment_most, model%pairs%augmented)) then
+        progress%outcome = outcome_gaps
+        return
+      end if
+      call update_multipliers(model, system, augmentation, monitor)
+      progress%updated = .true.
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end do
+  end subroutine solve_from_start
+
+  !> Solves with frozen hosts until the hosts stay.
+  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
@@ -68,7 +99,7 @@ contains
     if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
-  end subroutine solve_from_start
+  end subroutine solve_with_hosts
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)
