@@ -69,6 +69,7 @@ contains
         return
       end if
       call update_multipliers(model, system, augmentation, monitor)
+      progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
