@@ -26,6 +26,8 @@ module contact_hosts
   integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
+  !> So few points are not worth several threads.
+  integer, parameter :: few = 64
 
 contains
 
@@ -105,33 +107,50 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
     integer, intent(inout) :: changes !! grows by the number of points with a new host
-    type(contact_point_t) :: before
-    integer :: p, host
-    logical :: touched
+    integer :: p
 
     if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
+    ! slots of one node look at each other
+    !$omp parallel do if(pair%slots == 1 .and. size(pair%new) > few) schedule(dynamic, 32) &
+    !$omp& default(none) private(p) shared(pair, x_old, x, tolerance) reduction(+:changes)
     do p = 1, size(pair%new)
-      associate (point => pair%new(p))
-        host = point%host
-        touched = touches(pair, x, p, host)
-        if (host == 0 .and. is_first(pair, p)) then
-          call seek(pair, x_old, x, p, point)
-        else if (host == 0) then
-          call seek_second(pair, x_old, x, p, point)
-        else if (pair%moves(p) < most_moves) then
-          before = point
-          call follow_tip(pair, x_old, x, tolerance, p, point)
-          if (point%host == pair%left(p)) point = before
-        end if
-        if (point%host == host) cycle
-        if (tolerance > 0.0_wp) then
-          pair%left(p) = host
-          pair%moves(p) = pair%moves(p) + 1
-        end if
-        if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
-      end associate
+      call follow_point(pair, x_old, x, tolerance, p, changes)
     end do
+    !$omp end parallel do
   end subroutine follow_tips
+
+  !> Lets the host of one point follow its tip.
+  subroutine follow_point(pair, x_old, x, tolerance, p, changes)
+    type(pair_t), intent(inout) :: pair !! new: host and start tip may change
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! as in follow_tips
+    integer, intent(in) :: p !! the point
+    integer, intent(inout) :: changes !! grows by one if the host has changed
+    type(contact_point_t) :: before
+    integer :: host
+    logical :: touched
+
+    associate (point => pair%new(p))
+      host = point%host
+      touched = touches(pair, x, p, host)
+      if (host == 0 .and. is_first(pair, p)) then
+        call seek(pair, x_old, x, p, point)
+      else if (host == 0) then
+        call seek_second(pair, x_old, x, p, point)
+      else if (pair%moves(p) < most_moves) then
+        before = point
+        call follow_tip(pair, x_old, x, tolerance, p, point)
+        if (point%host == pair%left(p)) point = before
+      end if
+      if (point%host == host) return
+      if (tolerance > 0.0_wp) then
+        pair%left(p) = host
+        pair%moves(p) = pair%moves(p) + 1
+      end if
+      if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
+    end associate
+  end subroutine follow_point
 
   !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
