@@ -66,6 +66,6 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
+    if (pair%augmented .and. pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
 end module contact_parameters
