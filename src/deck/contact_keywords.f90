@@ -27,7 +27,7 @@ contains
     call add_word(t, 'SLIP', 'COLLinear | TENSor | ASSOciated', 'direction of slip')
     call add_word(t, 'AUGMent', '[z:tol] [p:max]', 'augmented Lagrangian', available=.false.)
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
-    call add_word(t, 'SMOOth', '', 'continuous normals', available=.false.)
+    call add_word(t, 'SMOOth', '', 'continuous normals over the master facets')
     call explain(t, 'PENAlty: force per length and slave node; AREA: pressure per length; AUTO')
     call explain(t, '(the default): from the elements next to the pair. DIREction: a vector,')
     call explain(t, 'projected on the facet (default 1 0 0); ANGLe turns it by phi degrees about')
