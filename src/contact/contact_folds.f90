@@ -8,6 +8,7 @@ module contact_folds
   use kinds, only: wp
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
+  use contact_points, only: count_points, point_position
   use smooth_normals, only: project_on_master
   use facet_geometry, only: barycentric, facet_normal, is_fold
   use facet_tree, only: facets_near
@@ -29,7 +30,7 @@ contains
   !> Marks the folds of the master; if there are any, or if it is in parts, repeats the points for
   !! the further slots.
   subroutine find_folds(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets fold, slots; nodes, area, epsilon may be repeated
+    type(pair_t), intent(inout) :: pair !! gets fold, slots; points, area, epsilon may be repeated
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
@@ -43,7 +44,11 @@ contains
     end do
     if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
     pair%slots = slots_with_folds
-    pair%nodes = [pair%nodes, pair%nodes, pair%nodes]
+    associate (nodes => pair%point_nodes, weights => pair%point_weights)
+      pair%point_nodes = reshape([nodes, nodes, nodes], shape(nodes)*[1, slots_with_folds])
+      pair%point_weights = reshape([weights, weights, weights], [pair%n_slaves, &
+        count_points(pair)])
+    end associate
     if (allocated(pair%area)) pair%area = [pair%area, pair%area, pair%area]
     pair%epsilon = [pair%epsilon, pair%epsilon, pair%epsilon]
     if (allocated(pair%old)) deallocate (pair%old)
@@ -89,7 +94,7 @@ contains
     real(wp) :: xi(2), gap, gap_old, tip(2), best
 
     best = -huge(1.0_wp)
-    associate (y => x(:, pair%nodes(p)), y_old => x_old(:, pair%nodes(p)))
+    associate (y => point_position(pair, p, x), y_old => point_position(pair, p, x_old))
       call facets_near(pair%tree, y, pair%search_radius, found, n)
       do i = 1, n
         associate (nodes => pair%facets(:, found(i)))
@@ -117,7 +122,7 @@ contains
     integer :: n, slot, other
 
     taken = .false.
-    n = size(pair%nodes)/pair%slots
+    n = count_points(pair)/pair%slots
     do slot = 0, pair%slots - 1
       other = slot*n + mod(p - 1, n) + 1
       if (other == p) cycle

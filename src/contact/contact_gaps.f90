@@ -3,6 +3,7 @@ module contact_gaps
   use kinds, only: wp
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position, point_text
   use smooth_normals, only: project_on_master
   implicit none
   private
@@ -22,7 +23,7 @@ contains
     real(wp) :: xi(2), gap, least, largest
     integer :: p, n, over, below, deepest
 
-    n = size(pair%nodes)/pair%slots
+    n = count_points(pair)/pair%slots
     over = 0
     below = 0
     deepest = 0
@@ -30,7 +31,7 @@ contains
     largest = -huge(1.0_wp)
     do p = 1, n
       if (pair%old(p)%host == 0) cycle
-      call project_on_master(pair, pair%old(p)%host, x, x(:, pair%nodes(p)), xi, gap)
+      call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
       over = over + 1
       if (gap < -touching*pair%search_radius) below = below + 1
       if (gap < least) deepest = p
@@ -42,7 +43,7 @@ contains
       //' over the master'
     if (over > 0) line = line//', gaps '//to_text(least, 4)//' to '//to_text(largest, 4)
     if (penetrates) line = line//'; '//count_noun(below, 'point')// &
-      ' below the surface, deepest node '//to_text(pair%nodes(deepest))// &
+      ' below the surface, deepest '//point_text(pair, deepest)// &
       ': they are pushed out in the first increment'
   end subroutine describe_gaps
 end module contact_gaps

@@ -7,6 +7,7 @@ module contact_hosts
   use element_types, only: element_t, task_residual, status_off, status_open
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
+  use contact_points, only: count_points, point_position
   use contact_parameters, only: point_parameters, pair_routine
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
@@ -39,12 +40,12 @@ contains
     if (pair%smooth .and. .not. allocated(pair%patch)) call find_corners(pair, x)
     call find_folds(pair, x)
     call build_tree(pair%tree, pair%facets, x)
-    if (.not. allocated(pair%old)) allocate (pair%old(size(pair%nodes)))
-    if (.not. allocated(pair%new)) allocate (pair%new(size(pair%nodes)))
-    pair%left = spread(0, 1, size(pair%nodes))
+    if (.not. allocated(pair%old)) allocate (pair%old(count_points(pair)))
+    if (.not. allocated(pair%new)) allocate (pair%new(count_points(pair)))
+    pair%left = spread(0, 1, count_points(pair))
     pair%moves = pair%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
-    do p = 1, size(pair%nodes)/pair%slots
+    do p = 1, count_points(pair)/pair%slots
       call seek(pair, x, x, p, pair%new(p))
     end do
     pair%old = pair%new
@@ -78,7 +79,7 @@ contains
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%host > 0) then
-          if (beyond_rim(pair, x_old, x_old(:, pair%nodes(p)), point%host)) then
+          if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
             point%host = 0
             point%status = status_off
           end if
@@ -88,12 +89,12 @@ contains
     end do
   end subroutine begin_increment
 
-  !> The point is the first slot of its slave node.
+  !> The point is a first slot.
   pure logical function is_first(pair, p)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
 
-    is_first = p <= size(pair%nodes)/pair%slots
+    is_first = p <= count_points(pair)/pair%slots
   end function is_first
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
@@ -144,7 +145,7 @@ contains
 
     touches = .false.
     if (facet == 0) return
-    call project_on_master(pair, facet, x, x(:, pair%nodes(p)), xi, gap)
+    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     touches = gap <= 0.0_wp
   end function touches
 
@@ -186,7 +187,7 @@ contains
     type(element_t) :: e
 
     d = point_parameters(pair, p, point%host)
-    e%xl(:, 1) = x(:, pair%nodes(p))
+    e%xl(:, 1) = point_position(pair, p, x)
     e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
     e%h1 = point%tip
     call element_routine(pair_routine(pair), task_residual, d, e)
@@ -295,16 +296,16 @@ contains
     integer :: facet
     real(wp) :: xi(2), gap, distance
 
-    call nearest_facet(pair%tree, pair%facets, x, x(:, pair%nodes(p)), facet, distance)
+    call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    if (pair%smooth) call walk(pair, x, x(:, pair%nodes(p)), facet)
-    call project_on_master(pair, facet, x, x(:, pair%nodes(p)), xi, gap)
+    if (pair%smooth) call walk(pair, x, point_position(pair, p, x), facet)
+    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
-    if (beyond_rim(pair, x, x(:, pair%nodes(p)), facet)) return
+    if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open
-    call project_on_master(pair, facet, x_old, x_old(:, pair%nodes(p)), point%tip, gap)
+    call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%tip, gap)
   end subroutine seek
 
   !> Makes the converged state the history: tips where the elements left them; an open point's
@@ -320,8 +321,8 @@ contains
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then
-          call walk(pair, x, x(:, pair%nodes(p)), point%host)
-          call project_on_master(pair, point%host, x, x(:, pair%nodes(p)), point%tip, gap)
+          call walk(pair, x, point_position(pair, p, x), point%host)
+          call project_on_master(pair, point%host, x, point_position(pair, p, x), point%tip, gap)
         end if
       end associate
     end do

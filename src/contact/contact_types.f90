@@ -60,7 +60,9 @@ module contact_types
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
 
     ! What is built from it when the mesh is complete
-    integer, allocatable :: nodes(:) !! (points) slave nodes
+    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
+    integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
+    real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
     real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
@@ -69,7 +71,7 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    integer :: slots = 1 !! contacts that a slave node can hold at once; nodes repeats them
+    integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal

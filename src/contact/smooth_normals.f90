@@ -6,7 +6,7 @@ module smooth_normals
   use contact_types, only: pair_t
   use facet_geometry, only: facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
-    patch_values, project_on_patch, patch_at, facet_frame, dual_frame
+    patch_values, project_on_patch, patch_at, patch_frame, dual_frame
   implicit none
   private
   public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
@@ -211,7 +211,7 @@ contains
     real(wp) :: dual(3, 3), way(3), mean(3), along(2)
     integer :: k, i, j
 
-    dual = dual_frame(facet_frame(x))
+    dual = dual_frame(patch_frame(x))
     patch%normal = matmul(transpose(dual), normal)
     do k = 1, 3
       i = mod(k, 3) + 1
@@ -277,7 +277,7 @@ contains
 
     associate (corners => pair%facets(:, from))
       point = patch_at(patch_from_values(pair%patch(:, from)), xi_from)
-      y = x(:, corners(3)) + matmul(facet_frame(x(:, corners)), point%x)
+      y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)
     end associate
     call project_on_master(pair, to, x, y, xi_to, gap)
   end subroutine carry_over

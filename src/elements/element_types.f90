@@ -8,7 +8,7 @@ module element_types
   private
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: status_off, status_open, status_stick, status_slip
-  public :: max_nodes, max_dofs, n_element_history, n_element_stress
+  public :: max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
 
   !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
   integer, parameter :: task_tangent = 3 !! matrix s and vector r
@@ -22,22 +22,26 @@ module element_types
   integer, parameter :: status_stick = 1
   integer, parameter :: status_slip = 2
 
-  integer, parameter :: max_nodes = 4 !! most nodes of an element routine
+  integer, parameter :: max_nodes = 6 !! most nodes of an element routine
+  integer, parameter :: max_slaves = 3 !! of these, most slave nodes of a contact element
   integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom
   integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
-  integer, parameter :: n_element_stress = 12 !! values of task_stress
+  integer, parameter :: n_element_stress = 14 !! values of task_stress
 
   !> Everything an element routine gets and gives.
   type :: element_t
     integer :: number = 0 !! element number, or the point of a contact pair
     integer :: nel = 0 !! nodes of the element
+    integer :: slaves = 1 !! of a contact element: its first nodes that make the slave point
     integer :: ix(max_nodes) = 0 !! (nel) node numbers
     real(wp) :: xl(3, max_nodes) = 0.0_wp !! (3, nel) reference coordinates [length]
     real(wp) :: ul(3, max_nodes) = 0.0_wp !! (3, nel) displacements [length]
+    real(wp) :: weight(max_slaves) = [1.0_wp, 0.0_wp, 0.0_wp] !! (slaves) M_b of x_S = sum M_b x_b
     real(wp) :: s(max_dofs, max_dofs) = 0.0_wp !! tangent dr/du [force/length]
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
     real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
+    real(wp) :: shift(3) = 0.0_wp !! shift of the gap of a contact element [length], see there
     integer :: status = status_open !! of a contact element
     real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]
     real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element

@@ -74,7 +74,7 @@ contains
     real(wp), intent(in) :: volume !! [length^3]
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(out) :: s(12, 12) !! tangent [force/length]
+    real(wp), intent(out) :: s(:, :) !! (12, 12) tangent [force/length]
     integer :: a, b, i, j
     real(wp) :: product_ab
 

@@ -1,16 +1,21 @@
-!> Element 3: the moving friction elliptical cone (MFEC), one slave node against a facet.
+!> Element 3: the moving friction elliptical cone (MFEC), one slave point S against a facet.
 !!
-!! Nodes: slave S, then the facet's 1, 2, 3 (counter-clockwise seen from outside). One gap vector,
-!! one penalty (doc/theory, "The element"): g = x_S - x_m(tip), f = eps g, r_S = f,
-!! r_a = -N_a(tip) f, with shape functions at the tip, so that force and moment balance exactly.
+!! Nodes: those of S (one, or the three of a slave facet with weights), then the facet's 1, 2, 3
+!! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "The element"):
+!! g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip) f, with shape functions at the tip, so
+!! that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
-!! task_stress gives stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
+!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian"): g + kappa
+!! takes the place of g in the law, with components along t1 = a1/|a1|, t2 = e x t1 and e.
+!!
+!! task_stress gives stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|, |f_T|].
 module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_stick, status_slip
+  use slave_points, only: positions, spread_point
   use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
@@ -41,7 +46,12 @@ module elmt03
     real(wp) :: d2(3) !! dual vector a^2
     real(wp) :: g_n !! normal gap [length]
     real(wp) :: xi(2) !! projection of the slave node
-    real(wp) :: g(3) !! gap to the old tip [length]
+    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    logical :: shifted !! there is a shift
+    real(wp) :: kappa(3) !! the shift along t1, t2 and e [length]
+    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
+    real(wp) :: k(3) !! tangential part of the shift [length]
+    real(wp) :: h_n !! g_N + kappa_N, what the pressure is made of [length]
     real(wp) :: p(3, 2) !! principal axes of friction
     real(wp) :: share(3) !! share of a1, a2 and of the projected vector in the rotation of p
     real(wp) :: q2(3) !! e x (projected vector), before it is turned
@@ -58,15 +68,10 @@ contains
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
-    real(wp) :: x(3, 4)
-    integer :: k
 
-    ! Seen from the facet's third corner, so that the distance to the origin costs no digits.
-    do k = 1, 4
-      x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
-    end do
-    call facet_and_gap(x, e%h1, c)
-    if (c%g_n <= 0.0_wp) then
+    call facet_and_gap(positions(e), e%h1, c)
+    call add_shift(e%shift, c)
+    if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
       call move_cone(d, c, e)
     else
@@ -80,7 +85,7 @@ contains
       c%g_new = c%g
       c%tip = e%h1
       call residual(d(d03_epsilon), c, e)
-      call stick_tangent(d(d03_epsilon), e)
+      call stick_tangent(d(d03_epsilon), c, e)
     case (task_residual)
       call residual(d(d03_epsilon), c, e)
     case (task_stress)
@@ -89,6 +94,7 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
+    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
   end subroutine elmt03_mfec
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
@@ -110,6 +116,22 @@ contains
     c%xi = [dot_product(c%d1, y), dot_product(c%d2, y)]
     c%g = y - tip(1)*c%a1 - tip(2)*c%a2
   end subroutine facet_and_gap
+
+  !> The gap vector with the shift, which turns with the facet.
+  pure subroutine add_shift(kappa, c)
+    real(wp), intent(in) :: kappa(3) !! along t1, t2 and e [length]
+    type(cone_t), intent(inout) :: c !! facet and gap
+
+    c%kappa = kappa
+    c%k = 0.0_wp
+    c%h_n = c%g_n + kappa(3)
+    c%shifted = any(abs(kappa) > 0.0_wp)
+    if (.not. c%shifted) return
+    c%t(:, 1) = c%a1/norm2(c%a1)
+    c%t(:, 2) = cross(c%e, c%t(:, 1))
+    c%k = kappa(1)*c%t(:, 1) + kappa(2)*c%t(:, 2)
+    c%g = c%g + c%k + kappa(3)*c%e
+  end subroutine add_shift
 
   !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
   pure subroutine principal_axes(d, c)
@@ -150,11 +172,12 @@ contains
     real(wp) :: s(2), s_new(3)
 
     s = [dot_product(c%p(:, 1), c%g), dot_product(c%p(:, 2), c%g)]
-    call return_map(s, -c%g_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    call return_map(s, -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
     if (c%back%slip) then
       e%status = status_slip
       s_new = c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2)
-      c%g_new = c%g_n*c%e + s_new
+      c%g_new = c%h_n*c%e + s_new
+      s_new = s_new - c%k
       c%tip = c%xi - [dot_product(c%d1, s_new), dot_product(c%d2, s_new)]
     else
       e%status = status_stick
@@ -162,7 +185,7 @@ contains
       c%tip = e%h1
     end if
     e%h2 = c%tip
-    e%slip = c%g_new - c%g_n*c%e
+    e%slip = c%g_new - c%h_n*c%e
   end subroutine move_cone
 
   !> No contact: no force; the tip is the projection.
@@ -200,12 +223,13 @@ contains
     integer :: k
 
     if (e%status /= status_slip) then
-      call stick_tangent(d(d03_epsilon), e)
+      call stick_tangent(d(d03_epsilon), c, e)
       return
     end if
     b = gap_operator(c%tip)
     dg = gap_derivative(c, e%h1)
     e%s(1:12, 1:12) = matmul(transpose(b), dg)
+    if (c%shifted) dg = dg - shift_derivative(c)
     row = matmul(c%d1, b - dg)
     do k = 1, 3
       e%s(3 + k, 1:12) = e%s(3 + k, 1:12) - c%g_new(k)*row
@@ -219,18 +243,23 @@ contains
     e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
   end subroutine tangent
 
-  !> K = eps B^T B at the old tip; zero for an open point.
-  pure subroutine stick_tangent(epsilon, e)
+  !> K = eps B^T (B + dkappa/du) at the old tip; zero for an open point.
+  pure subroutine stick_tangent(epsilon, c, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! facet and shift
     type(element_t), intent(inout) :: e !! gets s
     real(wp) :: b(3, 12)
 
     if (e%status == status_open) then
-      e%s = 0.0_wp
+      e%s(1:12, 1:12) = 0.0_wp
       return
     end if
     b = gap_operator(e%h1)
-    e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
+    if (c%shifted) then
+      e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b + shift_derivative(c))
+    else
+      e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
+    end if
   end subroutine stick_tangent
 
   !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
@@ -257,6 +286,7 @@ contains
     real(wp) :: ds(2, 12), ds_new(2, 12)
 
     b_old = gap_operator(tip_old)
+    if (c%shifted) b_old = b_old + shift_derivative(c)
     dgn = matmul(c%e, gap_operator(c%xi))
     de = normal_derivative(c)
     w = c%share(3)*matmul(c%q2, de)
@@ -268,9 +298,23 @@ contains
     ds(1, :) = matmul(c%p(:, 1), b_old) + matmul(c%g, dp1)
     ds(2, :) = matmul(c%p(:, 2), b_old) + matmul(c%g, dp2)
     ds_new = matmul(c%back%m, ds) - dyad(c%back%r, dgn)
-    dg = dyad(c%e, dgn) + c%g_n*de + dyad(c%p(:, 1), ds_new(1, :)) &
+    dg = dyad(c%e, dgn) + c%h_n*de + dyad(c%p(:, 1), ds_new(1, :)) &
       + dyad(c%p(:, 2), ds_new(2, :)) + c%back%s(1)*dp1 + c%back%s(2)*dp2
   end function gap_derivative
+
+  !> dkappa/du: t1, t2 and e turn with the facet as a convected axis along a1 does.
+  pure function shift_derivative(c) result(dk)
+    type(cone_t), intent(in) :: c !! facet and shift
+    real(wp) :: dk(3, 12)
+    real(wp) :: de(3, 12), w(12)
+
+    de = normal_derivative(c)
+    w = 0.0_wp
+    w(4:6) = c%t(:, 2)/norm2(c%a1)
+    w(10:12) = -w(4:6)
+    dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) - dyad(c%e, matmul(c%k, de)) &
+      + c%kappa(3)*de
+  end function shift_derivative
 
   !> de/du = -a^1 (x) [0, e, 0, -e] - a^2 (x) [0, 0, e, -e].
   pure function normal_derivative(c) result(de)
@@ -283,7 +327,8 @@ contains
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
 
-  !> The state of the point: stress = [f (3), g_N, |s'|, criterion, p1 (3), e (3)].
+  !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|,
+  !! |f_T|].
   pure subroutine report(d, c, e)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(cone_t), intent(in) :: c !! cone at its new tip
@@ -300,6 +345,8 @@ contains
     where (has_friction(mu)) ratio = c%back%s/mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
-    e%stress(6) = norm2(ratio) - abs(c%g_n)
+    e%stress(6) = norm2(ratio) - abs(c%h_n)
+    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
+    if (c%shifted) e%stress(5) = norm2(c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2) - c%k)
   end subroutine report
 end module elmt03

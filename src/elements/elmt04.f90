@@ -1,7 +1,7 @@
 !> Element 4: the moving friction elliptical cone of element 3 on a curved patch with continuous
 !! normals (doc/theory, "Smooth surfaces").
 !!
-!! Nodes, history and task_stress as those of element 3; the parameters are those of element 3,
+!! Nodes, history, shift and task_stress as those of element 3; the parameters are those of element 3,
 !! then the patch. The gap vector g = x_S - x_m(tip) begins on the patch, and x_m carries the
 !! forces to the facet's nodes, so that force and moment balance exactly.
 module elmt04
@@ -9,11 +9,12 @@ module elmt04
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_stick, status_slip
+  use slave_points, only: positions, spread_point
   use friction_return, only: return_map, return_t, has_friction
   use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_size, &
     axis_space_fixed
   use smooth_patch, only: patch_t, patch_point_t, patch_at, patch_from_values, n_patch_values, &
-    flat_patch, project_in_patch, facet_frame, dual_frame
+    flat_patch, project_in_patch, patch_frame, dual_frame
   implicit none
   private
   public :: elmt04_smooth, d04_patch, d04_size
@@ -41,14 +42,19 @@ module elmt04
     real(wp) :: size_n !! length of the normal there
     real(wp) :: n(3) !! unit normal there
     real(wp) :: g_n !! normal gap [length]
-    real(wp) :: g(3) !! gap to the old tip [length]
+    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    logical :: shifted !! there is a shift
+    real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
+    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
+    real(wp) :: k(3) !! the shift [length]
+    real(wp) :: h_n !! g_N and the shift along the normal, what the pressure is made of [length]
     real(wp) :: p(3, 2) !! principal axes of friction
     real(wp) :: v(3) !! vector that is projected to get the axis
     real(wp) :: share(2) !! v = share(1) a1 + share(2) a2, or zero
     real(wp) :: size_p !! length of the projected vector
     real(wp) :: q(3) !! n x (projected vector), before it is turned
     type(return_t) :: back !! state mapped onto the cone
-    real(wp) :: g_new(3) !! gap to the new tip [length]
+    real(wp) :: g_new(3) !! gap to the new tip, with the shift [length]
     real(wp) :: tip(2) !! new tip
   end type cone_t
 
@@ -87,6 +93,7 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
+    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
   end subroutine elmt04_smooth
 
   !> Projection, gap, and stick or slip; `found` is false where the patch gives no answer.
@@ -96,13 +103,9 @@ contains
     type(cone_t), intent(inout) :: c !! patch given; gets all else
     logical, intent(out) :: found !! the patch has an answer
     real(wp) :: x(3, 4)
-    integer :: k
 
-    ! Seen from the facet's third corner, so that the distance to the origin costs no digits.
-    do k = 1, 4
-      x(:, k) = (e%xl(:, k) - e%xl(:, 4)) + (e%ul(:, k) - e%ul(:, 4))
-    end do
-    c%f = facet_frame(x(:, 2:4))
+    x = positions(e)
+    c%f = patch_frame(x(:, 2:4))
     c%dual = dual_frame(c%f)
     c%y = matmul(x(:, 1), c%dual)
     call project_in_patch(c%patch, c%y, c%xi, c%gamma, found)
@@ -112,8 +115,9 @@ contains
     c%size_n = norm2(c%n)
     c%n = c%n/c%size_n
     c%g_n = c%gamma*c%size_n
+    call place_shift(e%shift, c)
     c%g = gap_to(c, e%h1)
-    if (c%g_n <= 0.0_wp) then
+    if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
       call move_cone(d, c, e, found)
     else
@@ -121,7 +125,24 @@ contains
     end if
   end subroutine place_cone
 
-  !> x_S - x_m at a point of the patch.
+  !> The shift of the gap: as that of element 3, it turns with the facet.
+  pure subroutine place_shift(kappa, c)
+    real(wp), intent(in) :: kappa(3) !! along t1, t2 and e of the facet [length]
+    type(cone_t), intent(inout) :: c !! gets shifted, kappa, t, k, h_n
+
+    c%kappa = kappa
+    c%t = 0.0_wp
+    c%k = 0.0_wp
+    c%h_n = c%g_n
+    c%shifted = any(abs(kappa) > 0.0_wp)
+    if (.not. c%shifted) return
+    c%t(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
+    c%t(:, 2) = cross(c%f(:, 3), c%t(:, 1))
+    c%k = kappa(1)*c%t(:, 1) + kappa(2)*c%t(:, 2) + kappa(3)*c%f(:, 3)
+    c%h_n = c%g_n + dot_product(c%n, c%k)
+  end subroutine place_shift
+
+  !> x_S - x_m at a point of the patch, with the shift.
   pure function gap_to(c, xi) result(g)
     type(cone_t), intent(in) :: c !! facet and patch
     real(wp), intent(in) :: xi(2) !! (xi, eta)
@@ -129,7 +150,7 @@ contains
     type(patch_point_t) :: point
 
     point = patch_at(c%patch, xi)
-    g = matmul(c%f, c%y - point%x)
+    g = matmul(c%f, c%y - point%x) + c%k
   end function gap_to
 
   !> Principal axes p1, p2 = n x p1.
@@ -170,7 +191,7 @@ contains
     logical, intent(out) :: found !! the new tip lies on the patch
 
     found = .true.
-    call return_map(matmul(c%g, c%p), -c%g_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
     if (c%back%slip) then
       e%status = status_slip
       call find_tip(c, found)
@@ -197,7 +218,7 @@ contains
     found = .false.
     do i = 1, most_steps
       point = patch_at(c%patch, c%tip)
-      missing = matmul(matmul(c%f, c%y - point%x), c%p) - c%back%s
+      missing = matmul(matmul(c%f, c%y - point%x) + c%k, c%p) - c%back%s
       m = matmul(transpose(c%p), matmul(c%f, point%dx))
       det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
       if (.not. det > least_determinant*abs(det_flat)) exit
@@ -230,7 +251,6 @@ contains
     type(patch_point_t) :: point
 
     point = patch_at(c%patch, c%tip)
-    e%r = 0.0_wp
     e%r(4:12) = -facet_force(c, point%x, epsilon*c%g_new)
     e%r(1:3) = epsilon*c%g_new
     e%r(10:12) = e%r(10:12) - epsilon*c%g_new
@@ -259,14 +279,15 @@ contains
     real(wp) :: b(3, 12), dg(3, 12), dtip(2, 12), k(12, 12)
     integer :: j
 
-    e%s = 0.0_wp
+    e%s(1:12, 1:12) = 0.0_wp
     if (e%status == status_open) return
     point = patch_at(c%patch, c%tip)
     b = gap_operator(c, point%x)
     dg = b
+    if (c%shifted) dg = b + shift_derivative(c)
     k = -point%x(3)*normal_curvature(c, c%g_new)
     if (slides) then
-      call tip_derivative(c, e%h1, b, point, dtip)
+      call tip_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)
       do j = 1, 2
         k(4:12, :) = k(4:12, :) - dyad(facet_force(c, point%dx(:, j), c%g_new), dtip(j, :))
@@ -276,24 +297,30 @@ contains
   end subroutine tangent
 
   !> Derivative of the new tip by the displacements, in slip.
-  pure subroutine tip_derivative(c, tip_old, b, point, dtip)
+  pure subroutine tip_derivative(c, tip_old, dg, point, dtip)
     type(cone_t), intent(in) :: c !! cone at its new tip
     real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
-    real(wp), intent(in) :: b(3, 12) !! gap operator at the new tip
+    real(wp), intent(in) :: dg(3, 12) !! derivative of the gap to a tip that stays
     type(patch_point_t), intent(in) :: point !! the patch at the new tip
     real(wp), intent(out) :: dtip(2, 12) !! the derivative
     type(patch_point_t) :: old
-    real(wp) :: dn(3, 12), dgn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), m(2, 2), right(2, 12)
+    real(wp) :: dn(3, 12), dhn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), right(2, 12)
+    real(wp) :: dk(3, 12), m(2, 2)
 
-    call projection_derivative(c, dn, dgn)
+    call projection_derivative(c, dn, dhn)
+    dk = 0.0_wp
+    if (c%shifted) then
+      dk = shift_derivative(c)
+      dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
+    end if
     w = axis_turn(c, dn)
     dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
     dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
     old = patch_at(c%patch, tip_old)
-    ds = matmul(transpose(c%p), gap_operator(c, old%x))
+    ds = matmul(transpose(c%p), gap_operator(c, old%x) + dk)
     ds(1, :) = ds(1, :) + matmul(c%g, dp1)
     ds(2, :) = ds(2, :) + matmul(c%g, dp2)
-    right = matmul(transpose(c%p), b) - matmul(c%back%m, ds) + dyad(c%back%r, dgn)
+    right = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
     right(1, :) = right(1, :) + matmul(c%g_new, dp1)
     right(2, :) = right(2, :) + matmul(c%g_new, dp2)
     m = matmul(transpose(c%p), matmul(c%f, point%dx))
@@ -322,6 +349,20 @@ contains
     dn = (dn + matmul(matmul(c%f, c%below%dn), dxi))/c%size_n
     dn = dn - dyad(c%n, matmul(c%n, dn))
   end subroutine projection_derivative
+
+  !> Derivative of the shift, which turns with the facet.
+  pure function shift_derivative(c) result(dk)
+    type(cone_t), intent(in) :: c !! facet and shift
+    real(wp) :: dk(3, 12)
+    real(wp) :: de(3, 12), w(12)
+
+    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
+    w = 0.0_wp
+    w(4:6) = c%t(:, 2)/norm2(c%f(:, 1))
+    w(10:12) = -w(4:6)
+    dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) + c%kappa(3)*de &
+      - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
+  end function shift_derivative
 
   !> Turn of the friction axes in the tangent plane.
   pure function axis_turn(c, dn) result(w)
@@ -408,6 +449,8 @@ contains
     where (has_friction(mu)) ratio = c%back%s/mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
-    e%stress(6) = norm2(ratio) - abs(c%g_n)
+    e%stress(6) = norm2(ratio) - abs(c%h_n)
+    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
+    if (c%shifted) e%stress(5) = norm2(matmul(c%back%s - matmul(c%k, c%p), transpose(c%p)))
   end subroutine report
 end module elmt04

@@ -10,7 +10,7 @@ module smooth_patch
   implicit none
   private
   public :: patch_t, patch_point_t, flat_patch, patch_from_values, patch_values, n_patch_values
-  public :: patch_at, project_in_patch, project_on_patch, facet_frame, dual_frame
+  public :: patch_at, project_in_patch, project_on_patch, patch_frame, dual_frame
 
   !> The patch has its full curvature up to this far outside its triangle, in shape functions;
   !! from there on it goes straight.
@@ -68,7 +68,7 @@ contains
   end function patch_values
 
   !> a1, a2 and the unit normal e of a facet, as columns.
-  pure function facet_frame(x) result(frame)
+  pure function patch_frame(x) result(frame)
     real(wp), intent(in) :: x(3, 3) !! corners, counter-clockwise seen from outside [length]
     real(wp) :: frame(3, 3)
 
@@ -76,7 +76,7 @@ contains
     frame(:, 2) = x(:, 2) - x(:, 3)
     frame(:, 3) = cross(frame(:, 1), frame(:, 2))
     frame(:, 3) = frame(:, 3)/norm2(frame(:, 3))
-  end function facet_frame
+  end function patch_frame
 
   !> Its dual a^1, a^2, e as columns: the transpose takes a vector to its components.
   pure function dual_frame(frame) result(dual)
@@ -185,7 +185,7 @@ contains
     real(wp) :: frame(3, 3), z(3)
     logical :: found
 
-    frame = facet_frame(x)
+    frame = patch_frame(x)
     z = matmul(y - x(:, 3), dual_frame(frame))
     call project_in_patch(patch, z, xi, gap, found)
     if (found) then

@@ -7,6 +7,7 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal
+  use contact_points, only: count_points, point_text, make_node_points
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
@@ -51,7 +52,7 @@ contains
     call check_common_nodes(model%mesh, pair, diagnostics)
     call set_lay(draft, model%mesh, diagnostics, pair)
     call take_penalties(model, diagnostics, pair)
-    allocate (pair%old(size(pair%nodes)), pair%new(size(pair%nodes)))
+    allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
   end subroutine build_pair
 
   !> The master must be a surface.
@@ -109,7 +110,7 @@ contains
     end if
     call find_region(mesh, pair%slave, index)
     if (index > 0) nodes = pack(nodes, area(nodes) > 0.0_wp)
-    pair%nodes = nodes
+    call make_node_points(nodes, pair)
     pair%area = area(nodes)
   end subroutine take_slave
 
@@ -142,19 +143,22 @@ contains
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(pair_t), intent(in) :: pair !! the pair
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    logical, allocatable :: master(:)
+    logical, allocatable :: master(:), common(:)
     integer :: i, n
 
     allocate (master(mesh%nodes), source=.false.)
     do i = 1, size(pair%facets, 2)
       master(pair%facets(:, i)) = .true.
     end do
-    n = count(master(pair%nodes))
+    allocate (common(mesh%nodes), source=.false.)
+    do i = 1, count_points(pair)
+      common(pair%point_nodes(:, i)) = master(pair%point_nodes(:, i))
+    end do
+    n = count(common)
     if (n == 0) return
-    i = first_true(master(pair%nodes))
     call report_error(diagnostics, pair%slave_at, 'slave '''//pair%slave//''' and master '''// &
       pair%master//''' share '//count_noun(n, 'node')//', the first is '// &
-      to_text(pair%nodes(i)), 'name sets that have no node in common')
+      to_text(first_true(common)), 'name sets that have no node in common')
   end subroutine check_common_nodes
 
   !> Index of the first true value, 0 if there is none.
@@ -228,8 +232,8 @@ contains
         to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
         ' force per length and node')
     else if (pair%penalty_kind == penalty_area) then
-      call report_error(diagnostics, pair%slave_at, 'slave node '// &
-        to_text(pair%nodes(first_true(pair%area <= 0.0_wp)))//' of '''//pair%slave// &
+      call report_error(diagnostics, pair%slave_at, 'slave '// &
+        point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &
         ''' has no area: no exterior facet around it lies in the set', &
         'name a surface as slave, or give the penalty per node')
     else

@@ -6,6 +6,7 @@
 module penalty_values
   use kinds, only: wp
   use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use contact_points, only: count_points
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
   implicit none
@@ -31,7 +32,7 @@ contains
     found = .true.
     select case (pair%penalty_kind)
     case (penalty_nodal)
-      allocate (pair%epsilon(size(pair%nodes)), source=pair%penalty)
+      allocate (pair%epsilon(count_points(pair)), source=pair%penalty)
     case (penalty_area)
       pair%epsilon = pair%penalty*pair%area
       found = all(pair%area > 0.0_wp)
@@ -62,11 +63,13 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(side_t) :: side
     logical, allocatable :: is_slave(:), near(:)
-    integer :: e, k
+    integer :: e, k, p
 
     allocate (is_slave(model%mesh%nodes), source=.false.)
     allocate (near(model%mesh%elements), source=.false.)
-    is_slave(pair%nodes) = .true.
+    do p = 1, count_points(pair)
+      is_slave(pair%point_nodes(:, p)) = .true.
+    end do
     do e = 1, model%mesh%elements
       do k = 1, size(model%mesh%ix, 1)
         if (model%mesh%ix(k, e) == 0) exit

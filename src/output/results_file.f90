@@ -74,7 +74,7 @@ contains
 
     bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
-      bytes = bytes + 20*size(model%pairs(k)%nodes, kind=long)
+      bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
     end do
     bytes = 8*bytes
   end function bytes_of_fields

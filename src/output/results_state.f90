@@ -7,6 +7,7 @@ module results_state
   use errors, only: error_t
   use text, only: to_text
   use contact_types, only: pair_t
+  use contact_points, only: count_points
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t
@@ -101,7 +102,7 @@ contains
     integer :: points
 
     group = pair_group(pair%number)
-    points = size(pair%nodes)
+    points = count_points(pair)
     call make_group(file, group, error)
     if (allocated(error)) return
     call make_series(file, group//'/host', stored_integer, [points], 1, '1', &
@@ -119,10 +120,11 @@ contains
     call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
       'host when the pattern of the matrix was built, 0 for none', error)
     if (allocated(error)) return
-    call make_series(file, group//'/nodes', stored_integer, [integer ::], max(1, points), '1', &
-      'nodes of the points', error)
+    call make_series(file, group//'/nodes', stored_integer, [integer ::], &
+      max(1, size(pair%point_nodes)), '1', 'nodes of the points', error)
     if (allocated(error)) return
-    call write_block(file, group//'/nodes', pair%nodes, at_end, error)
+    call write_block(file, group//'/nodes', reshape(pair%point_nodes, &
+      [size(pair%point_nodes)]), at_end, error)
     if (allocated(error)) return
     call make_series(file, group//'/facets', stored_integer, [3], max(1, size(pair%facets, 2)), &
       '1', 'nodes of the master facets', error)

@@ -5,6 +5,7 @@ module results_tables
   use text, only: to_text
   use deck_types, only: name_length
   use contact_types, only: pair_t
+  use contact_points, only: count_points
   use model_types, only: model_t
   use result_types, only: contact_row_t, point_fields_t
   use hdf5_io, only: hdf5_file_t, make_group, write_attribute
@@ -173,18 +174,40 @@ contains
     if (allocated(error)) return
     call write_attribute(file, group, 'name', pair%name, error)
     if (allocated(error)) return
-    call make_series(file, group//'/node', stored_integer, [integer ::], size(pair%nodes), '1', &
-      'slave node of each point', error)
-    if (allocated(error)) return
-    call write_block(file, group//'/node', pair%nodes, at_end, error)
+    call create_points(file, pair, group, error)
     if (allocated(error)) return
     call make_series(file, group//'/facets', stored_integer, [3], size(pair%facets, 2), '1', &
       'corner nodes of the master facets, counter-clockwise seen from outside', error)
     if (allocated(error)) return
     call write_block(file, group//'/facets', pair%facets, at_end, error)
     if (allocated(error)) return
-    call create_point_fields(file, group, size(pair%nodes), error)
+    call create_point_fields(file, group, count_points(pair), error)
   end subroutine create_pair
+
+  !> Writes what the points are made of: a node each, or nodes and weights.
+  subroutine create_points(file, pair, group, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    character(*), intent(in) :: group !! its group
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    if (pair%n_slaves == 1) then
+      call make_series(file, group//'/node', stored_integer, [integer ::], count_points(pair), &
+        '1', 'slave node of each point', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/node', pair%point_nodes(1, :), at_end, error)
+    else
+      call make_series(file, group//'/node', stored_integer, [pair%n_slaves], count_points(pair), &
+        '1', 'corner nodes of the slave facet of each point', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/node', pair%point_nodes, at_end, error)
+      if (allocated(error)) return
+      call make_series(file, group//'/weight', stored_real, [pair%n_slaves], count_points(pair), &
+        '1', 'weights of the corners: a point is the weighted sum of its nodes', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/weight', pair%point_weights, at_end, error)
+    end if
+  end subroutine create_points
 
   !> Makes the empty data sets of the points of one pair.
   subroutine create_point_fields(file, group, points, error)

@@ -8,6 +8,7 @@ module run_log
   use errors, only: error_t
   use text, only: to_text, count_noun
   use costs, only: cost_t, cost_names, n_costs
+  use contact_points, only: count_points
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
@@ -118,7 +119,7 @@ contains
     character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
-      count_noun(size(pair%nodes), 'point')//' against '// &
+      count_noun(count_points(pair), 'point')//' against '// &
       count_noun(size(pair%facets, 2), 'facet')//', penalty '
     if (size(pair%epsilon) > 0) then
       line = line//to_text(minval(pair%epsilon))

@@ -4,6 +4,7 @@ module state_reader
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
+  use contact_points, only: count_points
   use model_types, only: model_t
   use result_types, only: saved_state_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
@@ -222,9 +223,9 @@ contains
 
     where_it_is = ' in pair '//to_text(pair%number)
     call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
-    if (dims(1) /= size(pair%nodes)) then
-      call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
-        count_noun(size(pair%nodes), 'point'), error)
+    if (dims(1) /= size(pair%point_nodes)) then
+      call raise_other(file, count_noun(dims(1)/pair%n_slaves, 'point')//where_it_is, &
+        count_noun(count_points(pair), 'point'), error)
       return
     end if
     allocate (nodes(dims(1)))
@@ -239,7 +240,7 @@ contains
     allocate (facets(3, dims(2)))
     call read_block(file, pair_group(pair%number)//'/facets', facets, 1, error)
     if (allocated(error)) return
-    if (any(nodes /= pair%nodes)) then
+    if (any(nodes /= reshape(pair%point_nodes, [size(nodes)]))) then
       call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
     else if (any(facets /= pair%facets)) then
       call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
@@ -296,8 +297,8 @@ contains
     type(saved_state_t), intent(inout) :: state !! the state
     integer, intent(in) :: index !! index of the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, size(pair%nodes)), dissipation(size(pair%nodes))
-    integer :: host(size(pair%nodes)), status(size(pair%nodes)), i
+    real(wp) :: tip(2, count_points(pair)), dissipation(count_points(pair))
+    integer :: host(count_points(pair)), status(count_points(pair)), i
 
     allocate (state%pairs(index)%coupled(size(host)))
     call read_block(file, pair_group(pair%number)//'/host', host, slot, error)

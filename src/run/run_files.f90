@@ -6,6 +6,7 @@ module run_files
   use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
+  use contact_points, only: count_points, point_position
   use system_types, only: system_t, state_t
   use assembly, only: recover
   use costs, only: begin_cost, end_cost, cost_output
@@ -144,22 +145,21 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     integer, intent(in) :: k !! the pair
     type(contact_row_t), intent(out) :: row !! its sums
-    real(wp) :: f(3), x(3), epsilon
+    real(wp) :: f(3), x(3)
     integer :: p, element
 
     row%max_criterion = -huge(1.0_wp)
-    do p = 1, size(model%pairs(k)%nodes)
+    do p = 1, count_points(model%pairs(k))
       element = system%first_point(k) + p - 1
       if (system%contact%status(element) <= status_open) cycle
       if (system%contact%status(element) == status_stick) row%stick = row%stick + 1
       if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
-      epsilon = model%pairs(k)%epsilon(p)
-      associate (node => model%pairs(k)%nodes(p), point => point_state(:, element))
+      associate (point => point_state(:, element))
         f = -point(1:3)
         ! small strain: the lever arms of the bulk's balance are the reference positions
-        x = model%mesh%x(:, node)
-        row%normal = row%normal + epsilon*abs(point(4))
-        row%tangential = row%tangential + epsilon*point(5)
+        x = point_position(model%pairs(k), p, model%mesh%x)
+        row%normal = row%normal + point(13)
+        row%tangential = row%tangential + point(14)
         row%force = row%force + f
         row%moment = row%moment + cross(x, f)
         row%max_penetration = max(row%max_penetration, -point(4))
@@ -196,7 +196,7 @@ contains
         frame%pairs(k)%host = model%pairs(k)%old%host
         frame%pairs(k)%status = model%pairs(k)%old%status
         frame%pairs(k)%tip = reshape([model%pairs(k)%old%tip(1), model%pairs(k)%old%tip(2)], &
-          [2, size(model%pairs(k)%nodes)], order=[2, 1])
+          [2, count_points(model%pairs(k))], order=[2, 1])
         frame%pairs(k)%traction = -point_state(1:3, range(1):range(2))
         frame%pairs(k)%gap = point_state(4, range(1):range(2))
         frame%pairs(k)%lay = point_state(7:9, range(1):range(2))

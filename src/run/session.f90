@@ -16,7 +16,7 @@ module session
   use batch_reader, only: read_batch
   use system_types, only: system_t, state_t
   use system_building, only: build_system
-  use umfpack_solver, only: free_umfpack
+  use linear_solver, only: free_solver
   use diagnosis, only: check_supports
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
@@ -56,7 +56,7 @@ contains
     end if
     call run_problem(options, model, system, commands, deck_text, terminal, error)
     call close_terminal(terminal)
-    call free_umfpack(system%umfpack)
+    call free_solver(system%solver)
   end subroutine run_session
 
   !> Deck to model; every error of the deck in one report.

@@ -22,6 +22,7 @@ contains
     type(element_t) :: e
     integer :: k, i
 
+    if (task == task_tangent) list%asymmetry = 0.0_wp
     do k = 1, list%n
       if (list%routine(k) == routine_none) cycle
       call gather(list, k, x, u, e)
@@ -32,9 +33,28 @@ contains
       do i = 1, e%nel
         r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
       end do
-      if (task == task_tangent .and. present(a)) call scatter_matrix(list%block(:, :, k), e, a)
+      if (task == task_tangent .and. present(a)) then
+        list%asymmetry = max(list%asymmetry, asymmetry(e))
+        call scatter_matrix(list%block(:, :, k), e, a)
+      end if
     end do
   end subroutine assemble
+
+  !> Largest difference of an element's matrix from its transpose over its largest entry.
+  pure real(wp) function asymmetry(e)
+    type(element_t), intent(in) :: e !! local data with its matrix
+    real(wp) :: difference
+    integer :: i, j
+
+    difference = 0.0_wp
+    do j = 2, 3*e%nel
+      do i = 1, j - 1
+        difference = max(difference, abs(e%s(i, j) - e%s(j, i)))
+      end do
+    end do
+    asymmetry = difference
+    if (difference > 0.0_wp) asymmetry = difference/maxval(abs(e%s(1:3*e%nel, 1:3*e%nel)))
+  end function asymmetry
 
   !> A contact point that is held is taken to stick for one tangent (doc/theory, "Nonlinear
   !! solution").
@@ -77,17 +97,20 @@ contains
 
     e%number = k
     e%nel = list%nel(k)
-    e%ix = list%ix(:, k)
+    e%slaves = list%slaves(k)
+    if (e%slaves > 1) e%weight = list%weight(:, k)
+    e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))
       e%ul(:, i) = u(:, e%ix(i))
     end do
     e%h1 = list%h1(:, k)
+    e%shift = list%shift(:, k)
   end subroutine gather
 
   !> Adds the element matrix block by block.
   subroutine scatter_matrix(place, e, a)
-    integer, intent(in) :: place(:, :) !! (max_nodes, max_nodes) places in a
+    integer, intent(in) :: place(:, :) !! (nodes, nodes) places in a
     type(element_t), intent(in) :: e !! local data with its matrix
     type(block_matrix_t), intent(inout) :: a !! matrix
     integer :: i, j

@@ -4,22 +4,24 @@ module contact_system
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
   use elmlib, only: routine_none, routine_mfec, routine_smooth
+  use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position
   use contact_parameters, only: point_parameters, pair_routine
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
-  use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, facet_frame
+  use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
   use csc_matrix, only: build_pattern
-  use umfpack_solver, only: forget_pattern
+  use linear_solver, only: start_pattern
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, settle_contact, &
-    contact_counts, keep_status
+  public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
+    settle_contact, contact_counts, keep_status
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp
@@ -75,7 +77,7 @@ contains
         call renew_patches(pair, system%x_now)
         first = system%first_point(k)
         if (patch_change(pair, system%x_now, before, system%contact%status(first:first + &
-          size(pair%nodes) - 1) > status_open) > tolerance) settled = .false.
+          count_points(pair) - 1) > status_open) > tolerance) settled = .false.
         call end_cost(system%costs, cost_search)
       end associate
     end do
@@ -89,7 +91,7 @@ contains
     integer :: p
 
     n = 0
-    do p = 1, size(pair%nodes)
+    do p = 1, count_points(pair)
       if (system%contact%routine(first + p - 1) /= routine_none) cycle
       if (touches(pair, system%x_now, p, pair%new(p)%host)) n = n + 1
     end do
@@ -102,7 +104,7 @@ contains
     integer :: k, p
 
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
       end do
     end do
@@ -122,24 +124,51 @@ contains
       system%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
-      call project_on_master(pair, point%host, x, x(:, pair%nodes(p)), xi, gap)
+      call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = pair_routine(pair)
       system%hosts(element) = point%host
-      list%ix(1, element) = pair%nodes(p)
-      list%ix(2:4, element) = pair%facets(:, point%host)
+      call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
     end associate
   end subroutine load_point
 
+  !> Nodes and weights of one contact element.
+  pure subroutine place_nodes(pair, p, host, element, list)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its facet
+    integer, intent(in) :: element !! its place in the list
+    type(element_list_t), intent(inout) :: list !! gets ix, weight
+
+    associate (n => pair%n_slaves)
+      list%ix(1:n, element) = pair%point_nodes(:, p)
+      list%ix(n + 1:n + 3, element) = pair%facets(:, host)
+      if (n > 1) list%weight(1:n, element) = pair%point_weights(:, p)
+    end associate
+  end subroutine place_nodes
+
   !> Makes sure that the pattern of the coupled matrix holds every contact element.
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
+    if (system%contact%n == 0) then
+      if (.not. allocated(system%csc%ptr)) call build_uncoupled(system)
+      return
+    end if
     if (.not. graph_holds(system%matrix, system%contact)) call build_coupled(system)
     call locate_elements(system%matrix, system%contact)
   end subroutine couple
+
+  !> Builds the pattern of a system without contact: that of the bulk.
+  subroutine build_uncoupled(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    call begin_cost(system%costs, cost_pattern)
+    call build_pattern(system%bulk_matrix, system%equation, system%csc)
+    call end_cost(system%costs, cost_pattern)
+  end subroutine build_uncoupled
 
   !> Builds the pattern of bulk and contact elements anew.
   subroutine build_coupled(system)
@@ -149,7 +178,7 @@ contains
     call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
     call place_bulk(system)
     call build_pattern(system%matrix, system%equation, system%csc)
-    call forget_pattern(system%umfpack)
+    call start_pattern(system%solver)
     system%coupled_hosts = system%hosts
     call end_cost(system%costs, cost_pattern)
   end subroutine build_coupled
@@ -162,16 +191,16 @@ contains
     integer, intent(in) :: hosts(:) !! (contact elements) facets when the pattern was built
     integer :: k, p, element
 
+    if (system%contact%n == 0) return
     if (allocated(system%matrix%ptr) .and. all(system%coupled_hosts == hosts)) return
     system%hosts = hosts
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         system%contact%routine(element) = routine_none
         if (hosts(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
-        system%contact%ix(1, element) = model%pairs(k)%nodes(p)
-        system%contact%ix(2:4, element) = model%pairs(k)%facets(:, hosts(element))
+        call place_nodes(model%pairs(k), p, hosts(element), element, system%contact)
       end do
     end do
     call build_coupled(system)
@@ -214,7 +243,7 @@ contains
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
+      do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
         if (system%contact%status(element) <= status_open) cycle
@@ -231,7 +260,7 @@ contains
     integer, intent(in) :: element !! a closed one
     real(wp) :: way(3), dxi(2)
 
-    associate (list => system%contact, nodes => system%contact%ix(2:4, element), &
+    associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%x_now)
       if (list%routine(element) == routine_smooth) then
         way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &
@@ -257,7 +286,7 @@ contains
     patch = patch_from_values(values)
     start = patch_at(patch, from)
     finish = patch_at(patch, to)
-    way = matmul(facet_frame(x), finish%x - start%x)
+    way = matmul(patch_frame(x), finish%x - start%x)
   end function patch_way
 
   !> Commits the history of an accepted increment.

@@ -13,6 +13,7 @@ module csc_matrix
     integer(long), allocatable :: ptr(:) !! (n+1) first entry of each column, 0-based
     integer(long), allocatable :: row(:) !! row of each entry, 0-based
     real(wp), allocatable :: val(:) !! values
+    logical :: changed = .true. !! values differ from those that were factorised last
   end type csc_matrix_t
 
 contains
@@ -37,7 +38,8 @@ contains
       end do
     end do
     matrix%ptr(matrix%n + 1) = filled
-    allocate (matrix%row(filled), matrix%val(filled))
+    allocate (matrix%row(filled))
+    allocate (matrix%val(filled), source=0.0_wp)
     filled = 0
     do node = 1, blocks%nodes
       do j = 1, 3
@@ -66,7 +68,8 @@ contains
     end do
   end function free_rows
 
-  !> Copies the values of the free rows and columns, in the order of the pattern.
+  !> Copies the values of the free rows and columns, in the order of the pattern, and notes whether
+  !! any of them is new.
   pure subroutine fill_values(blocks, equation, matrix)
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
@@ -82,6 +85,7 @@ contains
           do i = 1, 3
             if (equation(i, blocks%row(k)) == 0) cycle
             filled = filled + 1
+            if (abs(matrix%val(filled) - blocks%val(i, j, k)) > 0.0_wp) matrix%changed = .true.
             matrix%val(filled) = blocks%val(i, j, k)
           end do
         end do

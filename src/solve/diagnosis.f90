@@ -1,13 +1,14 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_no_convergence
-  use element_types, only: status_open
-  use supports, only: free_motion, touched_bodies
+  use contact_points, only: count_points
+  use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
-  use newton, only: newton_t, outcome_singular, outcome_open
+  use newton, only: newton_t, outcome_singular, outcome_open, outcome_restless
+  use contact_report, only: worst_contact, restless_point, closed_points, has_friction
   use system_types, only: system_t
   implicit none
   private
@@ -30,6 +31,8 @@ contains
     if (progress%outcome == outcome_open) text = '  tried: '//to_text(progress%solves)// &
       ' times TANG; write LOOP,,n TANG,,1 NEXT behind TIME, or STEP,,n instead'
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
+    if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
+      //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
     body = unrestrained_bodies(model, system)
     if (body > 0) then
       text = text//nl//describe_body(model, system, body)
@@ -69,11 +72,13 @@ contains
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
-    integer :: k, f
+    integer :: k, f, p
 
     yes = .false.
     do k = 1, size(model%pairs)
-      if (any(system%node_body(model%pairs(k)%nodes) == body)) yes = .true.
+      do p = 1, count_points(model%pairs(k))
+        if (system%node_body(model%pairs(k)%point_nodes(1, p)) == body) yes = .true.
+      end do
       do f = 1, size(model%pairs(k)%facets, 2)
         if (system%node_body(model%pairs(k)%facets(1, f)) == body) yes = .true.
       end do
@@ -108,8 +113,9 @@ contains
       'turn about ', 'turn about ', 'turn about ']
     character(1), parameter :: nl = new_line('a')
     real(wp) :: motion(6)
-    logical :: free, touching(system%bodies)
-    integer :: node, dof, k
+    character(:), allocatable :: contact
+    logical :: free
+    integer :: node, dof, k, closed
 
     call free_motion(model%mesh%x, system, body, .true., free, motion)
     k = maxloc(abs(motion), 1)
@@ -124,15 +130,32 @@ contains
     k = maxloc(abs(motion), 1)
     t = '  unrestrained body: '//body_name(model, system, body)//' can '//trim(axes(k))//' x' &
       //to_text(dof)//' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
-    touching = touched_bodies(system)
-    if (touching(body)) then
-      t = t//': no support resists, and its closed contact points slip'//nl// &
-        '  friction does not carry the load: lower it, raise the coefficient, or restrain the body'
+    closed = closed_points(system, body)
+    if (closed > 0) then
+      t = t//': no support resists, nor what '//count_noun(closed, 'closed contact point')//' hold'
     else
-      t = t//'; no support and no closed contact point resists'//nl// &
-        '  restrain it with BOUNdary, or let it touch another body before it is loaded'
+      t = t//'; no support and no closed contact point resists'
     end if
+    contact = worst_contact(model, system, body)
+    if (len(contact) > 0) t = t//nl//contact
+    t = t//nl//what_holds(closed, has_friction(model, system, body))
   end function describe_body
+
+  !> What to change for a body that can move.
+  pure function what_holds(closed, friction) result(t)
+    integer, intent(in) :: closed !! its closed contact points
+    logical, intent(in) :: friction !! one of its pairs has friction
+    character(:), allocatable :: t
+
+    if (closed == 0) then
+      t = '  restrain it with BOUNdary, or let it touch another body before it is loaded'
+    else if (.not. friction) then
+      t = '  without friction it glides or tips until it lies in a hollow: restrain it with '// &
+        'BOUNdary, or give the pair FRICtion'
+    else
+      t = '  friction does not carry the load: lower it, raise the coefficient, or restrain the body'
+    end if
+  end function what_holds
 
   !> Name of a body: its region, or its lowest element.
   function body_name(model, system, body) result(t)
@@ -157,12 +180,13 @@ contains
     end do
   end function body_name
 
-  !> Names the node and dof with the largest residual, and the contact point next to it.
+  !> Names the node and dof with the largest residual, and the worst contact point of its body.
   function worst_node(model, system) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! residual formed
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
+    character(:), allocatable :: contact
     integer :: i, k, node, dof, largest
 
     t = '  no free degree of freedom'
@@ -179,19 +203,8 @@ contains
     end do
     t = '  the largest residual, '//to_text(system%right(largest))//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)
-    do k = 1, size(model%pairs)
-      do i = 1, size(model%pairs(k)%nodes)
-        associate (element => system%first_point(k) + i - 1)
-          if (system%contact%status(element) <= status_open) cycle
-          if (.not. any(system%contact%ix(1:4, element) == node)) cycle
-          t = t//nl//'  there pair '//model%pairs(k)%name//' has slave node ' &
-            //to_text(system%contact%ix(1, element))//' on the facet of nodes ' &
-            //to_text(system%contact%ix(2, element))//', '//to_text(system%contact%ix(3, element)) &
-            //', '//to_text(system%contact%ix(4, element))//nl &
-            //'  try smaller steps (DT) or a softer penalty'
-          return
-        end associate
-      end do
-    end do
+    contact = worst_contact(model, system, max(system%node_body(node), 0))
+    if (len(contact) == 0) contact = worst_contact(model, system, 0)
+    if (len(contact) > 0) t = t//nl//contact//nl//'  try smaller steps (DT) or a softer penalty'
   end function worst_node
 end module diagnosis

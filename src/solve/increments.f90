@@ -8,7 +8,8 @@ module increments
   use predictor, only: carry_bodies
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_stalled
+    outcome_too_many, outcome_restless
+  use contact_report, only: restless_point
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -40,7 +41,8 @@ contains
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
-    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
+    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
+      outcome_restless])) then
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
@@ -79,44 +81,9 @@ contains
       end if
     end do
     if (pass <= settings%most_passes) return
-    progress%outcome = outcome_stalled
+    progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
   end subroutine solve_from_start
-
-  !> The point that has changed its facet most often in this increment, and between which facets.
-  function restless_point(model) result(t)
-    type(model_t), intent(in) :: model !! pairs: working points
-    character(:), allocatable :: t
-    integer :: k, p, pair, point, most
-
-    most = 0
-    pair = 1
-    point = 1
-    do k = 1, size(model%pairs)
-      do p = 1, size(model%pairs(k)%nodes)
-        if (model%pairs(k)%moves(p) <= most) cycle
-        most = model%pairs(k)%moves(p)
-        pair = k
-        point = p
-      end do
-    end do
-    associate (contact => model%pairs(pair))
-      t = 'pair '//contact%name//', slave node '//to_text(contact%nodes(point)) &
-        //', facet of nodes '//facet_text(contact%facets, contact%new(point)%host) &
-        //' after that of nodes '//facet_text(contact%facets, contact%left(point))
-    end associate
-  end function restless_point
-
-  !> The corner nodes of a facet.
-  pure function facet_text(facets, facet) result(t)
-    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
-    integer, intent(in) :: facet !! the facet, 0 for none
-    character(:), allocatable :: t
-
-    t = 'none'
-    if (facet > 0) t = to_text(facets(1, facet))//', '//to_text(facets(2, facet))//', ' &
-      //to_text(facets(3, facet))
-  end function facet_text
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)

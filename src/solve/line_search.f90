@@ -1,7 +1,8 @@
 !> How far to go along the direction of an iteration.
 module line_search
   use kinds, only: wp
-  use umfpack_solver, only: solve, solver_done
+  use umfpack_solver, only: solver_done
+  use linear_solver, only: solve_system
   use residuals, only: form_trial, residual_norm
   use supports, only: closing_length
   use system_types, only: system_t
@@ -82,7 +83,7 @@ contains
     type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
     integer :: outcome
 
-    call solve(system%umfpack, system%csc, system%right, system%next, system%costs, outcome)
+    call solve_system(system%solver, system%csc, system%right, system%next, system%costs, outcome)
     length = huge(1.0_wp)
     if (outcome == solver_done) length = norm2(system%next)
   end function next_direction

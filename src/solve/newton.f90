@@ -4,7 +4,8 @@ module newton
   use costs, only: wall_seconds
   use signals, only: stop_requested
   use block_matrix, only: multiply
-  use umfpack_solver, only: factorise, solve, solver_done, solver_out_of_memory
+  use umfpack_solver, only: solver_done, solver_out_of_memory
+  use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
     estimate_round_off
@@ -16,7 +17,7 @@ module newton
   private
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_singular, outcome_memory, outcome_stopped, outcome_open
+    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -27,6 +28,7 @@ module newton
   integer, parameter :: outcome_memory = 5
   integer, parameter :: outcome_stopped = 6
   integer, parameter :: outcome_open = 7
+  integer, parameter :: outcome_restless = 8
 
   !> Iterations in a row without a new lowest residual after which the solve has stalled.
   integer, parameter :: patience = 12
@@ -49,6 +51,7 @@ module newton
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: since_lowest = 0 !! iterations since one of the two has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -133,13 +136,17 @@ contains
     call choose_held(system, progress)
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    call factorise(system%umfpack, system%csc, system%costs, outcome)
-    if (outcome == solver_done) call solve(system%umfpack, system%csc, system%right, &
+    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
+      .not. progress%indefinite, system%costs, outcome)
+    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
       system%solution, system%costs, outcome)
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
+    if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
+      '  the matrix is not positive definite: UMFPACK until the end of the increment')
+    progress%indefinite = progress%indefinite .or. system%solver%indefinite
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution))
     if (progress%solves == 1) progress%first_energy = progress%energy
@@ -209,7 +216,7 @@ contains
     if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
-    report%solver = 'UMFPACK'
+    report%solver = solver_name(system%solver)
     report%seconds = seconds
   end subroutine describe
 end module newton

@@ -2,7 +2,7 @@
 module residuals
   use kinds, only: wp, machine_epsilon
   use costs, only: begin_cost, end_cost, cost_residual, cost_contact_tangent
-  use element_types, only: task_tangent, task_residual
+  use element_types, only: task_tangent, task_residual, status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
   use block_matrix, only: multiply, multiply_absolute
@@ -13,6 +13,10 @@ module residuals
   implicit none
   private
   public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, estimate_round_off
+
+  !> Element matrices that differ by less from their transposes are symmetric to round-off; those
+  !! of slip with friction differ by about mu.
+  real(wp), parameter :: symmetry_tolerance = 1.0e-12_wp
 
 contains
 
@@ -58,12 +62,18 @@ contains
     end do
   end subroutine gather_right
 
-  !> Tangent at u in csc; bodies that nothing holds at present are grounded.
+  !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
+  !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.
   subroutine form_tangent(system, x)
-    type(system_t), intent(inout) :: system !! gets matrix, csc, right
+    type(system_t), intent(inout) :: system !! gets matrix, csc, symmetric, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: k
 
+    if (system%contact%n == 0) then
+      if (.not. system%symmetric) call fill_values(system%bulk_matrix, system%equation, system%csc)
+      system%symmetric = .true.
+      return
+    end if
     call begin_cost(system%costs, cost_contact_tangent)
     system%matrix%val = 0.0_wp
     do k = 1, size(system%bulk_place)
@@ -74,6 +84,7 @@ contains
     call gather_right(system, 0.0_wp)
     if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
+    system%symmetric = system%contact%asymmetry <= symmetry_tolerance
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent
 
@@ -101,23 +112,37 @@ contains
     norm = norm2([reactions, norm2(system%external), norm2(system%contact_force)])
   end function force_norm
 
-  !> What round-off leaves of the residual at best: machine epsilon times the terms it sums.
+  !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
+  !! contact points of bodies that contact alone holds are left out: such a body may have come to
+  !! rest without any load, and what is left there is then seen against no other force.
   subroutine estimate_round_off(system, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms
-    integer :: k
+    integer :: k, n
 
     call multiply_absolute(system%bulk_matrix, system%u, system%trial)
     where (system%equation == 0) system%trial = 0.0_wp
     terms = norm2(system%trial)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      associate (nodes => system%contact%ix(1:4, k))
+      if (system%contact%status(k) <= status_open .and. is_weak(system, k)) cycle
+      n = system%contact%nel(k)
+      associate (nodes => system%contact%ix(1:n, k))
         terms = hypot(terms, system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(4)), 2, 4)) + abs(system%u(:, nodes))))
+          *maxval(abs(x(:, nodes) - spread(x(:, nodes(n)), 2, n)) + abs(system%u(:, nodes))))
       end associate
     end do
     system%round_off = machine_epsilon*terms
   end subroutine estimate_round_off
+
+  !> A body of a contact element is not held by its supports alone.
+  pure logical function is_weak(system, k)
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the element
+
+    associate (nodes => system%contact%ix(1:system%contact%nel(k), k))
+      is_weak = any(system%weak(system%node_body(nodes)))
+    end associate
+  end function is_weak
 end module residuals

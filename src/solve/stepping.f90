@@ -6,7 +6,7 @@ module stepping
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
-    outcome_singular, outcome_memory, outcome_stopped
+    outcome_singular, outcome_memory, outcome_stopped, outcome_restless
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies
   use signals, only: stop_exit_code
@@ -84,6 +84,8 @@ contains
     select case (outcome)
     case (outcome_stalled)
       t = 'Newton with line search has stalled'
+    case (outcome_restless)
+      t = 'contact points do not settle on a facet'
     case (outcome_too_many)
       t = 'all linear solves of an increment are used up'
     case (outcome_open)

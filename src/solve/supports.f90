@@ -3,6 +3,7 @@ module supports
   use kinds, only: wp
   use vectors, only: cross
   use element_types, only: status_open, status_stick
+  use element_lists, only: slave_point, master_nodes, side_nodes
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet
@@ -82,15 +83,15 @@ contains
 
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle
-      associate (nodes => system%contact%ix(:, k))
-        if (system%node_body(nodes(1)) /= body .and. system%node_body(nodes(2)) /= body) cycle
-        y = (x(:, nodes(1)) - center)/size_x
+      associate (sides => side_nodes(system%contact, k))
+        if (.not. any(system%node_body(sides) == body)) cycle
+        y = (slave_point(system%contact, k, x) - center)/size_x
         if (system%contact%status(k) == status_stick .or. system%contact%hold(k)) then
           do i = 1, 3
             call add_support(gram, unit_vector(i), y)
           end do
         else
-          call add_support(gram, normal_of(x, nodes(2:4)), y)
+          call add_support(gram, normal_of(x, master_nodes(system%contact, k)), y)
         end if
       end associate
     end do
@@ -154,7 +155,7 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) > status_open) cycle
-      if (.not. any(system%grounded(system%node_body(system%contact%ix(1:2, k))))) cycle
+      if (.not. any(system%grounded(system%node_body(side_nodes(system%contact, k))))) cycle
       now = gap_of(x, 0.0_wp, k, system)
       later = gap_of(x, 1.0_wp, k, system)
       if (later < now) then
@@ -197,7 +198,7 @@ contains
     touching = .false.
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle
-      touching(system%node_body(system%contact%ix(1:2, k))) = .true.
+      touching(system%node_body(side_nodes(system%contact, k))) = .true.
     end do
   end function touched_bodies
 
@@ -214,10 +215,10 @@ contains
     force = resultant(system, body)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      if (.not. any(system%node_body(system%contact%ix(1:2, k)) == body)) cycle
+      if (.not. any(system%node_body(side_nodes(system%contact, k)) == body)) cycle
       gap = gap_of(x, 0.0_wp, k, system)
       if (gap >= least) cycle
-      normal = normal_of(positions_of(x, 0.0_wp, system%contact%ix(1:4, k), system), [2, 3, 4])
+      normal = normal_of(positions_of(x, 0.0_wp, k, system), [2, 3, 4])
       if (system%node_body(system%contact%ix(1, k)) == body) normal = -normal
       if (dot_product(force, normal) <= 0.0_wp) cycle
       least = gap
@@ -260,7 +261,7 @@ contains
     type(system_t), intent(in) :: system !! contact elements
     real(wp) :: y(3, 4), xi(2)
 
-    y = positions_of(x, length, system%contact%ix(1:4, k), system)
+    y = positions_of(x, length, k, system)
     if (system%contact%routine(k) == routine_smooth) then
       call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:d04_size, k)), &
         y(:, 1), xi, gap)
@@ -269,17 +270,20 @@ contains
     end if
   end function gap_of
 
-  !> Positions of four nodes at u + length du.
-  pure function positions_of(x, length, nodes, system) result(y)
+  !> Positions of the slave point and of the corners of its facet at u + length du.
+  pure function positions_of(x, length, k, system) result(y)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
-    integer, intent(in) :: nodes(4) !! the nodes
+    integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! u, du
     real(wp) :: y(3, 4)
-    integer :: i
+    integer :: i, nodes(3)
 
-    do i = 1, 4
-      y(:, i) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))
+    y(:, 1) = slave_point(system%contact, k, x) + slave_point(system%contact, k, system%u) &
+      + length*slave_point(system%contact, k, system%du)
+    nodes = master_nodes(system%contact, k)
+    do i = 1, 3
+      y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))
     end do
   end function positions_of
 
@@ -288,7 +292,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! contact elements
+    integer :: nodes(3)
 
-    h = norm2(x(:, system%contact%ix(3, k)) - x(:, system%contact%ix(2, k)))
+    nodes = master_nodes(system%contact, k)
+    h = norm2(x(:, nodes(2)) - x(:, nodes(1)))
   end function size_of
 end module supports

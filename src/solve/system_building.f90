@@ -7,6 +7,7 @@ module system_building
   use elmlib, only: routine_t4
   use elmt01, only: d01_youngs_modulus, d01_poissons_ratio
   use model_types, only: model_t
+  use contact_points, only: count_points
   use bodies, only: find_bodies
   use block_matrix, only: build_graph, locate_elements
   use assembly, only: assemble
@@ -103,18 +104,25 @@ contains
   subroutine list_contact(model, system)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets contact, first_point
-    integer :: k, n
+    integer :: k, n, slaves
 
     allocate (system%first_point(size(model%pairs) + 1))
     n = 0
+    slaves = 1
     do k = 1, size(model%pairs)
+      slaves = max(slaves, model%pairs(k)%n_slaves)
       system%first_point(k) = n + 1
-      n = n + size(model%pairs(k)%nodes)
+      n = n + count_points(model%pairs(k))
     end do
     system%first_point(size(model%pairs) + 1) = n + 1
-    call allocate_list(system%contact, n, n)
+    call allocate_list(system%contact, n, n, slaves + 3)
     allocate (system%hosts(n), system%coupled_hosts(n), source=0)
-    system%contact%nel = 4
+    do k = 1, size(model%pairs)
+      associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+        system%contact%slaves(first:last) = model%pairs(k)%n_slaves
+        system%contact%nel(first:last) = model%pairs(k)%n_slaves + 3
+      end associate
+    end do
     system%contact%set = [(k, k=1, n)]
   end subroutine list_contact
 end module system_building

@@ -5,7 +5,7 @@ module system_types
   use element_lists, only: element_list_t
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
-  use umfpack_solver, only: umfpack_t
+  use linear_solver, only: linear_solver_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -44,7 +44,8 @@ module system_types
     type(block_matrix_t) :: matrix !! tangent of bulk and contact
     integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
     type(csc_matrix_t) :: csc !! its free part
-    type(umfpack_t) :: umfpack !! its factor
+    logical :: symmetric = .false. !! its values are symmetric
+    type(linear_solver_t) :: solver !! its factor
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
     real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]

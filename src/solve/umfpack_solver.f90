@@ -8,7 +8,7 @@ module umfpack_solver
     umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
   implicit none
   private
-  public :: umfpack_t, forget_pattern, factorise, solve, free_umfpack
+  public :: umfpack_t, forget_pattern, drop_factor, factorise, solve, free_umfpack
   public :: solver_done, solver_singular, solver_out_of_memory, solver_failed
 
   !> Outcomes.
@@ -53,6 +53,14 @@ contains
     solver%symbolic = c_null_ptr
   end subroutine forget_pattern
 
+  !> Releases the factor and keeps the analysis.
+  subroutine drop_factor(solver)
+    type(umfpack_t), intent(inout) :: solver !! handles
+
+    if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
+    solver%numeric = c_null_ptr
+  end subroutine drop_factor
+
   !> Factorises; the analysis is kept as long as the pattern holds.
   subroutine factorise(solver, a, costs, outcome)
     type(umfpack_t), intent(inout) :: solver !! handles
@@ -70,7 +78,7 @@ contains
       outcome = outcome_of(status)
       if (outcome /= solver_done) return
     end if
-    if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
+    call drop_factor(solver)
     call begin_cost(costs, cost_unsymmetric_factor)
     status = umfpack_dl_numeric(a%ptr, a%row, a%val, solver%symbolic, solver%numeric, &
       solver%control, solver%info)
@@ -117,7 +125,6 @@ contains
     type(umfpack_t), intent(inout) :: solver !! handles
 
     call forget_pattern(solver)
-    if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
-    solver%numeric = c_null_ptr
+    call drop_factor(solver)
   end subroutine free_umfpack
 end module umfpack_solver

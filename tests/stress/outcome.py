@@ -54,11 +54,13 @@ def table(text, _):
     return rows
 
 
+POINT = re.compile(r'pair \S+, slave node \d+, facet of nodes \d+, \d+, \d+: (open|stick|slip)')
+
+
 def message_helps(text):
-    """An exit code 2 must name pair, node and facet, or the body that nothing holds."""
-    if 'unrestrained body' in text:
-        return True
-    return 'pair' in text and 'node' in text and 'facet' in text
+    """An exit code 2 must name pair, slave node, facet and status, node and dof, and a remedy."""
+    return bool(POINT.search(text)) and bool(re.search(r'node \d+, dof [123]', text)) and any(
+        word in text for word in ('BOUNdary', 'DT', 'restrain'))
 
 
 def common_faults(outcome, scene):

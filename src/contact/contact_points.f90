@@ -1,0 +1,65 @@
+!> The points of a pair on its slave side: a slave node each, or a weighted sum of the nodes of a
+!! slave facet (doc/theory, "Weighted slave points").
+module contact_points
+  use kinds, only: wp
+  use text, only: to_text
+  use contact_types, only: pair_t
+  implicit none
+  private
+  public :: count_points, point_position, point_text, make_node_points
+
+contains
+
+  !> Number of points, further slots included.
+  pure integer function count_points(pair) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    n = size(pair%point_nodes, 2)
+  end function count_points
+
+  !> x_S = sum M_b x_b.
+  pure function point_position(pair, p, x) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: y(3)
+    integer :: b
+
+    if (pair%n_slaves == 1) then
+      y = x(:, pair%point_nodes(1, p))
+      return
+    end if
+    y = 0.0_wp
+    do b = 1, pair%n_slaves
+      y = y + pair%point_weights(b, p)*x(:, pair%point_nodes(b, p))
+    end do
+  end function point_position
+
+  !> A point in words, behind 'slave': its node, or the facet it lies on.
+  pure function point_text(pair, p) result(t)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    character(:), allocatable :: t
+    integer :: b
+
+    if (pair%n_slaves == 1) then
+      t = 'node '//to_text(pair%point_nodes(1, p))
+      return
+    end if
+    t = 'facet of nodes '//to_text(pair%point_nodes(1, p))
+    do b = 2, pair%n_slaves
+      t = t//', '//to_text(pair%point_nodes(b, p))
+    end do
+  end function point_text
+
+  !> Points that are nodes.
+  pure subroutine make_node_points(nodes, pair)
+    integer, intent(in) :: nodes(:) !! slave nodes
+    type(pair_t), intent(inout) :: pair !! gets n_slaves, point_nodes, point_weights
+
+    pair%n_slaves = 1
+    pair%point_nodes = reshape(nodes, [1, size(nodes)])
+    if (allocated(pair%point_weights)) deallocate (pair%point_weights)
+    allocate (pair%point_weights(1, size(nodes)), source=1.0_wp)
+  end subroutine make_node_points
+end module contact_points

@@ -1,0 +1,240 @@
+!> Symmetric positive definite linear systems through CHOLMOD: supernodal, METIS ordering or a
+!! given one, long integers.
+module cholmod_solver
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
+    c_f_pointer
+  use kinds, only: wp, long
+  use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, cost_solve
+  use csc_matrix, only: csc_matrix_t
+  use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
+  use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
+    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, cholmod_l_free_dense
+  implicit none
+  private
+  public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, factorise_symmetric, solve_symmetric, &
+    free_cholmod, factor_order, trailing_block
+  public :: solver_not_definite
+
+  !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
+  integer, parameter :: solver_not_definite = 4
+
+  integer(c_int), parameter :: system_a = 0, ordering_given = 1, ordering_metis = 3, &
+    always_supernodal = 2, use_lower = -1, status_memory = -2
+
+  !> Handles and settings of one factorisation.
+  type :: cholmod_t
+    type(cholmod_common_t) :: common !! settings and work space
+    type(c_ptr) :: factor = c_null_ptr !! analysis and factor
+    type(c_ptr) :: y = c_null_ptr, e = c_null_ptr !! work space of the solution
+    logical :: started = .false. !! common is in use
+    logical :: definite = .false. !! the factor holds values
+  end type cholmod_t
+
+contains
+
+  !> Starts CHOLMOD, and checks on the defaults it sets that the mirror of its structure is true.
+  subroutine start(solver, outcome)
+    type(cholmod_t), intent(inout) :: solver !! settings
+    integer, intent(out) :: outcome !! one of the outcomes
+
+    outcome = solver_done
+    if (solver%started) return
+    solver%started = cholmod_l_start(solver%common) == 1_c_int
+    associate (common => solver%common)
+      if (.not. solver%started .or. common%supernodal /= 1_c_int .or. common%print /= 3_c_int &
+        .or. common%prefer_upper /= 1_c_int .or. common%postorder /= 1_c_int &
+        .or. common%nmethods /= 0_c_int .or. common%ordering /= ordering_given &
+        .or. common%status /= 0_c_int) then
+        outcome = solver_failed
+        return
+      end if
+      common%print = 0_c_int
+      common%quick_return = 1_c_int
+      common%supernodal = always_supernodal
+      common%nmethods = 1_c_int
+    end associate
+  end subroutine start
+
+  !> Drops analysis and factor: the pattern has changed.
+  subroutine forget_symmetric(solver)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    integer(c_int) :: status
+
+    solver%definite = .false.
+    if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
+    solver%factor = c_null_ptr
+  end subroutine forget_symmetric
+
+  !> Releases the values of the factor and keeps the analysis.
+  subroutine drop_symmetric_factor(solver)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    integer(c_int) :: status
+
+    solver%definite = .false.
+    if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
+      1_c_int, 1_c_int, solver%factor, solver%common)
+  end subroutine drop_symmetric_factor
+
+  !> Analyses the pattern: ordered by METIS and postordered, or in the order given.
+  subroutine analyse_symmetric(solver, a, costs, outcome, permutation)
+    type(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    integer(long), intent(in), optional :: permutation(:) !! (n) 0-based, kept as it is
+    type(cholmod_sparse_t) :: view
+
+    call start(solver, outcome)
+    if (outcome /= solver_done) return
+    call forget_symmetric(solver)
+    call begin_cost(costs, cost_symbolic)
+    call view_of(a, view)
+    if (present(permutation)) then
+      solver%common%ordering = ordering_given
+      solver%common%postorder = 0_c_int
+      solver%factor = cholmod_l_analyze_p(view, permutation, c_null_ptr, 0_c_size_t, &
+        solver%common)
+    else
+      solver%common%ordering = ordering_metis
+      solver%common%postorder = 1_c_int
+      solver%factor = cholmod_l_analyze(view, solver%common)
+    end if
+    call end_cost(costs, cost_symbolic)
+    outcome = outcome_of(solver)
+    if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
+  end subroutine analyse_symmetric
+
+  !> Factorises; the analysis is kept as long as the pattern holds.
+  subroutine factorise_symmetric(solver, a, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes, or not definite
+    type(cholmod_factor_t), pointer :: factor
+    type(cholmod_sparse_t) :: view
+    integer(c_int) :: status
+
+    if (.not. c_associated(solver%factor)) then
+      call analyse_symmetric(solver, a, costs, outcome)
+      if (outcome /= solver_done) return
+    end if
+    call view_of(a, view)
+    call begin_cost(costs, cost_symmetric_factor)
+    status = cholmod_l_factorize(view, solver%factor, solver%common)
+    call end_cost(costs, cost_symmetric_factor)
+    outcome = outcome_of(solver)
+    if (outcome == solver_done .and. status /= 1_c_int) outcome = solver_failed
+    call c_f_pointer(solver%factor, factor)
+    if (outcome == solver_done .and. factor%minor < factor%n) outcome = solver_not_definite
+    solver%definite = outcome == solver_done
+  end subroutine factorise_symmetric
+
+  !> x = A^-1 b with the last factor.
+  subroutine solve_symmetric(solver, b, x, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
+    real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    type(cholmod_dense_t), target :: right, left
+    type(c_ptr) :: handle
+    integer(c_int) :: status
+
+    outcome = solver_not_definite
+    if (.not. solver%definite) return
+    call begin_cost(costs, cost_solve)
+    right%nrow = size(b, kind=c_size_t)
+    right%ncol = 1_c_size_t
+    right%nzmax = right%nrow
+    right%d = right%nrow
+    left = right
+    right%x = c_loc(b)
+    left%x = c_loc(x)
+    handle = c_loc(left)
+    status = cholmod_l_solve2(system_a, solver%factor, right, c_null_ptr, handle, c_null_ptr, &
+      solver%y, solver%e, solver%common)
+    call end_cost(costs, cost_solve)
+    outcome = outcome_of(solver)
+    if (outcome == solver_done .and. status /= 1_c_int) outcome = solver_failed
+  end subroutine solve_symmetric
+
+  !> The matrix as CHOLMOD wants it, without a copy.
+  subroutine view_of(a, view)
+    type(csc_matrix_t), intent(in), target :: a !! the matrix
+    type(cholmod_sparse_t), intent(out) :: view !! the same
+
+    view%nrow = int(a%n, c_size_t)
+    view%ncol = view%nrow
+    view%nzmax = size(a%row, kind=c_size_t)
+    view%stype = use_lower
+    view%p = c_loc(a%ptr)
+    view%i = c_loc(a%row)
+    view%x = c_loc(a%val)
+  end subroutine view_of
+
+  !> Outcome of CHOLMOD's last call.
+  pure integer function outcome_of(solver) result(outcome)
+    type(cholmod_t), intent(in) :: solver !! status inside
+
+    outcome = solver_done
+    if (solver%common%status < 0_c_int) outcome = solver_failed
+    if (solver%common%status == status_memory) outcome = solver_out_of_memory
+  end function outcome_of
+
+  !> The permutation of the analysis, 0-based: place k holds the equation that is eliminated k-th.
+  function factor_order(solver) result(permutation)
+    type(cholmod_t), intent(in) :: solver !! analysed
+    integer(long), allocatable :: permutation(:) !! (n)
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: perm(:)
+
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%perm, perm, [factor%n])
+    permutation = perm
+  end function factor_order
+
+  !> The last rows and columns of the factor, gathered from its supernodes: L22, whose product
+  !! L22 L22^T is the Schur complement of the unknowns that are eliminated last.
+  subroutine trailing_block(solver, block)
+    type(cholmod_t), intent(in) :: solver !! factorised
+    real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:), px(:), s(:)
+    real(wp), pointer :: x(:)
+    integer(long) :: k, j, first, rows, i, place, row
+
+    block = 0.0_wp
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    call c_f_pointer(factor%s, s, [factor%ssize])
+    call c_f_pointer(factor%x, x, [factor%xsize])
+    first = int(factor%n, long) - size(block, 1, long)
+    do k = int(factor%nsuper, long), 1, -1
+      if (super(k + 1) <= first) exit
+      rows = pi(k + 1) - pi(k)
+      do j = max(super(k), first), super(k + 1) - 1
+        place = px(k) + rows*(j - super(k))
+        do i = j - super(k) + 1, rows
+          row = s(pi(k) + i)
+          block(row - first + 1, j - first + 1) = x(place + i)
+        end do
+      end do
+    end do
+  end subroutine trailing_block
+
+  !> Releases everything.
+  subroutine free_cholmod(solver)
+    type(cholmod_t), intent(inout) :: solver !! handles
+    integer(c_int) :: status
+
+    if (.not. solver%started) return
+    call forget_symmetric(solver)
+    if (c_associated(solver%y)) status = cholmod_l_free_dense(solver%y, solver%common)
+    if (c_associated(solver%e)) status = cholmod_l_free_dense(solver%e, solver%common)
+    status = cholmod_l_finish(solver%common)
+    solver%started = .false.
+  end subroutine free_cholmod
+end module cholmod_solver
