@@ -84,3 +84,98 @@ def ripple(rows, name='Fn'):
     """Range of a force over its mean, once the pin slides."""
     values = [row[name] for row in rows[len(rows)//10:]]
     return (max(values) - min(values))/(sum(values)/len(values))
+
+
+def turned(x, axis, angle):
+    """A point turned about an axis through the origin (unit vector)."""
+    c, s = math.cos(angle), math.sin(angle)
+    along = (1.0 - c)*sum(a*b for a, b in zip(axis, x))
+    across = (axis[1]*x[2] - axis[2]*x[1], axis[2]*x[0] - axis[0]*x[2],
+              axis[0]*x[1] - axis[1]*x[0])
+    return tuple(c*x[m] + s*across[m] + along*axis[m] for m in range(3))
+
+
+def turning_tables(mesh, numbers, axis, angle, count, first, grow=1.0):
+    """Displacements of a rigid body that grows from time 0 to 1 and then turns; its deck records.
+
+    Each component of each node has a proportional load of its own.
+    """
+    lines, loads, tables = ['DISPlacement'], ['FPROportional'], []
+    n = first
+    for node in numbers:
+        x = mesh.nodes[node - 1]
+        ways = [turned(tuple(grow*v for v in x), axis, angle*k/count) for k in range(count + 1)]
+        lines.append(f'  {node} 0 1 1 1')
+        loads.append(f'  {node} 0 {n} {n + 1} {n + 2}')
+        for m in range(3):
+            tables.append(table(n, [(0.0, 0.0)] + [(1.0 + k, way[m] - x[m])
+                                                    for k, way in enumerate(ways)]))
+            n += 1
+    return '\n'.join(lines) + '\n\n' + '\n'.join(loads) + '\n\n' + ''.join(tables)
+
+
+def pressed_deck(mesh, sets, restrained, motion, count, smooth, penalty):
+    """A slave that is pressed by a master that grows, then turns."""
+    text = 'MFEC * * Faceted bodies inside each other\n\n' + meshing.solid(1, 1e3, 0.3)
+    text += 'MATErial 2\n  RIGId\n\n' + mesh.records()
+    text += ''.join(meshing.node_set(name, numbers) for name, numbers in sets.items())
+    text += 'SURFace inner FROM sole\nSURFace outer FROM face\n\nBOUNdary\n'
+    text += ''.join(f'  {name} 1 1 1\n' for name in restrained) + '\n' + motion
+    return text + (f'CONTact\n  PAIR 1 fit\n    NTOS inner outer\n    PENAlty {penalty}\n'
+                   '    FRICtion COULomb 0.2\n' + ('    SMOOth\n' if smooth else '') +
+                   f'\nOUTPut\n  REACtions {restrained[0]}\n  FIELds contact\n  EVERy {count + 1}\n'
+                   f'  STATe NONE\n\nEND\nBATCh\n  DT,,1\n  STEP,,{count + 1}\nEND\nSTOP\n')
+
+
+def shaft(bench, smooth, count=24, facets=36, segments=28):
+    """A rigid shaft of flat facets grows in an elastic ring and turns; contact rows and forces."""
+    mesh = meshing.Mesh()
+    full = 2.0*math.pi
+
+    def seam(counts, radius, shift, material):
+        """A closed ring: box whose first and last columns are one."""
+        number = mesh.box(counts, lambda i, j, k: polar(radius(k), (shift - i/counts[0])*full,
+                                                        0.1*(j - 0.5)), material)
+        n = counts[0]
+        same = {number(n, j, k): number(0, j, k) for j in (0, 1) for k in range(counts[2] + 1)}
+        mesh.elements = [(e[0],) + tuple(same.get(v, v) for v in e[1:]) for e in mesh.elements]
+        return lambda i, j, k: number(i % n, j, k)
+
+    ring = seam((segments, 1, 2), lambda k: 1.0 + 0.15*k, 0.13, 1)
+    rod = seam((facets, 1, 1), lambda k: 0.8 + 0.2*k, 0.0, 2)
+    face = [rod(i, j, 1) for i in range(facets) for j in (0, 1)]
+    rigid = face + [rod(i, j, 0) for i in range(facets) for j in (0, 1)]
+    sets = {'wall': [ring(i, j, 2) for i in range(segments) for j in (0, 1)],
+            'sole': [ring(i, j, 0) for i in range(segments) for j in (0, 1)], 'face': face,
+            'rod': rigid}
+    used = sorted({v for e in mesh.elements for v in e[1:]})
+    place = {v: k for k, v in enumerate(used, 1)}
+    mesh.nodes = [mesh.nodes[v - 1] for v in used]
+    mesh.elements = [(e[0],) + tuple(place[v] for v in e[1:]) for e in mesh.elements]
+    sets = {name: [place[v] for v in numbers] for name, numbers in sets.items()}
+    motion = turning_tables(mesh, sets['rod'], (0.0, 0.0, 1.0), 1.7*full/facets, count, 1, 1.005)
+    return bench.run_text('shaft', pressed_deck(mesh, sets, ['wall', 'rod'], motion, count, smooth,
+                                                'AREA 1e5'))
+
+
+def ball(bench, smooth, count=12, cells=8):
+    """A rigid cap of a sphere of flat facets grows into another and turns about z."""
+    mesh = meshing.Mesh()
+
+    def cap(counts, half, radius, turn_by, material):
+        def place(i, j, k):
+            a, b = ((2.0*v/counts[m] - 1.0)*half for m, v in enumerate((i, j)))
+            x = (math.tan(a), math.tan(b), 1.0)
+            size = radius(k)/math.sqrt(sum(v*v for v in x))
+            return turned(tuple(size*v for v in x), (0.6, 0.0, 0.8), turn_by)
+        return mesh.box(counts, place, material)
+
+    upper = cap((4, 4, 1), 0.25, lambda k: 1.0 + 0.1*k, 0.3, 2)
+    first = len(mesh.nodes) + 1
+    lower = cap((cells, cells, 1), 0.6, lambda k: 0.9 + 0.1*k, 0.0, 2)
+    sets = {'cap': list(range(1, first)), 'ball': list(range(first, len(mesh.nodes) + 1)),
+            'sole': [upper(i, j, 0) for i in range(5) for j in range(5)],
+            'face': [lower(i, j, 1) for i in range(cells + 1) for j in range(cells + 1)]}
+    motion = turning_tables(mesh, sets['ball'], (0.0, 0.0, 1.0), 0.25, count, 1, 1.005)
+    return bench.run_text('ball', pressed_deck(mesh, sets, ['cap', 'ball'], motion, count, smooth,
+                                               'AREA 1000')), mesh, sets
