@@ -18,7 +18,7 @@ module increments
   public :: solve_increment, begin_at, choose_start, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
-  real(wp), parameter :: patch_tolerance = 1.0e-7_wp
+  real(wp), parameter :: patch_tolerance = 1.0e-5_wp
   !> Passes of an increment that are due to the shape of smooth surfaces alone.
   integer, parameter :: most_renewals = 3
 
