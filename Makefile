@@ -8,7 +8,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test verify stress demo lint clean help setup FORCE
+.PHONY: all debug coverage unit test verify stress bench bench-quick demo lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -183,6 +183,14 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 stress: mfec ## scenes at the limits and 500 random ones, with a table (tests/stress/run --help)
 	@python3 tests/stress/run --full
 
+bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (an hour)
+	@.ci/setup optional
+	@$(PYTHON) tests/bench/bench --program ./mfec
+
+bench-quick: build/venv/stamp mfec ## the same at small sizes, into build/bench/quick (three minutes)
+	@.ci/setup optional
+	@$(PYTHON) tests/bench/bench --program ./mfec --quick
+
 lint: build/venv-lint/stamp ## fortitude, fprettify and the house rules
 	@.ci/lint build/venv-lint/bin
 
@@ -198,4 +206,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate)
+	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench)

@@ -8,11 +8,11 @@ module contact_hosts
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, pair_routine
+  use contact_parameters, only: point_parameters, pair_routine, point_shift
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: unfold, barycentric, kink_sine, facet_size
+  use facet_geometry, only: unfold, unfold_vector, barycentric, kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -72,6 +72,7 @@ contains
 
     if (pair%smooth) call renew_patches(pair, x_old)
     pair%new = pair%old
+    pair%raise_new = pair%raise_old
     pair%left = 0
     pair%moves = 0
     call close_open_slots(pair)
@@ -82,6 +83,7 @@ contains
           if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
             point%host = 0
             point%status = status_off
+            point%lambda = 0.0_wp
           end if
         end if
         if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
@@ -135,18 +137,19 @@ contains
     end do
   end subroutine follow_tips
 
-  !> A point lies on or below the plane of a facet.
+  !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
     integer, intent(in) :: facet !! the facet, 0 for none
-    real(wp) :: xi(2), gap
+    real(wp) :: xi(2), gap, kappa(3)
 
     touches = .false.
     if (facet == 0) return
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
-    touches = gap <= 0.0_wp
+    kappa = point_shift(pair, p, pair%new(p))
+    touches = gap + kappa(3) <= 0.0_wp
   end function touches
 
   !> Walks with one tip.
@@ -171,6 +174,8 @@ contains
       else
         call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
       end if
+      if (pair%augmented) point%lambda = unfold_vector(pair%facets(:, point%host), &
+        pair%facets(:, next), x_old, point%lambda)
       before = point%host
       point%host = next
       point%tip = start
@@ -190,6 +195,7 @@ contains
     e%xl(:, 1) = point_position(pair, p, x)
     e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
     e%h1 = point%tip
+    e%shift = point_shift(pair, p, point)
     call element_routine(pair_routine(pair), task_residual, d, e)
     tip = e%h2
   end function tip_in_facet
@@ -318,6 +324,7 @@ contains
 
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
+        if (point%status <= status_open) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then
@@ -327,5 +334,6 @@ contains
       end associate
     end do
     pair%old = pair%new
+    pair%raise_old = pair%raise_new
   end subroutine settle_points
 end module contact_hosts

@@ -3,12 +3,13 @@ module contact_parameters
   use kinds, only: wp, pi
   use elmlib, only: n_parameters, routine_mfec, routine_smooth
   use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, &
-    axis_convected, axis_space_fixed
+    d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
+    direction_field
   implicit none
   private
-  public :: point_parameters, pair_routine
+  public :: point_parameters, point_shift, pair_routine
 
 contains
 
@@ -27,18 +28,42 @@ contains
     integer, intent(in) :: facet !! its host
     real(wp) :: d(n_parameters)
 
-    d(d04_patch:d04_size) = 0.0_wp
+    d = 0.0_wp
     if (pair%smooth) d(d04_patch:d04_size) = pair%patch(:, facet)
-    d(d03_epsilon) = pair%epsilon(p)
+    d(d03_epsilon) = pair%raise_new*pair%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%mu
     d(d03_rule) = real(pair%slip_rule, wp)
     d(d03_turn:d03_turn + 1) = [cos(pair%angle*pi/180.0_wp), sin(pair%angle*pi/180.0_wp)]
     if (pair%convected .and. allocated(pair%lay)) then
       d(d03_axis_kind) = real(axis_convected, wp)
-      d(d03_axis:d03_axis + 2) = [pair%lay(:, facet), 0.0_wp]
-    else
-      d(d03_axis_kind) = real(axis_space_fixed, wp)
-      d(d03_axis:d03_axis + 2) = pair%axis
+      d(d03_axis:d03_axis + 1) = pair%lay(1:2, facet)
+      d(d03_place:d03_place + 3) = pair%lay(3:6, facet)
+      return
     end if
+    d(d03_axis:d03_axis + 2) = pair%axis
+    d(d03_place:d03_place + 2) = pair%point
+    select case (pair%direction)
+    case (direction_circumferential)
+      d(d03_axis_kind) = real(axis_circumferential, wp)
+    case (direction_radial)
+      d(d03_axis_kind) = real(axis_radial, wp)
+    case (direction_field)
+      d(d03_axis_kind) = real(axis_space_fixed, wp)
+      d(d03_axis:d03_axis + 2) = pair%facet_axis(:, facet)
+    case default
+      d(d03_axis_kind) = real(axis_space_fixed, wp)
+    end select
   end function point_parameters
+
+  !> The shift of the gap that the multiplier of a point stands for (doc/theory, "Augmented
+  !! Lagrangian").
+  pure function point_shift(pair, p, point) result(kappa)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! its state
+    real(wp) :: kappa(3)
+
+    kappa = 0.0_wp
+    if (pair%augmented) kappa = point%lambda/(pair%raise_new*pair%epsilon(p))
+  end function point_shift
 end module contact_parameters

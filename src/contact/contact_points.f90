@@ -3,10 +3,13 @@
 module contact_points
   use kinds, only: wp
   use text, only: to_text
+  use vectors, only: cross
   use contact_types, only: pair_t
+  use facet_quadrature, only: make_rule
   implicit none
   private
-  public :: count_points, point_position, point_text, make_node_points
+  public :: count_points, point_position, point_text, make_node_points, &
+    make_facet_points
 
 contains
 
@@ -62,4 +65,32 @@ contains
     if (allocated(pair%point_weights)) deallocate (pair%point_weights)
     allocate (pair%point_weights(1, size(nodes)), source=1.0_wp)
   end subroutine make_node_points
+
+  !> Points inside of facets, and their share of the area (doc/theory, "Quadrature points").
+  pure subroutine make_facet_points(facets, x, pair)
+    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes of the slave facets
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(pair_t), intent(inout) :: pair !! facet_points given; gets points, weights, area
+    real(wp) :: shapes(3, pair%facet_points), shares(pair%facet_points), normal(3)
+    integer :: f, i, p
+
+    call make_rule(pair%facet_points, shapes, shares)
+    pair%n_slaves = 3
+    associate (n => pair%facet_points*size(facets, 2))
+      if (allocated(pair%point_nodes)) deallocate (pair%point_nodes, pair%point_weights)
+      if (allocated(pair%area)) deallocate (pair%area)
+      allocate (pair%point_nodes(3, n), pair%point_weights(3, n), pair%area(n))
+    end associate
+    do f = 1, size(facets, 2)
+      associate (corners => facets(:, f))
+        normal = cross(x(:, corners(1)) - x(:, corners(3)), x(:, corners(2)) - x(:, corners(3)))
+        do i = 1, pair%facet_points
+          p = (f - 1)*pair%facet_points + i
+          pair%point_nodes(:, p) = corners
+          pair%point_weights(:, p) = shapes(:, i)
+          pair%area(p) = shares(i)*0.5_wp*norm2(normal)
+        end do
+      end associate
+    end do
+  end subroutine make_facet_points
 end module contact_points

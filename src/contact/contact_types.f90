@@ -9,7 +9,7 @@ module contact_types
   public :: pair_t, contact_point_t
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
-  public :: direction_vector, direction_circumferential, direction_radial
+  public :: direction_vector, direction_circumferential, direction_radial, direction_field
   public :: status_open, status_stick, status_slip, status_off
 
   !> Forms of contact: NTOS and GTOS.
@@ -25,6 +25,7 @@ module contact_types
   integer, parameter :: direction_vector = 1
   integer, parameter :: direction_circumferential = 2
   integer, parameter :: direction_radial = 3
+  integer, parameter :: direction_field = 4
 
   !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
@@ -32,6 +33,7 @@ module contact_types
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
+    real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
@@ -42,6 +44,7 @@ module contact_types
     character(:), allocatable :: name !! its name, or its number as text
     type(location_t) :: at !! where the deck defines it
     integer :: form = form_node_to_surface !! NTOS or GTOS
+    integer :: facet_points = 3 !! GTOS: quadrature points of a slave facet
     character(:), allocatable :: slave !! name of the slave set or surface
     character(:), allocatable :: master !! name of the master surface
     type(location_t) :: slave_at !! where the deck names the slave
@@ -51,26 +54,35 @@ module contact_types
     real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
     integer :: direction = direction_vector !! one of the direction constants
     type(location_t) :: direction_at !! where the deck gives the direction
-    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! the vector, or the axis of turning
+    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! unit: the vector, or the axis of turning
     real(wp) :: point(3) = 0.0_wp !! a point on the axis of turning
+    character(:), allocatable :: field !! DIREction FIELd: its name in the mesh file
     real(wp) :: angle = 0.0_wp !! turn about the facet normal [degree]
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
+    logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
+    real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
+    integer :: augment_most = 25 !! most updates of the multipliers in an increment
+    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
+    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
 
     ! What is built from it when the mesh is complete
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
     integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
     real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
-    real(wp), allocatable :: area(:) !! (points) tributary reference area, 0 without surface
+    real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
     integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
-    real(wp), allocatable :: lay(:, :) !! (2, facets) convected components of the axis, if convected
+    real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
+    real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    real(wp) :: raise_old = 1.0_wp !! factor on epsilon at the last converged state
+    real(wp) :: raise_new = 1.0_wp !! the same in the current increment
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept

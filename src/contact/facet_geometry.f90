@@ -5,7 +5,7 @@ module facet_geometry
   implicit none
   private
   public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size, &
-    facet_normal, is_fold
+    facet_normal, facet_frame, unfold_vector, is_fold
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
@@ -100,6 +100,17 @@ contains
     n = n/norm2(n)
   end function facet_normal
 
+  !> The orthonormal frame of a facet: along its first base vector, e x that, outward normal.
+  pure function facet_frame(x) result(q)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+    real(wp) :: q(3, 3)
+
+    q(:, 3) = facet_normal(x)
+    q(:, 1) = x(:, 1) - x(:, 3)
+    q(:, 1) = q(:, 1)/norm2(q(:, 1))
+    q(:, 2) = cross(q(:, 3), q(:, 1))
+  end function facet_frame
+
   !> The neighbour b rises from the plane of facet a by more than the angle of a fold: a node can
   !! touch both.
   pure logical function is_fold(nodes_a, nodes_b, x)
@@ -155,6 +166,29 @@ contains
     end if
     call project_on_facet(x(:, nodes_b), y, xi_b, gap)
   end subroutine unfold
+
+  !> Turns a vector of facet a about the edge shared with facet b, as the facet is turned: its parts
+  !! along the edge, across it and along the normal are kept.
+  pure function unfold_vector(nodes_a, nodes_b, x, v_a) result(v_b)
+    integer, intent(in) :: nodes_a(3) !! corner nodes of the facet that is left
+    integer, intent(in) :: nodes_b(3) !! corner nodes of the facet that is entered
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: v_a(3) !! components in the frame of facet a
+    real(wp) :: v_b(3)
+    real(wp) :: a(3, 3), b(3, 3), t(3), v(3)
+    integer :: ka
+
+    v_b = v_a
+    ka = far_corner(nodes_b, nodes_a)
+    if (ka == 0) return
+    a = facet_frame(x(:, nodes_a))
+    b = facet_frame(x(:, nodes_b))
+    t = x(:, nodes_a(mod(ka + 1, 3) + 1)) - x(:, nodes_a(mod(ka, 3) + 1))
+    t = t/norm2(t)
+    v = v_a(1)*a(:, 1) + v_a(2)*a(:, 2)
+    v = dot_product(v, t)*t + dot_product(v, cross(a(:, 3), t))*cross(b(:, 3), t)
+    v_b(1:2) = [dot_product(v, b(:, 1)), dot_product(v, b(:, 2))]
+  end function unfold_vector
 
   !> Unit vector of the part of v that is normal to the unit vector t.
   pure function away_from(v, t) result(w)

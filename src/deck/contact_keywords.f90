@@ -14,24 +14,30 @@ contains
     call add_command(t, table_mesh, 'CONTact', '', 'contact pairs')
     call add_word(t, 'PAIR', 'p:number [w:name]', 'starts a pair')
     call add_word(t, 'NTOS', 'w:slave w:master', 'nodes of a set or surface against a surface')
-    call add_word(t, 'GTOS', 'w:slave w:master [p:points]', 'area-weighted points to surface', &
-                  available=.false.)
+    call add_word(t, 'GTOS', 'w:slave w:master [p:points]', &
+                  'quadrature points of the facets of a surface against a surface')
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
-                  'per slave node, per area, or from the stiffness')
+                  'per slave point, per area, or from the stiffness')
     call add_word(t, 'FRICtion', 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2', 'friction law')
-    call add_word(t, 'DIREction', 'MATErial ANGLe r:phi r:v1 r:v2 r:v3 '// &
-                  '| ANGLe r:phi r:v1 r:v2 r:v3 | MATErial r:v1 r:v2 r:v3 | r:v1 r:v2 r:v3 '// &
-                  '| ~CIRCumferential r:x... | ~RADIal r:x... '// &
-                  '| MATErial ~CIRCumferential r:x... | MATErial ~RADIal r:x...', &
+    call add_word(t, 'DIREction', directions('')//' | '//directions('MATErial '), &
                   'principal axis of mu1')
     call add_word(t, 'SLIP', 'COLLinear | TENSor | ASSOciated', 'direction of slip')
-    call add_word(t, 'AUGMent', '[z:tol] [p:max]', 'augmented Lagrangian', available=.false.)
+    call add_word(t, 'AUGMent', '[q:tol] [p:max]', 'augmented Lagrangian')
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
+    call add_word(t, 'ADJUst', '[q:tolerance]', 'moves slave nodes next to the master onto it')
     call add_word(t, 'SMOOth', '', 'continuous normals over the master facets')
-    call explain(t, 'PENAlty: force per length and slave node; AREA: pressure per length; AUTO')
+    call explain(t, 'PENAlty: force per length and slave point; AREA: pressure per length; AUTO')
     call explain(t, '(the default): from the elements next to the pair. DIREction: a vector,')
     call explain(t, 'projected on the facet (default 1 0 0); ANGLe turns it by phi degrees about')
     call explain(t, 'the outward normal; MATErial: fixed in the facet and convected with it.')
+    call explain(t, 'CIRCumferential: around the axis through a point x along a, as a lathe leaves')
+    call explain(t, 'it; RADIal: away from that axis; FIELd: a vector for each facet, from the')
+    call explain(t, '$ElementData of that name in a Gmsh file.')
+    call explain(t, 'AUGMent: multipliers take over from the penalty until penetration and elastic')
+    call explain(t, 'slip are below tol facet sizes and contact forces stay to tol of the largest')
+    call explain(t, '(default 1e-6), within max updates (25).')
+    call explain(t, 'ADJUst: with a gap or penetration at the start of at most tolerance (default:')
+    call explain(t, '1/20 of the longest edge of the master); elements keep their shape.')
     call explain(t, 'Example:')
     call explain(t, '  CONTact')
     call explain(t, '    PAIR 1 sliding')
@@ -42,4 +48,17 @@ contains
     call add_command(t, table_mesh, 'PAIR', 'p:number [w:name]', &
                      'continues CONTact after a blank line with another pair')
   end subroutine add_contact_keywords
+
+  !> What may follow DIREction or its prefix, with and without ANGLe.
+  pure function directions(prefix) result(t)
+    character(*), intent(in) :: prefix !! nothing, or a word and a blank
+    character(:), allocatable :: t
+    character(*), parameter :: axis = ' r:x r:y r:z r:a1 r:a2 r:a3'
+    character(*), parameter :: turn = 'ANGLe r:phi '
+
+    t = prefix//'r:v1 r:v2 r:v3 | '//prefix//turn//'r:v1 r:v2 r:v3'// &
+      ' | '//prefix//'CIRCumferential'//axis//' | '//prefix//turn//'CIRCumferential'//axis// &
+      ' | '//prefix//'RADIal'//axis//' | '//prefix//turn//'RADIal'//axis// &
+      ' | '//prefix//'FIELd w:name | '//prefix//turn//'FIELd w:name'
+  end function directions
 end module contact_keywords

@@ -21,7 +21,7 @@ module matching
   integer, parameter :: accept_keyword = 3
 
   !> Most alternatives of a signature.
-  integer, parameter :: most_alternatives = 12
+  integer, parameter :: most_alternatives = 16
 
   !> What a record is checked against.
   type :: match_t

@@ -16,26 +16,15 @@ module elmt03
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_stick, status_slip
   use slave_points, only: positions, spread_point
+  use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
+    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
+    axis_circumferential, axis_radial
   use friction_return, only: return_map, return_t, has_friction
   implicit none
   private
   public :: elmt03_mfec
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_size
-  public :: axis_convected, axis_space_fixed
-
-  integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
-  integer, parameter :: d03_mu = 2 !! mu1, mu2
-  integer, parameter :: d03_rule = 4 !! slip rule m
-  integer, parameter :: d03_axis_kind = 5 !! one of the kinds below
-  integer, parameter :: d03_axis = 6 !! vector (3); or c1, c2 of p = c1 a1 + c2 a2
-  integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
-  integer, parameter :: d03_size = 10 !! length of d
-
-  integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
-  integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet
-
-  !> Projected vectors shorter than this share of the vector count as normal to the facet.
-  real(wp), parameter :: shortest_projection = 1.0e-8_wp
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
+  public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   !> The facet and the gap at the current positions.
   type :: cone_t
@@ -53,8 +42,8 @@ module elmt03
     real(wp) :: k(3) !! tangential part of the shift [length]
     real(wp) :: h_n !! g_N + kappa_N, what the pressure is made of [length]
     real(wp) :: p(3, 2) !! principal axes of friction
-    real(wp) :: share(3) !! share of a1, a2 and of the projected vector in the rotation of p
-    real(wp) :: q2(3) !! e x (projected vector), before it is turned
+    type(axes_t) :: axes !! the same, and how they turn
+    real(wp) :: slave(3) !! current position of the slave node [length]
     type(return_t) :: back !! state mapped onto the cone
     real(wp) :: g_new(3) !! gap to the new tip [length]
     real(wp) :: tip(2) !! new tip
@@ -68,8 +57,11 @@ contains
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
+    real(wp) :: x(3, 4)
 
-    call facet_and_gap(positions(e), e%h1, c)
+    x = positions(e)
+    call facet_and_gap(x, e%h1, c)
+    c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
     call add_shift(e%shift, c)
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
@@ -136,32 +128,10 @@ contains
   !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
   pure subroutine principal_axes(d, c)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets p and share
-    real(wp) :: v(3), p(3), size_p, turn(2)
+    type(cone_t), intent(inout) :: c !! facet and gap; gets p and axes
 
-    if (nint(d(d03_axis_kind)) == axis_space_fixed) then
-      v = d(d03_axis:d03_axis + 2)
-      p = v - dot_product(c%e, v)*c%e
-      size_p = norm2(p)
-      if (size_p > shortest_projection*norm2(v)) then
-        p = p/size_p
-        turn = d(d03_turn:d03_turn + 1)
-        c%share = [0.0_wp, 0.0_wp, -dot_product(c%e, v)/size_p]
-        c%q2 = cross(c%e, p)
-        c%p(:, 1) = turn(1)*p + turn(2)*c%q2
-        c%p(:, 2) = cross(c%e, c%p(:, 1))
-        return
-      end if
-      c%share = [1.0_wp, 0.0_wp, 0.0_wp]
-    else
-      c%share = [d(d03_axis), d(d03_axis + 1), 0.0_wp]
-    end if
-    p = c%share(1)*c%a1 + c%share(2)*c%a2
-    size_p = norm2(p)
-    c%share = c%share/size_p
-    c%p(:, 1) = p/size_p
-    c%p(:, 2) = cross(c%e, c%p(:, 1))
-    c%q2 = c%p(:, 2)
+    call find_axes(d, c%a1, c%a2, c%e, c%xi, c%slave, c%axes)
+    c%p = c%axes%p
   end subroutine principal_axes
 
   !> Stick or slip: the mapped gap and the new tip.
@@ -289,10 +259,9 @@ contains
     if (c%shifted) b_old = b_old + shift_derivative(c)
     dgn = matmul(c%e, gap_operator(c%xi))
     de = normal_derivative(c)
-    w = c%share(3)*matmul(c%q2, de)
-    w(4:6) = w(4:6) + c%share(1)*c%p(:, 2)
-    w(7:9) = w(7:9) + c%share(2)*c%p(:, 2)
-    w(10:12) = w(10:12) - (c%share(1) + c%share(2))*c%p(:, 2)
+    w = turn_of_axes(c%axes, de)
+    if (c%axes%varies) w = w + matmul(c%axes%place_share(1)*c%d1 + c%axes%place_share(2)*c%d2, &
+      gap_operator(c%xi) - c%g_n*de)
     dp1 = dyad(c%p(:, 2), w) - dyad(c%e, matmul(c%p(:, 1), de))
     dp2 = -dyad(c%p(:, 1), w) - dyad(c%e, matmul(c%p(:, 2), de))
     ds(1, :) = matmul(c%p(:, 1), b_old) + matmul(c%g, dp1)

@@ -11,8 +11,8 @@ module elmt04
     task_stress, status_open, status_stick, status_slip
   use slave_points, only: positions, spread_point
   use friction_return, only: return_map, return_t, has_friction
-  use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_size, &
-    axis_space_fixed
+  use friction_axes, only: direction_in_space, d03_epsilon, d03_mu, d03_rule, d03_axis_kind, &
+    d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_circumferential, axis_radial
   use smooth_patch, only: patch_t, patch_point_t, patch_at, patch_from_values, n_patch_values, &
     flat_patch, project_in_patch, patch_frame, dual_frame
   implicit none
@@ -49,8 +49,12 @@ module elmt04
     real(wp) :: k(3) !! the shift [length]
     real(wp) :: h_n !! g_N and the shift along the normal, what the pressure is made of [length]
     real(wp) :: p(3, 2) !! principal axes of friction
-    real(wp) :: v(3) !! vector that is projected to get the axis
-    real(wp) :: share(2) !! v = share(1) a1 + share(2) a2, or zero
+    real(wp) :: slave(3) !! position of the slave point [length]
+    integer :: kind !! which kind of axis
+    real(wp) :: axis(3) !! axis about which the direction of friction turns
+    real(wp) :: v(3) !! vector that is projected to get the direction
+    real(wp) :: share(2) !! convected: v = share(1) a1 + share(2) a2
+    real(wp) :: slope(2, 2) !! convected: derivative of share by the projection's (xi, eta)
     real(wp) :: size_p !! length of the projected vector
     real(wp) :: q(3) !! n x (projected vector), before it is turned
     type(return_t) :: back !! state mapped onto the cone
@@ -108,6 +112,7 @@ contains
     c%f = patch_frame(x(:, 2:4))
     c%dual = dual_frame(c%f)
     c%y = matmul(x(:, 1), c%dual)
+    c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
     call project_in_patch(c%patch, c%y, c%xi, c%gamma, found)
     if (.not. found) return
     c%below = patch_at(c%patch, c%xi)
@@ -156,23 +161,29 @@ contains
   !> Principal axes p1, p2 = n x p1.
   pure subroutine principal_axes(d, c)
     real(wp), intent(in) :: d(:) !! (d04_size) parameters
-    type(cone_t), intent(inout) :: c !! gets p, v, share, size_p, q
+    type(cone_t), intent(inout) :: c !! gets all of the axes
     real(wp) :: p(3), turn(2)
 
-    turn = [1.0_wp, 0.0_wp]
+    c%kind = nint(d(d03_axis_kind))
+    c%axis = d(d03_axis:d03_axis + 2)
     c%share = 0.0_wp
-    if (nint(d(d03_axis_kind)) == axis_space_fixed) then
-      c%v = d(d03_axis:d03_axis + 2)
-      turn = d(d03_turn:d03_turn + 1)
-    else
-      c%share = d(d03_axis:d03_axis + 1)
+    c%slope = 0.0_wp
+    turn = [1.0_wp, 0.0_wp]
+    if (c%kind == axis_convected) then
+      c%slope = reshape(d(d03_place:d03_place + 3), [2, 2])
+      c%share = d(d03_axis:d03_axis + 1) + matmul(c%slope, c%xi)
       c%v = matmul(c%f(:, 1:2), c%share)
+    else
+      c%v = direction_in_space(d, c%slave)
+      turn = d(d03_turn:d03_turn + 1)
     end if
     p = c%v - dot_product(c%n, c%v)*c%n
     c%size_p = norm2(p)
     if (.not. c%size_p > shortest_projection*norm2(c%v)) then
+      c%kind = axis_convected
       turn = [1.0_wp, 0.0_wp]
       c%share = [1.0_wp, 0.0_wp]
+      c%slope = 0.0_wp
       c%v = c%f(:, 1)
       p = c%v - dot_product(c%n, c%v)*c%n
       c%size_p = norm2(p)
@@ -305,15 +316,15 @@ contains
     real(wp), intent(out) :: dtip(2, 12) !! the derivative
     type(patch_point_t) :: old
     real(wp) :: dn(3, 12), dhn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), right(2, 12)
-    real(wp) :: dk(3, 12), m(2, 2)
+    real(wp) :: dk(3, 12), dxi(2, 12), m(2, 2)
 
-    call projection_derivative(c, dn, dhn)
+    call projection_derivative(c, dn, dhn, dxi)
     dk = 0.0_wp
     if (c%shifted) then
       dk = shift_derivative(c)
       dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
     end if
-    w = axis_turn(c, dn)
+    w = axis_turn(c, dn, dxi)
     dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
     dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
     old = patch_at(c%patch, tip_old)
@@ -329,12 +340,13 @@ contains
     dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
   end subroutine tip_derivative
 
-  !> Derivatives of the unit normal at the projection and of the normal gap.
-  pure subroutine projection_derivative(c, dn, dgn)
+  !> Derivatives of the unit normal at the projection, of the normal gap, and of the projection.
+  pure subroutine projection_derivative(c, dn, dgn, dxi)
     type(cone_t), intent(in) :: c !! the cone
     real(wp), intent(out) :: dn(3, 12) !! of the unit normal
     real(wp), intent(out) :: dgn(12) !! of the normal gap
-    real(wp) :: t(3, 2), b(3, 12), right(3, 12), dxi(2, 12), det, d1(3), d2(3)
+    real(wp), intent(out) :: dxi(2, 12) !! of (xi, eta)
+    real(wp) :: t(3, 2), b(3, 12), right(3, 12), det, d1(3), d2(3)
 
     b = gap_operator(c, c%below%x)
     dn = frame_operator(c, c%below%n)
@@ -364,14 +376,25 @@ contains
       - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
   end function shift_derivative
 
-  !> Turn of the friction axes in the tangent plane.
-  pure function axis_turn(c, dn) result(w)
+  !> Turn of the friction axes in the tangent plane: (q . dv - (n . v) q . dn)/|Pv|.
+  pure function axis_turn(c, dn, dxi) result(w)
     type(cone_t), intent(in) :: c !! the cone
     real(wp), intent(in) :: dn(3, 12) !! derivative of the unit normal
+    real(wp), intent(in) :: dxi(2, 12) !! derivative of the projection
     real(wp) :: w(12)
 
-    w = matmul(c%q, frame_operator(c, [c%share(1), c%share(2), 0.0_wp])) &
-      - dot_product(c%n, c%v)*matmul(c%q, dn)
+    w = -dot_product(c%n, c%v)*matmul(c%q, dn)
+    select case (c%kind)
+    case (axis_convected)
+      w = w + matmul(c%q, frame_operator(c, [c%share(1), c%share(2), 0.0_wp])) &
+        + matmul(matmul(matmul(c%q, c%f(:, 1:2)), c%slope), dxi)
+    case (axis_circumferential)
+      w(1:3) = w(1:3) + cross(c%q, c%axis)
+    case (axis_radial)
+      w(1:3) = w(1:3) + c%q - dot_product(c%q, c%axis)*c%axis
+    case default
+      ! A vector that is fixed in space does not turn when nodes move.
+    end select
     w = w/c%size_p
   end function axis_turn
 

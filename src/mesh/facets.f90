@@ -6,7 +6,7 @@ module facets
   use tetrahedra, only: facet_vector
   implicit none
   private
-  public :: facet_table_t, exterior_facets, find_facet, facet_neighbours, node_facets, &
+  public :: facet_table_t, exterior_facets, find_facet, find_key, facet_neighbours, node_facets, &
     tributary_areas, tet_facets
 
   !> Corners of the four facets of a tetrahedron, counter-clockwise seen from outside.
@@ -67,24 +67,32 @@ contains
   pure integer function find_facet(table, corners) result(place)
     type(facet_table_t), intent(in) :: table !! exterior facets
     integer, intent(in) :: corners(3) !! node numbers
+
+    place = find_key(table%keys(:, :table%count), corners)
+  end function find_facet
+
+  !> Place of three corners, in any order, in a list of ascending corners; 0 if they are not there.
+  pure integer function find_key(keys, corners) result(place)
+    integer, intent(in) :: keys(:, :) !! (3, n) corners ascending; columns lexicographic
+    integer, intent(in) :: corners(3) !! node numbers
     integer :: key(3), low, high, middle
 
     key = ascending(corners)
     low = 1
-    high = table%count
+    high = size(keys, 2)
     place = 0
     do while (low <= high)
       middle = (low + high)/2
-      if (all(table%keys(:, middle) == key)) then
+      if (all(keys(:, middle) == key)) then
         place = middle
         return
-      else if (before(table%keys(:, middle), key)) then
+      else if (before(keys(:, middle), key)) then
         low = middle + 1
       else
         high = middle - 1
       end if
     end do
-  end function find_facet
+  end function find_key
 
   !> Lexicographic order of two keys.
   pure logical function before(a, b)

@@ -5,6 +5,7 @@ module gmsh_reader
   use mesh_file_types, only: file_mesh_t, start_file_mesh
   use gmsh_groups, only: physical_t, add_physical, gather_groups
   use gmsh4_sections, only: read_entities4, read_nodes4, read_elements4
+  use gmsh_data, only: read_element_data
   use gmsh2_sections, only: read_nodes2, read_elements2
   implicit none
   private
@@ -91,6 +92,8 @@ contains
     case ('$Elements')
       if (version == 4) call read_elements4(text, file, physical, cursor)
       if (version == 2) call read_elements2(text, file, cursor)
+    case ('$ElementData')
+      call read_element_data(text, file, cursor)
     case ('$PartitionedEntities')
       call fail(cursor, cursor%head, 'a partitioned mesh', 'write it without partitions')
     case default

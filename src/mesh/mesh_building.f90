@@ -40,7 +40,7 @@ contains
     allocate (mesh%defined(n), source=.false.)
     allocate (mesh%ix(max_element_nodes, m), source=0)
     allocate (mesh%material(m), mesh%region(m), origin%set(m), origin%record(m), source=0)
-    allocate (mesh%regions(0), mesh%sets(0), mesh%surfaces(0))
+    allocate (mesh%regions(0), mesh%sets(0), mesh%surfaces(0), mesh%fields(0))
   end subroutine start_mesh
 
   !> Makes room for node numbers up to `n`.

@@ -16,6 +16,7 @@ module mesh_file_reader
   use file_mesh_checks, only: file_place_t, check_file_mesh, place_in_file
   use file_surfaces, only: surface_draft_t
   use file_groups, only: place_groups
+  use file_fields, only: place_fields
   use kinds, only: wp
   implicit none
   private
@@ -52,6 +53,7 @@ contains
         file%remarks(i)%s)
     end do
     call place_groups(deck, name, place, file, mesh, drafts, diagnostics)
+    call place_fields(place, file, mesh, diagnostics)
   end subroutine read_mesh_file
 
   !> Opens a file, relative to the one that names it, and reads it.

@@ -4,8 +4,8 @@ module mesh_file_types
   use text, only: string_t, lower
   implicit none
   private
-  public :: file_mesh_t, file_group_t, add_node, add_cell, add_group, add_member, add_remark, &
-    find_group, start_file_mesh
+  public :: file_mesh_t, file_group_t, file_field_t, add_node, add_cell, add_group, add_member, &
+    add_field, add_vector, add_remark, find_group, start_file_mesh
   public :: group_nodes, group_cells, group_faces
 
   !> What the members of a group are.
@@ -24,6 +24,16 @@ module mesh_file_types
     integer, allocatable :: faces(:) !! face 1 to 4 of each, 0 for all free ones; else 0
   end type file_group_t
 
+  !> Vectors of cells under a name.
+  type :: file_field_t
+    character(:), allocatable :: name !! its name as written
+    integer :: at = 1 !! character of the file where it begins
+    integer :: count = 0 !! cells with a vector
+    integer, allocatable :: tag(:) !! the file's number of each cell (may be larger than count)
+    real(wp), allocatable :: vector(:, :) !! (3, count) components
+    integer, allocatable :: vector_at(:) !! character of the file where each stands
+  end type file_field_t
+
   !> Nodes, cells (points, lines, triangles, tetrahedra) and groups of a mesh file.
   type :: file_mesh_t
     logical :: merges = .false. !! the format repeats a cell that is in several groups (MSH 2.2)
@@ -39,6 +49,7 @@ module mesh_file_types
     integer, allocatable :: cell_at(:) !! character of the file where each stands
     integer :: groups = 0 !! number of groups
     type(file_group_t), allocatable :: group(:) !! groups in the order of the file
+    type(file_field_t), allocatable :: field(:) !! vectors of cells, in the order of the file
     type(string_t), allocatable :: remarks(:) !! what was passed over
   end type file_mesh_t
 
@@ -52,7 +63,7 @@ contains
     allocate (file%x(3, 64), source=0.0_wp)
     allocate (file%cell_tag(64), file%size(64), file%mark(64), file%cell_at(64), source=0)
     allocate (file%corners(4, 64), source=0)
-    allocate (file%group(8), file%remarks(0))
+    allocate (file%group(8), file%field(0), file%remarks(0))
   end subroutine start_file_mesh
 
   !> Adds a node.
@@ -157,6 +168,52 @@ contains
     group%members(group%count) = member
     group%faces(group%count) = face
   end subroutine add_member
+
+  !> Adds an empty field; there are few of them.
+  subroutine add_field(file, name, at)
+    type(file_mesh_t), intent(inout) :: file !! the file
+    character(*), intent(in) :: name !! its name
+    integer, intent(in) :: at !! character of the file where it begins
+    type(file_field_t), allocatable :: more(:)
+    integer :: i, n
+
+    n = size(file%field)
+    allocate (more(n + 1))
+    do i = 1, n
+      call move_alloc(file%field(i)%name, more(i)%name)
+      call move_alloc(file%field(i)%tag, more(i)%tag)
+      call move_alloc(file%field(i)%vector, more(i)%vector)
+      call move_alloc(file%field(i)%vector_at, more(i)%vector_at)
+      more(i)%at = file%field(i)%at
+      more(i)%count = file%field(i)%count
+    end do
+    more(n + 1)%name = name
+    more(n + 1)%at = at
+    allocate (more(n + 1)%tag(64), more(n + 1)%vector_at(64), source=0)
+    allocate (more(n + 1)%vector(3, 64), source=0.0_wp)
+    call move_alloc(more, file%field)
+  end subroutine add_field
+
+  !> Adds the vector of a cell to a field.
+  subroutine add_vector(field, tag, vector, at)
+    type(file_field_t), intent(inout) :: field !! the field
+    integer, intent(in) :: tag !! number of the cell
+    real(wp), intent(in) :: vector(3) !! components
+    integer, intent(in) :: at !! character of the file where it stands
+    real(wp), allocatable :: more(:, :)
+
+    if (field%count == size(field%tag)) then
+      call grow(field%tag)
+      call grow(field%vector_at)
+      allocate (more(3, size(field%tag)), source=0.0_wp)
+      more(:, :field%count) = field%vector
+      call move_alloc(more, field%vector)
+    end if
+    field%count = field%count + 1
+    field%tag(field%count) = tag
+    field%vector(:, field%count) = vector
+    field%vector_at(field%count) = at
+  end subroutine add_vector
 
   !> Adds a remark; there are few of them.
   subroutine add_remark(file, remark)

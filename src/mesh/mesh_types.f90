@@ -4,7 +4,7 @@ module mesh_types
   use deck_types, only: location_t
   implicit none
   private
-  public :: mesh_t, node_set_t, region_t, surface_t
+  public :: mesh_t, node_set_t, region_t, surface_t, facet_field_t
   public :: max_element_nodes
 
   !> Most nodes a bulk element can have (T10).
@@ -32,6 +32,15 @@ module mesh_types
     integer, allocatable :: elements(:) !! (n) the element behind each facet
   end type surface_t
 
+  !> Vectors of facets from a mesh file.
+  type :: facet_field_t
+    character(:), allocatable :: name !! its name in the file
+    integer :: file = 0 !! number of the file in the source
+    integer, allocatable :: keys(:, :) !! (3, n) corners ascending; columns lexicographic
+    real(wp), allocatable :: vectors(:, :) !! (3, n) components
+    integer, allocatable :: at(:) !! (n) character of the file where each stands
+  end type facet_field_t
+
   !> The mesh as the deck describes it. Node and element numbers are the deck's own.
   type :: mesh_t
     logical :: sound = .false. !! nothing in it is wrong or missing: it can be computed with
@@ -46,5 +55,6 @@ module mesh_types
     type(region_t), allocatable :: regions(:) !! regions in the order of the deck
     type(node_set_t), allocatable :: sets(:) !! node sets in the order of the deck
     type(surface_t), allocatable :: surfaces(:) !! surfaces in the order of the deck
+    type(facet_field_t), allocatable :: fields(:) !! vectors of facets, in the order of the deck
   end type mesh_t
 end module mesh_types

@@ -1,12 +1,14 @@
 !> Reads the contact pairs: CONTact with its PAIR records.
 module contact_reader
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
-    form_node_to_surface
+    direction_circumferential, direction_radial, direction_field, form_node_to_surface, &
+    form_quadrature_to_surface
+  use facet_quadrature, only: has_rule, list_rules
   implicit none
   private
   public :: read_pairs, pair_draft_t
@@ -14,7 +16,7 @@ module contact_reader
   !> A pair while the deck is being read.
   type :: pair_draft_t
     type(pair_t) :: pair !! what the deck says so far
-    logical :: has_form = .false. !! NTOS has been given
+    logical :: has_form = .false. !! NTOS or GTOS has been given
     logical :: has_direction = .false. !! DIREction has been given
     logical :: complete = .true. !! all records of its data set could be used
   end type pair_draft_t
@@ -99,7 +101,7 @@ contains
     type(pair_draft_t), intent(inout) :: draft !! the pair
 
     associate (word => record%items(1))
-      if (is_word(word, 'ntos')) then
+      if (is_word(word, 'ntos') .or. is_word(word, 'gtos')) then
         call read_form(record, diagnostics, draft)
       else if (is_word(word, 'penalty')) then
         call read_penalty(record, draft%pair)
@@ -113,13 +115,20 @@ contains
         if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
       else if (is_word(word, 'smooth')) then
         draft%pair%smooth = .true.
+      else if (is_word(word, 'augment')) then
+        draft%pair%augmented = .true.
+        if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)
+        if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
+      else if (is_word(word, 'adjust')) then
+        draft%pair%adjusted = .true.
+        if (item_count(record) > 1) draft%pair%adjust = item_real(record, 2)
       end if
     end associate
   end subroutine read_word
 
-  !> NTOS slave master.
+  !> NTOS slave master, or GTOS slave master [points].
   subroutine read_form(record, diagnostics, draft)
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -136,6 +145,14 @@ contains
     draft%pair%master = item_name(record, 3)
     draft%pair%slave_at = item_location(record, 2)
     draft%pair%master_at = item_location(record, 3)
+    if (.not. is_word(record%items(1), 'gtos')) return
+    draft%pair%form = form_quadrature_to_surface
+    if (item_count(record) < 4) return
+    draft%pair%facet_points = item_integer(record, 4)
+    if (has_rule(draft%pair%facet_points)) return
+    call report_error(diagnostics, item_location(record, 4), 'there is no rule with '// &
+      count_noun(draft%pair%facet_points, 'point')//' in a facet', 'write '//list_rules())
+    draft%pair%facet_points = 3
   end subroutine read_form
 
   !> PENAlty value, PENAlty AREA value or PENAlty AUTO [factor].
@@ -173,7 +190,8 @@ contains
     end associate
   end subroutine read_friction
 
-  !> DIREction [MATErial] [ANGLe phi] vx vy vz.
+  !> DIREction [MATErial] [ANGLe phi], then a vector, CIRCumferential or RADIal with point and axis,
+  !! or FIELd and its name.
   subroutine read_direction(record, diagnostics, draft)
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -184,30 +202,65 @@ contains
     associate (pair => draft%pair)
       pair%direction_at = record%at
       pair%direction = direction_vector
+      pair%angle = 0.0_wp
       i = 2
       pair%convected = is_word(record%items(i), 'material')
       if (pair%convected) i = i + 1
-      pair%angle = 0.0_wp
-      if (i <= item_count(record)) then
-        if (is_word(record%items(i), 'angle')) then
-          pair%angle = item_real(record, i + 1)
-          i = i + 2
-        end if
+      if (word_at(record, i, 'angle')) then
+        pair%angle = item_real(record, i + 1)
+        i = i + 2
       end if
-      if (item_count(record) < i + 2) return
+      if (word_at(record, i, 'circumferential')) pair%direction = direction_circumferential
+      if (word_at(record, i, 'radial')) pair%direction = direction_radial
+      if (word_at(record, i, 'field')) pair%direction = direction_field
+      if (item_count(record) <= i) return
       pair%direction_at = item_location(record, i)
+      select case (pair%direction)
+      case (direction_field)
+        pair%field = item_name(record, i + 1)
+        pair%direction_at = item_location(record, i + 1)
+      case (direction_vector)
+        call read_axis(record, i, diagnostics, draft)
+      case default
+        if (item_count(record) < i + 6) return
+        pair%point = [item_real(record, i + 1), item_real(record, i + 2), item_real(record, i + 3)]
+        call read_axis(record, i + 4, diagnostics, draft)
+      end select
+    end associate
+  end subroutine read_direction
+
+  !> Whether a record has a certain word at a place.
+  pure logical function word_at(record, i, word)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! the place, maybe behind its last item
+    character(*), intent(in) :: word !! the word
+
+    word_at = .false.
+    if (i <= item_count(record)) word_at = is_word(record%items(i), word)
+  end function word_at
+
+  !> The vector of a direction or of its axis, made a unit vector.
+  subroutine read_axis(record, i, diagnostics, draft)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: i !! its first component
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+
+    if (item_count(record) < i + 2) return
+    associate (pair => draft%pair)
       pair%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, i + 2)]
       if (all(abs(pair%axis) <= 0.0_wp)) then
         call report_error(diagnostics, item_location(record, i), 'the direction has no length', &
           'write a vector other than 0 0 0')
         pair%axis = [1.0_wp, 0.0_wp, 0.0_wp]
+        pair%direction = direction_vector
         draft%has_direction = .false.
       else
         pair%axis = pair%axis/maxval(abs(pair%axis))
         pair%axis = pair%axis/norm2(pair%axis)
       end if
     end associate
-  end subroutine read_direction
+  end subroutine read_axis
 
   !> A pair needs its surfaces, a number of its own and a name of its own.
   subroutine check_pair(drafts, i, diagnostics)
@@ -219,7 +272,7 @@ contains
     associate (pair => drafts(i)%pair)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
-          'write NTOS slave master')
+          'write GTOS slave master, or NTOS slave master')
       end if
       do k = 1, i - 1
         if (drafts(k)%pair%number == pair%number) then

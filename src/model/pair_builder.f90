@@ -2,17 +2,19 @@
 module pair_builder
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use diagnostics, only: diagnostics_t, report_error, report_note
+  use diagnostics, only: diagnostics_t, report_error, report_note, error_count
+  use deck_types, only: location_t
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
-  use contact_types, only: pair_t, penalty_area, penalty_nodal
-  use contact_points, only: count_points, point_text, make_node_points
+  use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
+  use contact_points, only: count_points, point_text, make_node_points, make_facet_points
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
-  use lay_directions, only: lay_on_facet, convected_lay
+  use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
+  use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
   private
   public :: build_pairs
@@ -31,11 +33,45 @@ contains
     if (size(drafts) == 0) return
     call exterior_facets(model%mesh, exterior)
     do i = 1, size(drafts)
+      if (drafts(i)%has_form .and. drafts(i)%pair%adjusted) call adjust_pair(drafts(i)%pair, &
+        exterior, diagnostics, model%mesh)
+    end do
+    do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
       call build_pair(drafts(i), exterior, diagnostics, model, model%pairs(i))
     end do
   end subroutine build_pairs
+
+  !> Moves the slave nodes of a pair that are next to the master onto it, and notes what was done.
+  !! What is wrong with the pair is reported when it is built.
+  subroutine adjust_pair(asked, exterior, diagnostics, mesh)
+    type(pair_t), intent(in) :: asked !! the pair as read
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets a note
+    type(mesh_t), intent(inout) :: mesh !! its nodes are moved
+    type(pair_t) :: pair
+    type(diagnostics_t) :: later
+    type(adjustment_t) :: done
+    character(:), allocatable :: t
+    logical :: found_slave, found_master
+
+    pair = asked
+    call take_master(mesh, later, pair, found_master)
+    call take_slave(mesh, exterior, later, pair, found_slave)
+    if (.not. (found_slave .and. found_master)) return
+    call check_common_nodes(mesh, pair, later)
+    if (error_count(later) > 0) return
+    call adjust_gaps(pair%point_nodes(1, :), pair%facets, pair%neighbours, pair%adjust, mesh, &
+      done)
+    t = 'pair '//pair%name//': '//count_noun(done%moved, 'slave node')//' moved onto the master'
+    if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
+      to_text(done%farthest)//')'
+    if (done%left > 0) t = t//'; '//to_text(done%left)// &
+      ' left where they are, the first is node '//to_text(done%left_node)//': element '// &
+      to_text(done%left_element)//' would lose its shape'
+    call report_note(diagnostics, pair%at, t)
+  end subroutine adjust_pair
 
   !> Builds one pair.
   subroutine build_pair(draft, exterior, diagnostics, model, pair)
@@ -47,10 +83,14 @@ contains
     logical :: found_slave, found_master
 
     call take_master(model%mesh, diagnostics, pair, found_master)
-    call take_slave(model%mesh, exterior, diagnostics, pair, found_slave)
+    if (pair%form == form_quadrature_to_surface) then
+      call take_slave_facets(model%mesh, diagnostics, pair, found_slave)
+    else
+      call take_slave(model%mesh, exterior, diagnostics, pair, found_slave)
+    end if
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(model%mesh, pair, diagnostics)
-    call set_lay(draft, model%mesh, diagnostics, pair)
+    call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
     call take_penalties(model, diagnostics, pair)
     allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
   end subroutine build_pair
@@ -61,22 +101,11 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_t), intent(inout) :: pair !! the pair
     logical, intent(out) :: found !! the master is known
-    integer, allocatable :: nodes(:)
     integer :: index, non_manifold
 
-    call find_surface(mesh, pair%master, index)
+    call find_facets(mesh, 'master', pair%master, pair%master_at, diagnostics, index)
     found = index > 0
-    if (.not. found) then
-      call find_nodes(mesh, pair%master, nodes, found)
-      if (found) then
-        call report_error(diagnostics, pair%master_at, 'the master '''//pair%master// &
-          ''' is no surface', 'define one: SURFace name FROM '//pair%master)
-      else
-        call report_unknown_name(mesh, pair%master_at, pair%master, diagnostics)
-      end if
-      found = .false.
-      return
-    end if
+    if (.not. found) return
     pair%facets = mesh%surfaces(index)%facets
     pair%facet_elements = mesh%surfaces(index)%elements
     call facet_neighbours(pair%facets, pair%neighbours, non_manifold)
@@ -85,6 +114,41 @@ contains
       count_noun(non_manifold, 'edge')//' with more than two facets; a node that slides over '// &
       'one of them is searched anew')
   end subroutine take_master
+
+  !> The surface of one side; what is none is reported.
+  subroutine find_facets(mesh, side, name, at, diagnostics, index)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(*), intent(in) :: side !! slave or master
+    character(*), intent(in) :: name !! of the surface
+    type(location_t), intent(in) :: at !! where the deck names it
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer, intent(out) :: index !! into mesh%surfaces, 0 if it is no surface
+    integer, allocatable :: nodes(:)
+    logical :: found
+
+    call find_surface(mesh, name, index)
+    if (index > 0) return
+    call find_nodes(mesh, name, nodes, found)
+    if (found) then
+      call report_error(diagnostics, at, 'the '//side//' '''//name//''' is no surface', &
+        'define one: SURFace name FROM '//name)
+    else
+      call report_unknown_name(mesh, at, name, diagnostics)
+    end if
+  end subroutine find_facets
+
+  !> Quadrature points of the slave facets and their areas.
+  subroutine take_slave_facets(mesh, diagnostics, pair, found)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(pair_t), intent(inout) :: pair !! the pair
+    logical, intent(out) :: found !! the slave is a surface
+    integer :: index
+
+    call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
+    found = index > 0
+    if (found) call make_facet_points(mesh%surfaces(index)%facets, mesh%x, pair)
+  end subroutine take_slave_facets
 
   !> Slave nodes and their tributary areas.
   subroutine take_slave(mesh, exterior, diagnostics, pair, found)
@@ -171,66 +235,22 @@ contains
     first = 0
   end function first_true
 
-  !> Checks the lay direction on each master facet, and keeps it where it is convected.
-  !!
-  !! Isotropic friction needs no direction: it is checked only where the deck gives one, or where
-  !! the two coefficients differ.
-  subroutine set_lay(draft, mesh, diagnostics, pair)
-    type(pair_draft_t), intent(in) :: draft !! the pair as read
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(pair_t), intent(inout) :: pair !! the pair
-    real(wp) :: p(3)
-    integer :: i, n, bad
-    logical :: found
-
-    if (.not. (draft%has_direction .or. abs(pair%mu(1) - pair%mu(2)) > 0.0_wp)) return
-    if (pair%convected) allocate (pair%lay(2, size(pair%facets, 2)), source=0.0_wp)
-    n = 0
-    bad = 0
-    do i = 1, size(pair%facets, 2)
-      associate (corners => pair%facets(:, i))
-        call lay_on_facet(pair, mesh%x(:, corners), p, found)
-        if (.not. found) then
-          if (n == 0) bad = i
-          n = n + 1
-        else if (pair%convected) then
-          pair%lay(:, i) = convected_lay(mesh%x(:, corners), p)
-        end if
-      end associate
-    end do
-    if (n > 0) call report_normal_lay(pair, bad, n, diagnostics)
-  end subroutine set_lay
-
-  !> The lay direction is normal to `n` facets, of which `facet` is the first.
-  subroutine report_normal_lay(pair, facet, n, diagnostics)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: facet !! first facet
-    integer, intent(in) :: n !! number of facets
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: more
-
-    more = ''
-    if (n > 1) more = ' and to '//count_noun(n - 1, 'other facet')
-    call report_error(diagnostics, pair%direction_at, 'the lay direction is normal to the '// &
-      'facet '//to_text(pair%facets(1, facet))//' '//to_text(pair%facets(2, facet))//' '// &
-      to_text(pair%facets(3, facet))//' of '''//pair%master//''''//more, &
-      'give a DIREction that has a part in each master facet')
-  end subroutine report_normal_lay
-
   !> Penalties; those of AUTO are noted, for the log.
   subroutine take_penalties(model, diagnostics, pair)
     type(model_t), intent(in) :: model !! mesh and materials
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_t), intent(inout) :: pair !! the pair
+    character(:), allocatable :: point_noun
     logical :: found
 
+    point_noun = 'node'
+    if (pair%n_slaves > 1) point_noun = 'point'
     call set_penalties(model, pair, found)
     if (found) then
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
         to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
-        ' force per length and node')
+        ' force per length and '//point_noun)
     else if (pair%penalty_kind == penalty_area) then
       call report_error(diagnostics, pair%slave_at, 'slave '// &
         point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &

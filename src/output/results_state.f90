@@ -10,7 +10,7 @@ module results_state
   use contact_points, only: count_points
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
-  use result_types, only: saved_state_t
+  use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, &
     write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
@@ -120,6 +120,8 @@ contains
     call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
       'host when the pattern of the matrix was built, 0 for none', error)
     if (allocated(error)) return
+    if (pair%augmented) call create_multipliers(file, group, points, error)
+    if (allocated(error)) return
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &
       max(1, size(pair%point_nodes)), '1', 'nodes of the points', error)
     if (allocated(error)) return
@@ -131,6 +133,20 @@ contains
     if (allocated(error)) return
     call write_block(file, group//'/facets', pair%facets, at_end, error)
   end subroutine create_pair
+
+  !> Makes the data sets of an augmented pair.
+  subroutine create_multipliers(file, group, points, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    integer, intent(in) :: points !! number of its points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, group//'/multiplier', stored_real, [3, points], 1, 'force', &
+      'force without a gap, along a1, e x a1 and e of the facet', error)
+    if (allocated(error)) return
+    call make_series(file, group//'/raise', stored_real, [integer ::], 1, '1', &
+      'factor by which the penalty has been raised', error)
+  end subroutine create_multipliers
 
   !> Writes one state; it counts only after complete_state, when all of it is on disk.
   subroutine write_state(file, model, written, state, error)
@@ -187,6 +203,9 @@ contains
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)
+      if (allocated(error)) return
+      if (model%pairs(i)%augmented) call write_multipliers(file, model%pairs(i)%number, &
+        state%pairs(i), slot, error)
     end do
   end subroutine write_slot
 
@@ -240,6 +259,24 @@ contains
     if (allocated(error)) return
     call write_block(file, pair_group(number)//'/coupled', state%pairs(pair)%coupled, slot, error)
   end subroutine write_pair
+
+  !> Writes the multipliers of an augmented pair.
+  subroutine write_multipliers(file, number, history, slot, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    integer, intent(in) :: number !! number of the pair
+    type(pair_history_t), intent(in) :: history !! its history
+    integer, intent(in) :: slot !! place of the state in the file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: lambda(3, size(history%points))
+    integer :: i
+
+    do i = 1, size(history%points)
+      lambda(:, i) = history%points(i)%lambda
+    end do
+    call write_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
+    if (allocated(error)) return
+    call write_block(file, pair_group(number)//'/raise', [history%raise], slot, error)
+  end subroutine write_multipliers
 
   !> Group of a pair.
   function pair_group(number) result(group)

@@ -195,7 +195,8 @@ contains
       call make_series(file, group//'/node', stored_integer, [integer ::], count_points(pair), &
         '1', 'slave node of each point', error)
       if (allocated(error)) return
-      call write_block(file, group//'/node', pair%point_nodes(1, :), at_end, error)
+      call write_block(file, group//'/node', reshape(pair%point_nodes, &
+        [count_points(pair)]), at_end, error)
     else
       call make_series(file, group//'/node', stored_integer, [pair%n_slaves], count_points(pair), &
         '1', 'corner nodes of the slave facet of each point', error)

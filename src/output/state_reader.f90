@@ -6,7 +6,7 @@ module state_reader
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: saved_state_t
+  use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
   use hdf5_data, only: read_block, series_shape
   use results_state, only: pair_group, defined_coordinates
@@ -222,10 +222,15 @@ contains
     integer :: dims(3), rank
 
     where_it_is = ' in pair '//to_text(pair%number)
+    call series_shape(file, pair_group(pair%number)//'/host', dims, rank)
+    if (dims(1) /= count_points(pair)) then
+      call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
+        count_noun(count_points(pair), 'point'), error)
+      return
+    end if
     call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
     if (dims(1) /= size(pair%point_nodes)) then
-      call raise_other(file, count_noun(dims(1)/pair%n_slaves, 'point')//where_it_is, &
-        count_noun(count_points(pair), 'point'), error)
+      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
       return
     end if
     allocate (nodes(dims(1)))
@@ -286,6 +291,9 @@ contains
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
+      if (allocated(error)) return
+      if (model%pairs(i)%augmented) call read_multipliers(file, model%pairs(i)%number, slot, &
+        state%pairs(i), error)
     end do
   end subroutine read_slot
 
@@ -326,4 +334,25 @@ contains
       state%pairs(index)%points(i)%dissipation = dissipation(i)
     end do
   end subroutine read_pair
+
+  !> Reads the multipliers of an augmented pair; a run without AUGMent has left none.
+  subroutine read_multipliers(file, number, slot, history, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    integer, intent(in) :: number !! number of the pair
+    integer, intent(in) :: slot !! place of the state
+    type(pair_history_t), intent(inout) :: history !! its history, points allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: lambda(3, size(history%points)), factor(1)
+    integer :: i
+
+    if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
+    call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
+    if (allocated(error)) return
+    call read_block(file, pair_group(number)//'/raise', factor, slot, error)
+    if (allocated(error)) return
+    history%raise = factor(1)
+    do i = 1, size(history%points)
+      history%points(i)%lambda = lambda(:, i)
+    end do
+  end subroutine read_multipliers
 end module state_reader

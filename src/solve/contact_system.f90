@@ -9,7 +9,7 @@ module contact_system
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, pair_routine
+  use contact_parameters, only: point_parameters, pair_routine, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
@@ -131,6 +131,7 @@ contains
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
 

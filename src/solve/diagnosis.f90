@@ -1,7 +1,7 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
   use kinds, only: wp
-  use text, only: to_text, count_noun
+  use text, only: to_text
   use errors, only: error_t, raise, exit_no_convergence
   use contact_points, only: count_points
   use supports, only: free_motion
@@ -132,7 +132,8 @@ contains
       //to_text(dof)//' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
     closed = closed_points(system, body)
     if (closed > 0) then
-      t = t//': no support resists, nor what '//count_noun(closed, 'closed contact point')//' hold'
+      t = t//': no support resists, and its closed contact points ('//to_text(closed)// &
+        ') do not hold it'
     else
       t = t//'; no support and no closed contact point resists'
     end if
@@ -153,7 +154,8 @@ contains
       t = '  without friction it glides or tips until it lies in a hollow: restrain it with '// &
         'BOUNdary, or give the pair FRICtion'
     else
-      t = '  friction does not carry the load: lower it, raise the coefficient, or restrain the body'
+      t = '  friction does not carry the load: lower it, raise the coefficient, or restrain '// &
+        'the body'
     end if
   end function what_holds
 

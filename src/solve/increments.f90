@@ -8,8 +8,9 @@ module increments
   use predictor, only: carry_bodies
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless
+    outcome_too_many, outcome_restless, outcome_gaps
   use contact_report, only: restless_point
+  use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -50,8 +51,35 @@ contains
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(augmentation_t) :: augmentation
+    type(settings_t) :: budget
+
+    call solve_with_hosts(model, system, time, settings, monitor, progress)
+    if (.not. any(model%pairs%augmented)) return
+    budget = settings
+    do while (progress%outcome == outcome_converged)
+      call check_gaps(model, system, augmentation, monitor)
+      if (augmentation%closed) return
+      if (augmentation%updates >= maxval(model%pairs%augment_most, model%pairs%augmented)) then
+        progress%outcome = outcome_gaps
+        return
+      end if
+      call update_multipliers(model, system, augmentation, monitor)
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end do
+  end subroutine solve_from_start
+
+  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape.
+  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
@@ -83,7 +111,7 @@ contains
     if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
-  end subroutine solve_from_start
+  end subroutine solve_with_hosts
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)

@@ -17,7 +17,8 @@ module newton
   private
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless
+    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
+    outcome_gaps
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -29,6 +30,7 @@ module newton
   integer, parameter :: outcome_stopped = 6
   integer, parameter :: outcome_open = 7
   integer, parameter :: outcome_restless = 8
+  integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
 
   !> Iterations in a row without a new lowest residual after which the solve has stalled.
   integer, parameter :: patience = 12

@@ -6,7 +6,7 @@ module stepping
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
-    outcome_singular, outcome_memory, outcome_stopped, outcome_restless
+    outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies
   use signals, only: stop_exit_code
@@ -90,6 +90,8 @@ contains
       t = 'all linear solves of an increment are used up'
     case (outcome_open)
       t = 'TIME or END comes before the increment has met TOL,'
+    case (outcome_gaps)
+      t = 'AUGMent has made all its updates, and penetration or slip is above its tolerance,'
     case (outcome_singular)
       t = 'the matrix is singular'
     case default

@@ -253,7 +253,7 @@ contains
     n = n/norm2(n)
   end function normal_of
 
-  !> Normal gap of a contact element at u + length du.
+  !> Normal gap of a contact element at u + length du, its shift included.
   pure real(wp) function gap_of(x, length, k, system) result(gap)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
@@ -268,6 +268,7 @@ contains
     else
       call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
     end if
+    gap = gap + system%contact%shift(3, k)
   end function gap_of
 
   !> Positions of the slave point and of the corners of its facet at u + length du.

@@ -258,3 +258,13 @@ class Maker:
 def random_scene(seed):
     """The scene of a seed."""
     return Maker(seed).scene()
+
+
+def quadrature_scene(seed):
+    """The same scene with GTOS in its pairs, most of them with three points in a facet."""
+    scene = Maker(seed).scene()
+    scene.name, scene.group = f'gtos {seed}', 'gtos'
+    scene.deck.form = 'GTOS'
+    scene.deck.points = random.Random(f'points {seed}').choice(('', '', '', '1', '6', '7', '12'))
+    scene.notes += ', ' + (scene.deck.points or '3') + ' points'
+    return scene

@@ -80,6 +80,7 @@ class Deck:
 
     def __init__(self, title):
         self.title = title
+        self.form, self.points = 'NTOS', ''  # of contact, and points in a slave facet
         self.x, self.elements, self.bodies = [], [], []
         self.materials, self.sets, self.surfaces = [], [], []
         self.boundary, self.displacement, self.force, self.numbers = [], [], [], []
@@ -129,7 +130,7 @@ class Deck:
         self.numbers.append((node, tables))
 
     def pair(self, name, slave, master, lines):
-        """A contact pair NTOS with further records."""
+        """A contact pair with further records; its form is that of the deck."""
         self.pairs.append((name, slave, master, lines))
 
     def steps(self, duration, count):
@@ -165,7 +166,7 @@ class Deck:
         if self.pairs:
             out.append('CONTact')
             for n, (name, slave, master, lines) in enumerate(self.pairs, 1):
-                out += [f'  PAIR {n} {name}', f'    NTOS {slave} {master}']
+                out += [f'  PAIR {n} {name}', f'    {self.form} {slave} {master} {self.points}'.rstrip()]
                 out += ['    ' + line for line in lines]
             out.append('')
         out += ['OUTPut', '  REACtions ' + ' '.join(self.outputs)] if self.outputs else ['OUTPut']

@@ -86,7 +86,7 @@ STOP
 
 
 def belt(bench):
-    """T2/T1 for Coulomb's law and for the elliptical law with a lay fixed in space."""
+    """T2/T1 for Coulomb's law and for the elliptical law, its lay fixed in space or turned."""
     mu1, mu2 = 0.3, 0.15
     mesh, parts = band(120, 1.0, 0.01, 0.05)
 
@@ -101,7 +101,12 @@ def belt(bench):
     for name, friction, mu in (
             ('Coulomb, mu = 0.3', '    FRICtion COULomb 0.3\n', 0.3),
             ('elliptical, lay (1, 0, 1)',
-             '    FRICtion ELLIptic 0.3 0.15\n    DIREction 1 0 1\n', mean)):
+             '    FRICtion ELLIptic 0.3 0.15\n    DIREction 1 0 1\n', mean),
+            ('elliptical, lathe-turned', '    FRICtion ELLIptic 0.3 0.15\n    '
+             'DIREction CIRCumferential 0 0 0 0 0 1\n', mu1),
+            ('elliptical, MATErial thread of 30 degrees', '    FRICtion ELLIptic 0.3 0.15\n    '
+             'DIREction MATErial ANGLe 30 CIRCumferential 0 0 0 0 0 1\n',
+             mu1*mu2/math.hypot(mu2*math.cos(math.pi/6), mu1*math.sin(math.pi/6)))):
         tables = bench.run_text('belt', belt_deck(mesh, parts, friction))
         rows = tables.reactions('pulled')
         slipping = tables.contact('band')[-1]

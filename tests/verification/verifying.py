@@ -71,17 +71,19 @@ class Bench:
 
     def run(self, deck, code=0, **values):
         """Runs a deck with parameters set; its tables. The path is relative to this folder."""
-        arguments = [os.path.join(HERE, deck)]
-        for name, value in values.items():
-            arguments += ['--set', f'{name}={value}']
-        return self.launch(arguments, code)
+        return self.launch([self.path(deck)] + settings(values), code)
 
-    def run_text(self, name, text, code=0):
-        """Runs a deck that a study has written."""
+    @staticmethod
+    def path(deck):
+        """A file of this folder."""
+        return os.path.join(HERE, deck)
+
+    def run_text(self, name, text, code=0, **values):
+        """Runs a deck that a study has written, with parameters set."""
         path = os.path.join(self.folder, name + '.inp')
         with open(path, 'w', encoding='ascii') as stream:
             stream.write(text)
-        return self.launch([path], code)
+        return self.launch([path] + settings(values), code)
 
     def launch(self, arguments, code):
         """Runs the program in a folder of its own and checks the exit code."""
@@ -96,6 +98,11 @@ class Bench:
             raise Trouble(f'{os.path.basename(arguments[0])}: {fault}')
         return Tables(os.path.join(out, os.path.basename(arguments[0])[:-4]),
                       done.code)
+
+
+def settings(values):
+    """Parameters as arguments."""
+    return [item for name, value in values.items() for item in ('--set', f'{name}={value}')]
 
 
 class Tables:

@@ -1,0 +1,213 @@
+!> Moves slave nodes with a small gap or penetration onto the master, in the reference
+!! configuration, before anything is built on it (doc/theory, "Initial gaps").
+module gap_adjustment
+  use kinds, only: wp
+  use mesh_types, only: mesh_t
+  use tetrahedra, only: tetrahedron_volume, aspect_ratio
+  use facet_geometry, only: project_on_facet, barycentric, facet_size
+  use facet_tree, only: facet_tree_t, build_tree, nearest_facet
+  implicit none
+  private
+  public :: adjustment_t, adjust_gaps
+
+  !> Tolerance that is taken if none is given, over the longest edge of the master.
+  real(wp), parameter :: default_share = 0.05_wp
+  !> A node lies on the facet if its distance is below this share of the longest edge.
+  real(wp), parameter :: on_surface = 1.0e-12_wp
+  !> A projection outside the rim by more than this, in shape functions, is not over the master.
+  real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  !> No element keeps less than this share of its volume,
+  real(wp), parameter :: least_volume = 0.5_wp
+  !> nor gets an aspect ratio larger than this many times its own.
+  real(wp), parameter :: most_aspect = 2.0_wp
+  !> Nodes that had to stay are tried again after the others have moved, so often.
+  integer, parameter :: most_sweeps = 4
+
+  !> What an adjustment has done.
+  type :: adjustment_t
+    integer :: moved = 0 !! nodes moved
+    integer :: left = 0 !! nodes within the tolerance that had to stay
+    real(wp) :: largest = 0.0_wp !! longest way of a node [length]
+    integer :: farthest = 0 !! the node that has gone it
+    integer :: left_node = 0 !! first of the nodes that had to stay
+    integer :: left_element = 0 !! the element that it would have spoilt
+  end type adjustment_t
+
+  !> The elements around each slave node.
+  type :: around_t
+    integer, allocatable :: first(:) !! (nodes+1) where the elements of a node begin
+    integer, allocatable :: element(:) !! elements
+  end type around_t
+
+contains
+
+  !> Moves the slave nodes that are within the tolerance of the master.
+  subroutine adjust_gaps(slave, facets, neighbours, tolerance, mesh, done)
+    integer, intent(in) :: slave(:) !! slave nodes
+    integer, intent(in) :: facets(:, :) !! (3, facets) corners of the master's facets
+    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the rim
+    real(wp), intent(in) :: tolerance !! largest gap or penetration, 0 for the default [length]
+    type(mesh_t), intent(inout) :: mesh !! its nodes are moved
+    type(adjustment_t), intent(out) :: done !! what was done
+    type(facet_tree_t) :: tree
+    type(around_t) :: around
+    real(wp), allocatable :: before(:, :)
+    real(wp) :: longest, way(3), limit
+    integer :: f, i, sweep, moved, element
+
+    longest = 0.0_wp
+    do f = 1, size(facets, 2)
+      longest = max(longest, facet_size(mesh%x(:, facets(:, f))))
+    end do
+    limit = merge(tolerance, default_share*longest, tolerance > 0.0_wp)
+    before = mesh%x
+    call build_tree(tree, facets, mesh%x)
+    call find_around(mesh, slave, around)
+    do sweep = 1, most_sweeps
+      moved = 0
+      done%left = 0
+      do i = 1, size(slave)
+        call way_to_master(tree, facets, neighbours, mesh%x, mesh%x(:, slave(i)), way)
+        if (norm2(way) <= on_surface*longest .or. norm2(way) > limit) cycle
+        call try_move(slave(i), way, around, before, mesh, element)
+        if (element == 0) then
+          moved = moved + 1
+        else
+          done%left = done%left + 1
+          if (done%left > 1) cycle
+          done%left_node = slave(i)
+          done%left_element = element
+        end if
+      end do
+      if (moved == 0 .or. done%left == 0) exit
+    end do
+    call measure(slave, before, mesh, done)
+  end subroutine adjust_gaps
+
+  !> Number and longest way of the nodes that have moved.
+  pure subroutine measure(slave, before, mesh, done)
+    integer, intent(in) :: slave(:) !! slave nodes
+    real(wp), intent(in) :: before(:, :) !! (3, nodes) positions as the deck gives them [length]
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(adjustment_t), intent(inout) :: done !! gets moved, largest, farthest
+    real(wp) :: length
+    integer :: i
+
+    do i = 1, size(slave)
+      length = norm2(mesh%x(:, slave(i)) - before(:, slave(i)))
+      if (length <= 0.0_wp) cycle
+      done%moved = done%moved + 1
+      if (length <= done%largest) cycle
+      done%largest = length
+      done%farthest = slave(i)
+    end do
+  end subroutine measure
+
+  !> The way from a point to the closest point of the master, zero if it is not over it.
+  subroutine way_to_master(tree, facets, neighbours, x, y, way)
+    type(facet_tree_t), intent(in) :: tree !! tree of the master
+    integer, intent(in) :: facets(:, :) !! (3, facets) corners
+    integer, intent(in) :: neighbours(:, :) !! (3, facets) neighbours
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: way(3) !! the way [length]
+    real(wp) :: xi(2), gap, distance, n(3), candidate(3)
+    integer :: facet, k
+
+    way = 0.0_wp
+    call nearest_facet(tree, facets, x, y, facet, distance)
+    if (facet == 0) return
+    associate (corners => x(:, facets(:, facet)))
+      call project_on_facet(corners, y, xi, gap)
+      n = barycentric(xi)
+      if (any(n < -rim_tolerance .and. neighbours(:, facet) == 0)) return
+      if (all(n >= -rim_tolerance)) then
+        way = matmul(corners, n) - y
+        return
+      end if
+      way = to_edge(corners(:, 1), corners(:, 2), y)
+      do k = 2, 3
+        candidate = to_edge(corners(:, k), corners(:, mod(k, 3) + 1), y)
+        if (norm2(candidate) < norm2(way)) way = candidate
+      end do
+    end associate
+  end subroutine way_to_master
+
+  !> The way from a point to the closest point of an edge.
+  pure function to_edge(a, b, y) result(way)
+    real(wp), intent(in) :: a(3) !! one end [length]
+    real(wp), intent(in) :: b(3) !! other end [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp) :: way(3), s
+
+    s = dot_product(y - a, b - a)/dot_product(b - a, b - a)
+    way = a + min(1.0_wp, max(0.0_wp, s))*(b - a) - y
+  end function to_edge
+
+  !> Moves a node unless that spoils an element.
+  subroutine try_move(node, way, around, before, mesh, element)
+    integer, intent(in) :: node !! the node
+    real(wp), intent(in) :: way(3) !! where to [length]
+    type(around_t), intent(in) :: around !! elements around the nodes
+    real(wp), intent(in) :: before(:, :) !! (3, nodes) positions as the deck gives them [length]
+    type(mesh_t), intent(inout) :: mesh !! the node is moved
+    integer, intent(out) :: element !! the element that it would spoil, 0 if it was moved
+    real(wp) :: old(3)
+    integer :: k
+
+    old = mesh%x(:, node)
+    mesh%x(:, node) = old + way
+    do k = around%first(node), around%first(node + 1) - 1
+      element = around%element(k)
+      associate (corners => mesh%ix(1:4, element))
+        if (is_spoilt(before(:, corners), mesh%x(:, corners))) then
+          mesh%x(:, node) = old
+          return
+        end if
+      end associate
+    end do
+    element = 0
+  end subroutine try_move
+
+  !> A tetrahedron has lost too much of its volume or of its shape.
+  pure logical function is_spoilt(before, after) result(spoilt)
+    real(wp), intent(in) :: before(3, 4) !! corners as the deck gives them [length]
+    real(wp), intent(in) :: after(3, 4) !! corners now [length]
+
+    spoilt = tetrahedron_volume(after) < least_volume*tetrahedron_volume(before)
+    if (.not. spoilt) spoilt = aspect_ratio(after) > most_aspect*aspect_ratio(before)
+  end function is_spoilt
+
+  !> The elements around the slave nodes.
+  pure subroutine find_around(mesh, slave, around)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: slave(:) !! slave nodes
+    type(around_t), intent(out) :: around !! their elements
+    integer :: count_of(mesh%nodes), e, k
+    logical :: wanted(mesh%nodes)
+
+    wanted = .false.
+    wanted(slave) = .true.
+    count_of = 0
+    do e = 1, mesh%elements
+      do k = 1, 4
+        if (wanted(mesh%ix(k, e))) count_of(mesh%ix(k, e)) = count_of(mesh%ix(k, e)) + 1
+      end do
+    end do
+    allocate (around%first(mesh%nodes + 1), around%element(sum(count_of)))
+    around%first(1) = 1
+    do k = 1, mesh%nodes
+      around%first(k + 1) = around%first(k) + count_of(k)
+    end do
+    count_of = 0
+    do e = 1, mesh%elements
+      do k = 1, 4
+        associate (node => mesh%ix(k, e))
+          if (.not. wanted(node)) cycle
+          around%element(around%first(node) + count_of(node)) = e
+          count_of(node) = count_of(node) + 1
+        end associate
+      end do
+    end do
+  end subroutine find_around
+end module gap_adjustment

@@ -1,0 +1,165 @@
+!> Augmented Lagrangian: multipliers take over the contact forces from the penalty, until the gaps
+!! that a force needs are closed (doc/theory, "Augmented Lagrangian").
+module augmentation
+  use kinds, only: wp
+  use text, only: to_text
+  use element_types, only: task_stress, n_element_stress, status_open
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use element_lists, only: master_nodes
+  use facet_geometry, only: facet_frame, facet_size
+  use assembly, only: recover
+  use monitors, only: monitor_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: augmentation_t, check_gaps, update_multipliers
+
+  !> A force that changes by less than this many times the round-off of the residual stays.
+  real(wp), parameter :: round_off_factor = 8.0_wp
+  !> If an update leaves more than this of the change before it, the penalty is raised ...
+  real(wp), parameter :: fast = 0.02_wp
+  !> ... and more so above this,
+  real(wp), parameter :: slow = 0.3_wp
+  !> tenfold or hundredfold,
+  real(wp), parameter :: raise_some = 10.0_wp
+  real(wp), parameter :: raise_much = 100.0_wp
+  !> but not further than to this multiple of the deck's.
+  real(wp), parameter :: highest_raise = 1.0e6_wp
+
+  !> How far the multipliers of an increment are.
+  type :: augmentation_t
+    integer :: updates = 0 !! made so far
+    logical :: closed = .false. !! every pair meets its tolerance
+    real(wp), allocatable :: gap(:) !! (pairs) largest gap of a closed point over its facet's size
+    real(wp), allocatable :: change(:) !! (pairs) largest difference of force and multiplier [force]
+    real(wp), allocatable :: before(:) !! (pairs) the same one update ago, 0 if there is none
+    real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
+    real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
+  end type augmentation_t
+
+contains
+
+  !> Measures what the multipliers still leave to the penalty.
+  subroutine check_gaps(model, system, augmentation, monitor)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! converged with the present multipliers
+    type(augmentation_t), intent(inout) :: augmentation !! gets gap, change, force, closed
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    integer :: k
+    logical :: closed
+
+    if (augmentation%updates == 0) call begin(size(model%pairs), system%contact%n, augmentation)
+    call recover(system%contact, task_stress, model%mesh%x, system%u, augmentation%stress)
+    augmentation%closed = .true.
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (.not. pair%augmented) cycle
+        call measure_pair(model, system, k, augmentation)
+        closed = augmentation%gap(k) <= pair%augment_tolerance .and. augmentation%change(k) <= &
+          max(pair%augment_tolerance*augmentation%force(k), round_off_factor*system%round_off)
+        call monitor%event('  pair '//pair%name//': '//to_text(augmentation%updates) &
+          //' updates, gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
+          //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
+        augmentation%closed = augmentation%closed .and. closed
+      end associate
+    end do
+  end subroutine check_gaps
+
+  !> Room for the measures of an increment.
+  pure subroutine begin(pairs, points, augmentation)
+    integer, intent(in) :: pairs !! number of pairs
+    integer, intent(in) :: points !! number of contact points
+    type(augmentation_t), intent(inout) :: augmentation !! gets its arrays
+
+    allocate (augmentation%gap(pairs), augmentation%change(pairs), augmentation%before(pairs), &
+              augmentation%force(pairs), source=0.0_wp)
+    allocate (augmentation%stress(n_element_stress, points), source=0.0_wp)
+  end subroutine begin
+
+  !> Largest gap, force, and difference of force and multiplier of one pair.
+  pure subroutine measure_pair(model, system, k, augmentation)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the pair
+    type(augmentation_t), intent(inout) :: augmentation !! stress given; gets gap, change, force
+    real(wp) :: gap, change, force
+    integer :: p, element
+
+    gap = 0.0_wp
+    change = 0.0_wp
+    force = 0.0_wp
+    do p = 1, count_points(model%pairs(k))
+      element = system%first_point(k) + p - 1
+      associate (lambda => model%pairs(k)%new(p)%lambda, stress => augmentation%stress(:, element))
+        if (system%contact%status(element) <= status_open) then
+          change = max(change, norm2(lambda))
+        else
+          change = max(change, norm2(force_in_facet(model, system, element, stress(1:3)) - lambda))
+          force = max(force, norm2(stress(1:3)))
+          gap = max(gap, max(abs(stress(4)), stress(5))/facet_size(model%mesh%x(:, &
+            master_nodes(system%contact, element))))
+        end if
+      end associate
+    end do
+    augmentation%gap(k) = gap
+    augmentation%change(k) = change
+    augmentation%force(k) = force
+  end subroutine measure_pair
+
+  !> A contact force in the frame of its facet.
+  pure function force_in_facet(model, system, element, force) result(f)
+    type(model_t), intent(in) :: model !! the mesh
+    type(system_t), intent(in) :: system !! contact elements and u
+    integer, intent(in) :: element !! a contact element
+    real(wp), intent(in) :: force(3) !! in global axes [force]
+    real(wp) :: f(3)
+
+    associate (nodes => master_nodes(system%contact, element))
+      f = matmul(force, facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes)))
+    end associate
+  end function force_in_facet
+
+  !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised.
+  subroutine update_multipliers(model, system, augmentation, monitor)
+    type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise_new
+    type(system_t), intent(in) :: system !! contact elements
+    type(augmentation_t), intent(inout) :: augmentation !! measured; counts on
+    class(monitor_t), intent(inout) :: monitor !! hears of a raised penalty
+    integer :: k, p, element
+
+    do k = 1, size(model%pairs)
+      if (.not. model%pairs(k)%augmented) cycle
+      do p = 1, count_points(model%pairs(k))
+        element = system%first_point(k) + p - 1
+        associate (point => model%pairs(k)%new(p))
+          point%lambda = 0.0_wp
+          if (system%contact%status(element) <= status_open) cycle
+          point%lambda = force_in_facet(model, system, element, augmentation%stress(1:3, element))
+        end associate
+      end do
+      call raise_penalty(augmentation%change(k), augmentation%before(k), model%pairs(k), monitor)
+    end do
+    augmentation%before = augmentation%change
+    augmentation%updates = augmentation%updates + 1
+  end subroutine update_multipliers
+
+  !> Raises the penalty where the last update has left too much of the change before.
+  subroutine raise_penalty(change, before, pair, monitor)
+    real(wp), intent(in) :: change !! largest change of a force [force]
+    real(wp), intent(in) :: before !! the same one update ago, 0 if there is none [force]
+    type(pair_t), intent(inout) :: pair !! gets raise_new
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    real(wp) :: raise
+
+    if (change <= fast*before .or. before <= 0.0_wp) return
+    raise = raise_some
+    if (change > slow*before) raise = raise_much
+    raise = min(raise*pair%raise_new, highest_raise)
+    if (raise <= pair%raise_new) return
+    pair%raise_new = raise
+    call monitor%event('  pair '//pair%name//': penalty raised to '//to_text(raise)// &
+      ' times its value')
+  end subroutine raise_penalty
+end module augmentation

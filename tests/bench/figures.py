@@ -1,0 +1,85 @@
+"""Log-log figures: time against size and against error."""
+import os
+
+import matplotlib
+
+matplotlib.use('Agg')
+import matplotlib.pyplot as plt  # noqa: E402
+
+COLOURS = {'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
+           'mfec CHOL': '#66a61e', 'mfec AUTO GTOS': '#e7a100', 'CalculiX N2S default': '#a6341b',
+           'CalculiX N2S iterative': '#e0765c', 'CalculiX S2S default': '#3b5b92',
+           'CalculiX S2S iterative': '#8aa6d6'}
+
+
+def series(found, scene, x, y, smallest=0.0):
+    """Curves {label: [(x, y)]} of the complete runs of a scene."""
+    curves = {}
+    for job, result in found.items():
+        if job.scene == scene and not job.limit and result['code'] == 0:
+            points = x(job, result), y(job, result)
+            if None not in points and min(points) > smallest:
+                curves.setdefault(label(job), []).append(points)
+    return {name: sorted(points) for name, points in curves.items()}
+
+
+def label(job):
+    """What the legend and the tables call a mode."""
+    name = ('CalculiX ' if job.of_calculix() else 'mfec ') + job.mode
+    return name + (f' {job.method}' if job.method != 'NTOS' else '')
+
+
+def size(job, result):
+    """Number of degrees of freedom."""
+    return result['dofs']
+
+
+def cpu(job, result):
+    """Processor time."""
+    return result['cpu']
+
+
+def panel(axes, curves, across, up, title):
+    """One set of curves."""
+    for name, points in curves.items():
+        axes.loglog(*zip(*points), 'o-', label=name, color=COLOURS.get(name), markersize=4,
+                    linewidth=2.2 if name.startswith('mfec AUTO') else 1.2)
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+    axes.set_title(title, fontsize=10)
+    axes.grid(True, which='both', linewidth=0.3)
+    if curves:
+        axes.legend(fontsize=7)
+
+
+def error(name):
+    """The size of an error in percent."""
+    return lambda job, result: None if result.get(name) is None else 100*abs(result[name])
+
+
+def draw(folder, found):
+    """time_size.png and time_error.png."""
+    time = 'processor time [s]'
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4.2))
+    panel(axes[0], series(found, 'cube', size, cpu), 'degrees of freedom', time,
+          'sliding cube, 22 increments')
+    panel(axes[1], series(found, 'cube', size, lambda j, r: r['memory']), 'degrees of freedom',
+          'peak memory [MB]', 'sliding cube')
+    save(figure, folder, 'time_size.png')
+    figure, axes = plt.subplots(2, 2, figsize=(10, 8))
+    panel(axes[0, 0], series(found, 'hertz', cpu, error('pressure_error')), time,
+          'error of the peak pressure [%]', 'Hertz: peak pressure (parabola) of the computed force')
+    panel(axes[0, 1], series(found, 'hertz', cpu, error('force_error')), time,
+          'error of the force [%]', 'Hertz: force at given approach')
+    panel(axes[1, 0], series(found, 'cantilever', cpu, error('tip_error')), time,
+          'error of the tip deflection [%]', 'cantilever, no contact')
+    panel(axes[1, 1], series(found, 'cube', cpu, error('T/N_error')), time,
+          'error of T/N on the plateau [%]', 'sliding cube')
+    save(figure, folder, 'time_error.png')
+
+
+def save(figure, folder, name):
+    """Writes a figure without the date, so that equal figures are equal files."""
+    figure.tight_layout()
+    figure.savefig(os.path.join(folder, name), dpi=110, metadata={'Software': None})
+    plt.close(figure)

@@ -1,0 +1,173 @@
+"""What is run: one job is one scene, size, program and mode."""
+import dataclasses
+import os
+import re
+import shutil
+import subprocess
+
+import calculix
+import measure
+import own_deck
+import results
+import scenes
+
+CUBE, HERTZ, CANTILEVER = 'cube', 'hertz', 'cantilever'
+CCX_MODES = {'N2S default': ('N2S', 'default'), 'N2S iterative': ('N2S', 'iterative'),
+             'S2S default': ('S2S', 'default'), 'S2S iterative': ('S2S', 'iterative')}
+STOPPED = 255  # ended with exit code 0, but before the last increment
+MAKERS = {
+    CUBE: scenes.sliding_cube,
+    'cube_smooth': lambda n: scenes.sliding_cube(n, friction=0.0),
+    'cube_neo': lambda n: scenes.sliding_cube(n, law='NEOHookean'),
+    'cube_once': lambda n: scenes.sliding_cube(n, increments=(2, 1)),
+    HERTZ: scenes.hertz,
+    CANTILEVER: scenes.cantilever,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """A run. With a limit only that many increments are computed: what an iteration takes."""
+
+    scene: str
+    size: float
+    mode: str               # a solver of mfec, or a key of CCX_MODES
+    limit: int = 0
+    method: str = 'NTOS'    # of mfec's contact
+
+    def of_calculix(self):
+        """Whether CalculiX runs it."""
+        return self.mode in CCX_MODES
+
+
+class Programs:
+    """The two programs and what they offer."""
+
+    def __init__(self, own):
+        self.own = os.path.abspath(own)
+        self.other = shutil.which('ccx')
+        self.solvers = solvers_of(self.said('--help'))
+        self.digests = {path: measure.file_digest(path) for path in (self.own, self.other) if path}
+
+    def said(self, option):
+        """What mfec prints for an option."""
+        return subprocess.run([self.own, option], capture_output=True, text=True,
+                              env=measure.environment(), check=False).stdout
+
+    def versions(self):
+        """Name and version of the programs, one line each."""
+        lines = self.said('--version').strip().split('\n')
+        if self.other:
+            said = subprocess.run([self.other, '-v'], capture_output=True, text=True, check=False)
+            lines.append('CalculiX ' + ''.join(re.findall(r'Version (\S+)', said.stdout)))
+        return lines
+
+    def accepts(self, scene):
+        """Whether mfec reads the deck of a scene (a law, a contact method may be missing)."""
+        def files(folder):
+            write_own(scene, folder, 0)
+
+        done = measure.repeat([self.own, 'run.inp', '--check', '--quiet'], files, 60,
+                              lambda folder, run: {}, repeats=1)
+        return done['code'] == 0
+
+
+def solvers_of(text):
+    """The solvers that the line of --solver names, as the option takes them."""
+    found = re.search(r'^\s*--solver S\s+(.*)$', text, re.M)
+    return re.findall(r'[A-Z]{4}', found.group(1)) if found else []
+
+
+def write_own(scene, folder, limit):
+    """Deck and mesh of mfec."""
+    scene.mesh.write(os.path.join(folder, 'mesh.inp'))
+    with open(os.path.join(folder, 'run.inp'), 'w', encoding='ascii') as stream:
+        stream.write(own_deck.deck(scene, limit))
+
+
+def write_other(scene, folder, mode, limit):
+    """Deck and mesh of CalculiX."""
+    scene.mesh.write(os.path.join(folder, 'mesh.inp'))
+    with open(os.path.join(folder, 'run.inp'), 'w', encoding='ascii') as stream:
+        stream.write(calculix.deck(scene, *CCX_MODES[mode], limit))
+
+
+def perform(job, programs, store, seconds):
+    """Runs a job, or takes what is kept of it."""
+    scene = MAKERS[job.scene](job.size)
+    if job.of_calculix():
+        command, program = [programs.other, 'run'], programs.other
+        text = calculix.deck(scene, *CCX_MODES[job.mode], job.limit)
+    else:
+        if scene.contact:
+            scene.contact.own_method = job.method
+        command, program = [programs.own, 'run.inp', '--quiet', '--solver', job.mode], programs.own
+        text = own_deck.deck(scene, job.limit)
+    mesh = scene.mesh
+    key = measure.digest(programs.digests[program], ' '.join(command[1:]), text, int(seconds),
+                         mesh.nodes.tobytes(), mesh.elements.tobytes())
+    result = store.get(key)
+    if result is None:
+        if job.of_calculix():
+            result = measure.repeat(
+                command, lambda folder: write_other(scene, folder, job.mode, job.limit), seconds,
+                lambda folder, run: results.other(scene, folder, CCX_MODES[job.mode][0]))
+        else:
+            result = measure.repeat(
+                command, lambda folder: write_own(scene, folder, job.limit), seconds,
+                lambda folder, run: results.own(scene, folder), outputs=('run.log', 'run.h5'))
+        result.update(dofs=3*len(mesh.nodes), elements=len(mesh.elements))
+        if result['code'] == 0 and not job.limit and result['increments'] < sum(scene.increments):
+            result['code'] = STOPPED
+        store.put(key, result)
+    return result
+
+
+def cube_jobs(solvers, other, sizes, largest):
+    """The sliding cube. `largest` is the last size that runs through, by mode."""
+    jobs = []
+    for n in sizes:
+        for mode in solvers:
+            jobs.append(Job(CUBE, n, mode, 0 if n <= largest.get(mode, 99) else 1))
+        for mode in CCX_MODES if other else ():
+            last = largest[mode]
+            if n <= abs(last) or mode == 'N2S default':
+                jobs.append(Job(CUBE, n, mode, 0 if n <= last else 1))
+    return jobs
+
+
+def quick_jobs(programs):
+    """A few minutes at most."""
+    other, solvers = bool(programs.other), programs.solvers
+    jobs = cube_jobs(solvers, other, (4, 8), {
+        'N2S default': 8, 'N2S iterative': 8, 'S2S default': 4, 'S2S iterative': 4})
+    jobs += [Job('cube_smooth', 8, 'AUTO'), Job('cube_once', 8, 'AUTO'), Job(CUBE, 12, 'AUTO')]
+    modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
+    jobs += [Job(CUBE, 12, 'N2S iterative')] if other else []
+    jobs += [Job(HERTZ, h, mode) for h in (0.4, 0.3) for mode in modes]
+    jobs += [Job(CANTILEVER, n, mode) for n in (4, 8) for mode in modes]
+    return jobs
+
+
+def full_jobs(programs):
+    """Everything; the longest last, so that the rest is there if it is stopped."""
+    other, solvers = bool(programs.other), programs.solvers
+    jobs = cube_jobs(solvers, other, (4, 8, 12, 16, 20), {
+        'UMFP': 16, 'N2S default': 12, 'N2S iterative': 20, 'S2S default': 12,
+        'S2S iterative': 16})
+    jobs += [Job('cube_smooth', n, 'AUTO') for n in (8, 12, 16, 20)]
+    jobs += [Job('cube_once', n, 'AUTO') for n in (4, 8, 12)]
+    if programs.accepts(MAKERS['cube_neo'](2)):
+        jobs += [Job('cube_neo', n, mode, 1 if n > 12 and mode == 'UMFP' else 0)
+                 for n in (4, 8, 12, 16, 20) for mode in ('AUTO', 'UMFP')]
+    modes = ['AUTO'] + (['N2S default', 'N2S iterative', 'S2S iterative'] if other else [])
+    for h in (0.4, 0.3, 0.2, 0.15, 0.1):
+        jobs += [Job(HERTZ, h, mode) for mode in modes if h > 0.12 or mode != 'N2S default']
+    modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
+    jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes
+             if n < 32 or mode != 'N2S default']
+    if any(s in solvers for s in ('REDU',)):
+        jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15, 25, 30)]
+    else:
+        jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15)]
+    return jobs

@@ -1,0 +1,179 @@
+"""The scenes of the benchmark: mesh, supports, loads, contact, and the answers that are known."""
+import dataclasses
+import math
+
+import numpy as np
+
+from tetrahedra import Mesh
+
+
+@dataclasses.dataclass
+class Contact:
+    """One pair of surfaces; the penalty is a pressure per length."""
+
+    slave: str
+    master: str
+    penalty: float
+    friction: float
+    own_method: str = 'NTOS'
+    tension: float = 5e-3   # CalculiX, node to surface: the pressure far away (it smooths the law)
+
+
+@dataclasses.dataclass
+class Scene:
+    """What both programs compute. Displacements and forces are given for the end of each phase as
+    value times the factor of that phase; increments are equal within a phase."""
+
+    name: str
+    size: float
+    mesh: Mesh
+    young: float
+    poisson: float
+    increments: tuple
+    fixed: dict                                     # set: restrained directions
+    moved: list = dataclasses.field(default_factory=list)   # set or node, direction, value, factors
+    forces: dict = dataclasses.field(default_factory=dict)  # node: three components
+    contact: Contact = None
+    watched: str = ''                               # set whose reactions are summed
+    shown: tuple = ()                               # set of one node and direction to be written
+    law: str = 'LINEar'
+    known: dict = dataclasses.field(default_factory=dict)
+
+    def phases(self):
+        """Number of phases."""
+        return len(self.increments)
+
+
+def cube_mesh(n, clearance=0.0):
+    """A cube of n cells an edge over a base of 3 x 2 x 0.5 whose nodes lie beside its own."""
+    mesh = Mesh()
+    grid = np.linspace(0, 1, n + 1)
+    cube = mesh.box('cube', grid, grid, grid + clearance)
+    cells = round(2.55*n), round(1.7*n), round(0.42*n)
+    base = mesh.box('base', np.linspace(-0.75, 2.25, cells[0] + 1),
+                    np.linspace(-0.5, 1.5, cells[1] + 1), np.linspace(-0.5, 0, cells[2] + 1))
+    mesh.node_sets['top'] = cube.nodes[:, :, -1]
+    mesh.node_sets['ground'] = base.nodes[:, :, 0]
+    mesh.surfaces['sole'] = cube.face(-1)
+    mesh.surfaces['track'] = base.face(1)
+    return mesh
+
+
+def sliding_cube(n, friction=0.1, increments=(2, 20), law='LINEar', way=0.5):
+    """The cube is pressed down by 1/200 of its edge and then moved by half of it."""
+    depth = 0.005
+    return Scene(
+        name='cube' + ('' if friction else '_smooth') + ('' if law == 'LINEar' else '_neo')
+        + ('' if increments == (2, 20) else '_' + '_'.join(map(str, increments))),
+        size=n, mesh=cube_mesh(n), young=1000.0, poisson=0.3, increments=increments, law=law,
+        fixed={'top': (1, 2, 3), 'ground': (1, 2, 3)},
+        moved=[('top', 3, -depth, (1, 1)), ('top', 1, way, (0, 1))],
+        contact=Contact('sole', 'track', 5e4, friction), watched='top',
+        known={'T/N': friction})
+
+
+def graded(fine, inner, outer, growth):
+    """Planes from 0 to outer: equal cells up to inner, from there on cells that grow."""
+    cells = math.ceil(inner/fine - 1e-9)
+    places, step = [fine*i for i in range(cells + 1)], fine
+    while places[-1] + 0.5*step*growth < outer:
+        step *= growth
+        places.append(places[-1] + step)
+    stretch = (outer - places[cells])/(places[-1] - places[cells])
+    return [p if i <= cells else places[cells] + stretch*(p - places[cells])
+            for i, p in enumerate(places)]
+
+
+def boussinesq(points, force, young, poisson):
+    """Displacement (n, 3) of the half-space x3 > 0 under a force along x3 at the origin."""
+    z, rho = points[:, 2], np.linalg.norm(points, axis=1)
+    scale = force*(1 + poisson)/(2*math.pi*young)
+    along = scale*(z**2/rho**3 + 2*(1 - poisson)/rho)
+    out = scale*(z/rho**3 - (1 - 2*poisson)/(rho*(rho + z)))
+    return np.stack([out*points[:, 0], out*points[:, 1], along], axis=1)
+
+
+def hertz(size, increments=4):
+    """A paraboloid on a plate, both elastic, no friction: a quarter, radius of contact 1, curvature
+    1/200, facets of `size`. The far faces at distance 8 move as those of half-spaces under a point
+    load, so that approach, force and pressure are Hertz's."""
+    radius, young, poisson, outer = 200.0, 1000.0, 0.3, 8.0
+    modulus = young/(2*(1 - poisson**2))
+    approach = 1/radius
+    force = 4/3*modulus*math.sqrt(radius)*approach**1.5
+    mesh, moved = Mesh(), []
+    growth = 1 + 3*size
+
+    def lifted(points):
+        rise = (points[:, 0]**2 + points[:, 1]**2)/(2*radius)
+        return points + np.outer(rise*(1 - points[:, 2]/outer), (0, 0, 1))
+
+    across = graded(size, 1.25, outer, growth)
+    depth = graded(size, 0.6, outer, growth)
+    cap = mesh.box('cap', across, across, depth, lifted)
+    across = graded(0.85*size, 1.25, outer, growth)
+    plate = mesh.box('plate', across, across, [-z for z in reversed(depth)])
+    mesh.surfaces['above'], mesh.surfaces['below'] = cap.face(-1), plate.face(1)
+    for name, box, sign in (('cap', cap, 1), ('plate', plate, -1)):
+        far = np.unique(np.concatenate([box.nodes[-1].ravel(), box.nodes[:, -1].ravel(),
+                                        box.nodes[:, :, -1 if sign > 0 else 0].ravel()]))
+        mesh.node_sets[name + '_far'] = far
+        mesh.node_sets[name + '_x'] = np.setdiff1d(box.nodes[0], far)
+        mesh.node_sets[name + '_y'] = np.setdiff1d(box.nodes[:, 0], far)
+        flat = np.abs(mesh.nodes[far - 1]*(1, 1, sign))
+        if sign > 0:  # the plane the cap was lifted from
+            flat[:, 2] = heights(box, depth, far)
+        shift = boussinesq(flat, force, young, poisson)*(1, 1, sign) - \
+            np.array((0, 0, approach if sign > 0 else 0))
+        moved += [(int(n), i, float(u), (1,)) for n, row in zip(far, shift)
+                  for i, u in enumerate(row, 1)]
+    return Scene(
+        name='hertz', size=size, mesh=mesh, young=young, poisson=poisson,
+        increments=(increments,), moved=moved,
+        fixed={'cap_far': (1, 2, 3), 'plate_far': (1, 2, 3), 'cap_x': (1,), 'plate_x': (1,),
+               'cap_y': (2,), 'plate_y': (2,)},
+        contact=Contact('above', 'below', 5e5, 0.0), watched='cap_far',
+        known={'force': force/4, 'pressure': 2*modulus/(math.pi*radius), 'modulus': modulus,
+               'radius': radius})
+
+
+def heights(box, depth, numbers):
+    """The plane in which each node of a box was before it was mapped."""
+    plane = np.broadcast_to(np.asarray(depth), box.nodes.shape).ravel(order='F')
+    return plane[numbers - box.nodes.min()]
+
+
+def bent(points, length, radius, poisson):
+    """Displacement (n, 3) of a beam along x1 bent to a radius, clamped in the mean at x1 = 0."""
+    a, b, c = points.T
+    return np.stack([a*c/radius, -poisson*b*c/radius,
+                     -(a*a + poisson*(c*c - b*b))/(2*radius)], axis=1)
+
+
+def cantilever(n):
+    """Pure bending of a beam of 2n x n x n cells by the tractions of the exact solution."""
+    young, poisson, length, radius = 1000.0, 0.3, 2.0, 100.0
+    mesh = Mesh()
+    across = np.linspace(-0.5, 0.5, n + 1)
+    beam = mesh.box('beam', np.linspace(0, length, 2*n + 1), across, across)
+    clamped = beam.nodes[0].ravel()
+    tip = beam.nodes[-1, n//2, n//2]
+    mesh.node_sets['clamped'], mesh.node_sets['tip'] = clamped, np.array([tip])
+    given = bent(mesh.nodes[clamped - 1], length, radius, poisson)
+    end, z = beam.nodes[-1], across.tolist()
+    forces = {int(m): 0.0 for m in end.ravel()}
+    for j in range(n):
+        for k in range(n):
+            corner = [(j, k), (j + 1, k), (j + 1, k + 1), (j, k + 1)]
+            for facet in ((0, 1, 2), (0, 2, 3)):
+                total = sum(z[corner[m][1]] for m in facet)
+                for m in facet:
+                    forces[int(end[corner[m]])] += \
+                        young/radius*(total + z[corner[m][1]])/(24*n*n)
+    exact = bent(mesh.nodes[tip - 1:tip], length, radius, poisson)[0, 2]
+    return Scene(
+        name='cantilever', size=n, mesh=mesh, young=young, poisson=poisson, increments=(1,),
+        fixed={'clamped': (1, 2, 3)}, shown=('tip', 3),
+        moved=[(int(m), i, float(u), (1,)) for m, row in zip(clamped, given)
+               for i, u in enumerate(row, 1)],
+        forces={m: (f, 0.0, 0.0) for m, f in forces.items()}, known={'tip': float(exact)})

@@ -1,0 +1,89 @@
+"""Meshes of mapped boxes, cut into tetrahedra and written once for both programs (Abaqus format)."""
+import numpy as np
+
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+# As BLOCk TET4 cuts a cell; the faces C3D4 calls S1 (nodes 1 2 3) and S3 (nodes 2 4 3).
+CELL = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
+LOWER, UPPER = ((0, 1), 'S1'), ((3, 4), 'S3')
+
+
+class Box:
+    """One box of a mesh: node numbers (nx+1, ny+1, nz+1) and element numbers (cells, 6)."""
+
+    def __init__(self, counts, first_node, first_element):
+        nx, ny, nz = counts
+        self.nodes = first_node + np.arange((nx + 1)*(ny + 1)*(nz + 1)).reshape(
+            (nx + 1, ny + 1, nz + 1), order='F')
+        self.elements = first_element + np.arange(6*nx*ny*nz).reshape((nz, ny, nx, 6))
+
+    def face(self, side):
+        """Elements of the tetrahedra below (-1) or above (1) and the name of their face."""
+        layer, (which, face) = (0, LOWER) if side < 0 else (-1, UPPER)
+        return self.elements[layer][:, :, which].ravel(), face
+
+
+class Mesh:
+    """Nodes (n, 3), tetrahedra (m, 4), and named groups; everything numbered from 1."""
+
+    def __init__(self):
+        self.nodes, self.elements = np.zeros((0, 3)), np.zeros((0, 4), dtype=int)
+        self.node_sets, self.regions, self.surfaces = {}, {}, {}
+
+    def box(self, name, x, y, z, place=None):
+        """Adds a box with these coordinates of its planes; place maps (n, 3) points. Its name
+        becomes a region."""
+        counts = len(x) - 1, len(y) - 1, len(z) - 1
+        grid = np.stack(np.meshgrid(x, y, z, indexing='ij'), axis=-1)
+        points = np.stack([grid[..., i].ravel(order='F') for i in range(3)], axis=1)
+        made = Box(counts, len(self.nodes) + 1, len(self.elements) + 1)
+        corner = [made.nodes[a:a + counts[0], b:b + counts[1], c:c + counts[2]].ravel(order='F')
+                  for a, b, c in CORNERS]
+        tets = np.stack([np.stack([corner[m] for m in tet], axis=1) for tet in CELL], axis=1)
+        self.nodes = np.vstack([self.nodes, points if place is None else place(points)])
+        self.elements = np.vstack([self.elements, tets.reshape(-1, 4)])
+        self.regions[name] = (int(made.elements.min()), int(made.elements.max()))
+        return made
+
+    def volumes(self):
+        """Volumes of the tetrahedra (m)."""
+        a, b, c, d = (self.nodes[self.elements[:, i] - 1] for i in range(4))
+        return np.einsum('ij,ij->i', np.cross(b - a, c - a), d - a)/6
+
+    def facets(self, name):
+        """Corner nodes of a surface (facets, 3)."""
+        elements, face = self.surfaces[name]
+        corners = (0, 1, 2) if face == 'S1' else (1, 3, 2)
+        return self.elements[elements - 1][:, corners]
+
+    def shares(self, name):
+        """A third of the facets around each node of a surface: {node: area}."""
+        facets = self.facets(name)
+        a, b, c = (self.nodes[facets[:, i] - 1] for i in range(3))
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)/6
+        numbers = np.unique(facets)
+        total = np.bincount(facets.ravel(), np.repeat(areas, 3))
+        return {int(n): float(total[n]) for n in numbers}
+
+    def write(self, path):
+        """The mesh as *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE."""
+        with open(path, 'w', encoding='ascii') as stream:
+            stream.write('*NODE, NSET=all_nodes\n')
+            stream.writelines(f'{n}, {x:.15g}, {y:.15g}, {z:.15g}\n'
+                              for n, (x, y, z) in enumerate(self.nodes.tolist(), 1))
+            stream.write('*ELEMENT, TYPE=C3D4\n')
+            stream.writelines(f'{n}, {a}, {b}, {c}, {d}\n'
+                              for n, (a, b, c, d) in enumerate(self.elements.tolist(), 1))
+            for name, (first, last) in self.regions.items():
+                stream.write(f'*ELSET, ELSET={name}, GENERATE\n{first}, {last}, 1\n')
+            for name, numbers in self.node_sets.items():
+                stream.write(f'*NSET, NSET={name}\n' + records(numbers))
+            for name, (elements, face) in self.surfaces.items():
+                stream.write(f'*SURFACE, NAME={name}, TYPE=ELEMENT\n')
+                stream.writelines(f'{e}, {face}\n' for e in elements.tolist())
+
+
+def records(numbers):
+    """Numbers as records of at most 16."""
+    numbers = [int(n) for n in np.ravel(numbers)]
+    return ''.join(', '.join(map(str, numbers[i:i + 16])) + '\n'
+                   for i in range(0, len(numbers), 16))

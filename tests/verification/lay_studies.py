@@ -1,0 +1,200 @@
+"""Lays that vary: a pin on a disc that was turned on a lathe, at rest and turning."""
+import math
+
+import meshing
+from friction_studies import EXACT, RULES
+
+MU = (0.3, 0.12)
+
+
+def disc_and_pin(cells, place, elastic=False):
+    """Disc of 2 x 2 (a square one) with its upper face at x3 = 0, and a pin whose tip touches it."""
+    mesh = meshing.Mesh()
+    number = mesh.box((cells, cells, 1), lambda i, j, k: (2*i/cells - 1, 2*j/cells - 1, k/4 - 0.25))
+    disc = list(range(1, len(mesh.nodes) + 1))
+    x, y = place
+    mesh.nodes += [(x, y, 0.0), (x + 0.1, y, 0.2), (x - 0.05, y + 0.1, 0.2), (x - 0.05, y - 0.1, 0.2)]
+    tip = len(disc) + 1
+    mesh.elements.append((2, tip, tip + 1, tip + 2, tip + 3))
+    return mesh, {'disc': disc, 'pin': list(range(tip, tip + 4)), 'tip': [tip],
+                  'face': [number(i, j, 1) for i in range(cells + 1) for j in range(cells + 1)],
+                  'ground': [number(i, j, 0) for i in range(cells + 1) for j in range(cells + 1)]}
+
+
+def head(title, mesh, parts, young=None):
+    """Title, materials, mesh, sets; the disc is rigid unless it has a modulus."""
+    sets = ''.join(meshing.node_set(name, numbers) for name, numbers in parts.items())
+    disc = 'MATErial 1\n  RIGId\n\n' if young is None else meshing.solid(1, young, 0.3)
+    return (f'MFEC * * {title}\n\n{disc}MATErial 2\n  RIGId\n\n' + mesh.records() + sets +
+            'SURFace track FROM face\n\n')
+
+
+def tail(direction, rule, batch, penalty):
+    """The pair and the solution commands."""
+    return f'''CONTact
+  PAIR 1
+    NTOS      tip track
+    PENAlty   {penalty!r}
+    FRICtion  ELLIptic {MU[0]!r} {MU[1]!r}
+    DIREction {direction}
+    SLIP      {rule}
+
+OUTPut
+  REACtions pin
+  FIELds NONE
+
+END
+BATCh
+{batch}END
+STOP
+'''
+
+
+def table(number, times, values):
+    """A proportional load."""
+    return f'PROPortional {number}\n' + ''.join(
+        f'  {t:.15e} {v:.15e}\n' for t, v in zip(times, values)) + '\n'
+
+
+def circle_deck(radius, offset, direction, rule, chords, young=None):
+    """The pin is pressed, then led around a circle whose centre lies `offset` from the axis."""
+    mesh, parts = disc_and_pin(8, (radius + offset, 0.0))
+    times = [1 + k/chords for k in range(chords + 1)]
+    turns = [2*math.pi*k/chords for k in range(chords + 1)]
+    held = 'disc' if young is None else 'ground'
+    depth, penalty = (1e-4, 1e4) if young is None else (2e-4, 1e6)
+    return head('A pin on a turned disc', mesh, parts, young) + f'''BOUNdary
+  {held}  1 1 1
+  pin   1 1 1
+
+DISPlacement
+  pin   {radius!r} {radius!r} {-depth!r}
+
+FPROportional
+  pin   2 3 1
+
+PROPortional 1
+  0 0
+  1 1
+
+''' + table(2, times, [math.cos(a) - 1 for a in turns]) + table(
+        3, times, [math.sin(a) for a in turns]) + tail(
+            direction, rule, f'  DT,,1\n  STEP,,1\n  DT,,1/{chords}\n  STEP,,{chords}\n', penalty)
+
+
+def law(m, v, lay):
+    """Friction force per normal force of a steady drag along v; theory, "Return map"."""
+    across = (-lay[1], lay[0])
+    c = (v[0]*lay[0] + v[1]*lay[1], v[0]*across[0] + v[1]*across[1])
+    size = math.sqrt(sum((mu**(m - 1)*a)**2 for mu, a in zip(MU, c)))
+    f = [mu**m*a/size for mu, a in zip(MU, c)]
+    return f[0]*lay[0] + f[1]*across[0], f[0]*lay[1] + f[1]*across[1]
+
+
+def power(m, radius, offset, angle):
+    """Friction force per normal force along a circle about (offset, 0)."""
+    x, y = offset + radius*math.cos(angle), radius*math.sin(angle)
+    size = math.hypot(x, y)
+    v = (-math.sin(angle), math.cos(angle))
+    force = law(m, v, (-y/size, x/size))
+    return force[0]*v[0] + force[1]*v[1]
+
+
+def work(rows, radius):
+    """Work of the pin along its circle over its normal force and radius."""
+    total, n = 0.0, len(rows)
+    for i, row in enumerate(rows):
+        a, b = (2*math.pi*(i + k)/n for k in (0, 1))
+        total -= (row['R1']*(math.cos(b) - math.cos(a)) + row['R2']*(math.sin(b) - math.sin(a)))/row['R3']
+    return total
+
+
+def along_and_across(row, angle):
+    """Force on the pin along its way and towards the axis, over the normal force."""
+    c, s = math.cos(angle), math.sin(angle)
+    return (-row['R1']*s + row['R2']*c)/-row['R3'], (row['R1']*c + row['R2']*s)/-row['R3']
+
+
+def lathe(bench):
+    """One revolution about the axis of the lay, on a rigid and on an elastic disc."""
+    radius, chords = 0.6, 360
+    for name, young, wanted in (('rigid', None, 1e-3), ('elastic', 1e4, 1e-2)):
+        for prefix in ('', 'MATErial '):
+            deck = circle_deck(radius, 0.0, prefix + 'CIRCumferential 0 0 3 0 0 1', 'COLLinear', chords,
+                               young)
+            rows = bench.run_text('lathe', deck).reactions('pin')[2:]
+            pairs = [along_and_across(row, 2*math.pi*(i + 2)/chords) for i, row in enumerate(rows)]
+            worst = max((p[0] for p in pairs), key=lambda value: abs(value - MU[0]))
+            what = f'{name} disc, {prefix}CIRC'
+            bench.compare(f'T/N along the lay, worst of a revolution, {what}', EXACT, MU[0], worst,
+                          wanted)
+            bench.compare(f'T/N across, mean of a revolution, {what}', EXACT, 0.0,
+                          sum(p[1] for p in pairs)/len(pairs), 0.01, scale=MU[0])
+    radial = circle_deck(radius, 0.0, 'RADial 0 0 3 0 0 1', 'COLLinear', chords)
+    rows = bench.run_text('lathe', radial).reactions('pin')[1:]
+    bench.remark('the force is that at the end of a chord, half a chord behind the tangent: across the '
+                 'lay mu1 sin(pi/360), 0.9 % of mu1, remains')
+    bench.compare('dissipation/(N R), RADial', EXACT, 2*math.pi*MU[1], work(rows, radius), 1e-3)
+
+
+def eccentric(bench):
+    """A circle that lies beside the axis crosses the lay at all angles."""
+    radius, offset, chords = 0.5, 0.35, 360
+    for m, rule in enumerate(RULES):
+        exact = sum(power(m, radius, offset, 2*math.pi*(i + 0.5)/20000) for i in range(20000))
+        exact *= 2*math.pi/20000
+        for prefix in ('', 'MATErial '):
+            deck = circle_deck(radius, offset, prefix + 'CIRCumferential 0 0 0 0 0 1', rule, chords)
+            rows = bench.run_text('eccentric', deck).reactions('pin')[1:]
+            bench.compare(f'dissipation/(N R), m = {m}, {prefix}CIRC', 'exact (quadrature)', exact,
+                          work(rows, radius), 1e-3)
+
+
+def turning_deck(direction, rule, turn, steps=12):
+    """The pin slides over the disc while both are turned by an angle about x3."""
+    mesh, parts = disc_and_pin(3, (-0.3, 0.2))
+    times = [float(k) for k in range(steps + 1)]
+    records, tables, number = [], [], 0
+    loads, values, codes = {}, {}, {}
+    for node in parts['disc'] + parts['pin']:
+        x = mesh.nodes[node - 1]
+        path = []
+        for k in range(steps + 1):
+            p = list(x)
+            if node in parts['pin']:
+                p[0] += 0.06*max(0, k - 1)
+                p[1] -= 0.05*math.sin(0.7*max(0, k - 1))
+                p[2] -= 1e-3*min(1, k)
+            a = turn*k/steps
+            c, s = (round(math.cos(a)), round(math.sin(a))) if k == steps and turn else (
+                math.cos(a), math.sin(a))
+            path.append((c*p[0] - s*p[1] - x[0], s*p[0] + c*p[1] - x[1], p[2] - x[2]))
+        mine = []
+        for i in range(3):
+            number += 1
+            mine.append(number)
+            tables.append(table(number, times, [u[i] for u in path]))
+        loads[node], values[node], codes[node] = tuple(mine), (1.0, 1.0, 1.0), (1, 1, 1)
+    return (head('A pin on a disc that turns', mesh, parts) + meshing.vectors('BOUNdary', codes) +
+            meshing.vectors('DISPlacement', values) + meshing.vectors('FPROportional', loads) +
+            ''.join(tables) + tail(direction, rule, f'  DT,,1\n  STEP,,{steps}\n', 1e4))
+
+
+def turning(bench):
+    """A lay that is carried along turns the friction with the disc."""
+    quarter = math.pi/2
+    for direction, rule in (('MATErial ANGLe 30 1 0 0', 'COLLinear'),
+                            ('MATErial CIRCumferential -1 -1 0 0 0 1', 'TENSor'),
+                            ('MATErial ANGLe 20 RADial 0 2 0 0 0 1', 'ASSOciated')):
+        rest, turned = (bench.run_text('turning', turning_deck(direction, rule, angle))
+                        .reactions('pin') for angle in (0.0, quarter))
+        worst = slipped = 0.0
+        for k, (a, b) in enumerate(zip(rest, turned), 1):
+            c, s = math.cos(quarter*k/len(rest)), math.sin(quarter*k/len(rest))
+            expected = (c*a['R1'] - s*a['R2'], s*a['R1'] + c*a['R2'], a['R3'])
+            worst = max(worst, max(abs(p - b[r]) for p, r in zip(expected, ('R1', 'R2', 'R3'))))
+            slipped = max(slipped, math.hypot(a['R1'], a['R2']))
+        bench.compare(f'forces turned back, worst over N, {direction.split(" ", 1)[1]}', EXACT, 0.0,
+                      worst/abs(rest[-1]['R3']), 1e-10, scale=1.0)
+        bench.compare(f'(sliding: T/N > mu2 at some time, {rule})', EXACT, 1.0,
+                      float(slipped > 1.01*MU[1]*abs(rest[-1]['R3'])), 0.0)
