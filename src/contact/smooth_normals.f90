@@ -17,6 +17,8 @@ module smooth_normals
   real(wp), parameter :: most_tilt = 0.3_wp
   !> Directions in which the edges around a corner say less than this share are left alone.
   real(wp), parameter :: least_share = 0.05_wp
+  !> Weight of an edge whose other end lies at a rim, too.
+  real(wp), parameter :: weight_at_rim = 1.0e-6_wp
 
 contains
 
@@ -72,14 +74,14 @@ contains
       rim = pair%sharp(edge, f)
       if (rim) return
       f = pair%neighbours(edge, f)
-      k = findloc_node(pair%facets(:, f), node)
+      k = corner_of(pair%facets(:, f), node)
       if (pair%corner(k, f) > 0) return
       pair%corner(k, f) = pair%corner(corner, facet)
     end do
   end subroutine mark_fan
 
   !> Which corner of a facet a node is.
-  pure integer function findloc_node(nodes, node) result(k)
+  pure integer function corner_of(nodes, node) result(k)
     integer, intent(in) :: nodes(3) !! corners
     integer, intent(in) :: node !! one of them
 
@@ -87,7 +89,7 @@ contains
       if (nodes(k) == node) return
     end do
     k = 3
-  end function findloc_node
+  end function corner_of
 
   !> The patches of all facets at the positions x.
   subroutine renew_patches(pair, x)
@@ -135,40 +137,54 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(inout) :: normal(:, :) !! (3, corners) unit normals
-    real(wp) :: a(3, size(normal, 2)), b(2, size(normal, 2)), way(3), e(3, 2), w(2), rest
-    real(wp), parameter :: weight_at_rim = 1.0e-6_wp
-    real(wp) :: weight
-    integer :: f, k, i, j, m
+    real(wp) :: a(3, size(normal, 2)), b(2, size(normal, 2)), tilt(3)
+    integer :: f, k, first, last
 
     a = 0.0_wp
     b = 0.0_wp
     do f = 1, size(pair%facets, 2)
       do k = 1, 3
         if (pair%sharp(k, f)) cycle
-        do m = 0, 1
-          i = pair%corner(mod(k + m, 3) + 1, f)
-          j = pair%corner(mod(k + 1 - m, 3) + 1, f)
-          if (.not. pair%at_rim(i)) cycle
-          way = x(:, pair%facets(mod(k + 1 - m, 3) + 1, f)) - x(:, pair%facets(mod(k + m, 3) + 1, f))
-          way = way/norm2(way)
-          weight = 1.0_wp
-          if (pair%at_rim(j)) weight = weight_at_rim
-          e = tangents(normal(:, i))
-          w = matmul(way, e)
-          rest = -dot_product(way, normal(:, i) + normal(:, j))
-          a(:, i) = a(:, i) + weight*[w(1)*w(1), w(2)*w(2), w(1)*w(2)]
-          b(:, i) = b(:, i) + weight*rest*w
-        end do
+        first = mod(k, 3) + 1
+        last = mod(k + 1, 3) + 1
+        call want_curvature(pair, x, normal, f, first, last, a, b)
+        call want_curvature(pair, x, normal, f, last, first, a, b)
       end do
     end do
-    do i = 1, size(normal, 2)
-      if (.not. pair%at_rim(i)) cycle
-      way = matmul(tangents(normal(:, i)), solve_symmetric(a(:, i), b(:, i)))
-      if (norm2(way) > most_tilt) way = way*(most_tilt/norm2(way))
-      normal(:, i) = normal(:, i) + way
-      normal(:, i) = normal(:, i)/norm2(normal(:, i))
+    do k = 1, size(normal, 2)
+      if (.not. pair%at_rim(k)) cycle
+      tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
+      if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
+      normal(:, k) = normal(:, k) + tilt
+      normal(:, k) = normal(:, k)/norm2(normal(:, k))
     end do
   end subroutine tilt_at_rim
+
+  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit vector
+  !! d along the edge: d . (n + t) = -d . n of the other end.
+  subroutine want_curvature(pair, x, normal, f, here, there, a, b)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
+    integer, intent(in) :: f !! a facet
+    integer, intent(in) :: here !! end of the edge whose normal is tilted, if it is at the rim
+    integer, intent(in) :: there !! the other end
+    real(wp), intent(inout) :: a(:, :) !! (3, corners) normal equations: 11, 22, 12
+    real(wp), intent(inout) :: b(:, :) !! (2, corners) their right-hand sides
+    real(wp) :: way(3), w(2), weight
+    integer :: i, j
+
+    i = pair%corner(here, f)
+    j = pair%corner(there, f)
+    if (.not. pair%at_rim(i)) return
+    weight = 1.0_wp
+    if (pair%at_rim(j)) weight = weight_at_rim
+    way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
+    way = way/norm2(way)
+    w = matmul(way, tangents(normal(:, i)))
+    a(:, i) = a(:, i) + weight*[w(1)*w(1), w(2)*w(2), w(1)*w(2)]
+    b(:, i) = b(:, i) - weight*dot_product(way, normal(:, i) + normal(:, j))*w
+  end subroutine want_curvature
 
   !> Two unit vectors across a unit vector.
   pure function tangents(n) result(e)
@@ -208,7 +224,7 @@ contains
     real(wp), intent(in) :: x(3, 3) !! corners [length]
     real(wp), intent(in) :: normal(3, 3) !! unit normals there
     type(patch_t) :: patch
-    real(wp) :: dual(3, 3), way(3), mean(3), along(2)
+    real(wp) :: dual(3, 3), way(3), mean(3), along(2), size_c
     integer :: k, i, j
 
     dual = dual_frame(patch_frame(x))
@@ -221,8 +237,9 @@ contains
       mean = mean - way*(dot_product(way, mean)/dot_product(way, way))
       mean = mean/norm2(mean)
       along = [dot_product(mean, normal(:, i)), dot_product(mean, normal(:, j))]
-      patch%edge(:, k) = matmul(mean, dual)*(along(1)*dot_product(way, normal(:, i)) &
-                                             - along(2)*dot_product(way, normal(:, j)))/sum(along**2)
+      size_c = (along(1)*dot_product(way, normal(:, i)) - along(2)*dot_product(way, &
+        normal(:, j)))/sum(along**2)
+      patch%edge(:, k) = size_c*matmul(mean, dual)
     end do
   end function patch_of
 
