@@ -160,8 +160,8 @@ contains
     end do
   end subroutine tilt_at_rim
 
-  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit vector
-  !! d along the edge: d . (n + t) = -d . n of the other end.
+  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit
+  !! vector d along the edge: d . (n + t) = -d . n of the other end.
   subroutine want_curvature(pair, x, normal, f, here, there, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
