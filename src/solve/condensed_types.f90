@@ -27,7 +27,7 @@ module condensed_types
     integer :: elements = 0 !! closed contact elements
     integer :: rank = 0 !! columns of U and V
     integer, allocatable :: element(:) !! (elements) place in the list of contact elements
-    integer, allocatable :: dofs(:, :) !! (max_dofs, elements) live candidates, 0 where there is none
+    integer, allocatable :: dofs(:, :) !! (max_dofs, elements) live candidates, or 0
     real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, elements) element matrices
     integer, allocatable :: owner(:) !! (rank) element, counted as above, of each column
     real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
@@ -46,7 +46,7 @@ module condensed_types
     integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
     integer, allocatable :: patterns(:) !! numbers of the proportional loads in use
     real(wp), allocatable :: factors(:) !! (patterns) their factors at the end of the increment
-    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of each load's unit [length]
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of a unit load [length]
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
