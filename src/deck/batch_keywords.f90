@@ -41,7 +41,15 @@ contains
     call explain(t, 'friction), REDUced works on the contact forces. What cannot hold falls back')
     call explain(t, 'and says so in the log. --solver on the command line comes first.')
     call add_command(t, table_batch, 'FORM', '', 'forms the residual', available=.false.)
-    call add_command(t, table_batch, 'AUGM', '', 'augments', available=.false.)
+    call add_command(t, table_batch, 'AUGMent', '', 'one update of the multipliers of AUGMent')
+    call explain(t, 'For increments of TIME and TANG (STEP does it by itself). Where the gaps are')
+    call explain(t, 'within the tolerance of AUGMent, it does nothing. Example:')
+    call explain(t, '  LOOP,,20')
+    call explain(t, '    LOOP,,30')
+    call explain(t, '      TANG,,1')
+    call explain(t, '    NEXT')
+    call explain(t, '    AUGMent')
+    call explain(t, '  NEXT')
     call add_command(t, table_batch, 'BACK', '', 'one step back', available=.false.)
   end subroutine add_solution_keywords
 

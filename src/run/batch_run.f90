@@ -26,6 +26,8 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
+  use batch_augment, only: run_augment
+  use augmentation, only: augmentation_t
   use printing, only: print_displacements, print_reactions
   implicit none
   private
@@ -142,6 +144,8 @@ contains
           error)
       case ('tang', 'utan')
         call run_tangent(run, model, system, state, monitor, error)
+      case ('augm')
+        call run_augment(run, model, system, monitor)
       case ('solv')
         call ask_for_solver(system, solver_of(command%option))
       case ('loop')
@@ -304,6 +308,7 @@ contains
     run%converged = .false.
     run%started = .false.
     run%progress = newton_t()
+    run%augmentation = augmentation_t()
     if (.not. is_passing(run%position)) call begin_at(model, system, state, run%pending_time)
   end subroutine prepare
 

@@ -93,10 +93,10 @@ contains
   pure subroutine mark_surfaces(pair, on_surface)
     type(pair_t), intent(in) :: pair !! the pair
     logical, intent(inout) :: on_surface(:) !! (nodes)
-    integer :: f
+    integer :: f, p
 
-    do f = 1, size(pair%point_nodes, 2)
-      on_surface(pair%point_nodes(:, f)) = .true.
+    do p = 1, size(pair%point_nodes, 2)
+      on_surface(pair%point_nodes(:, p)) = .true.
     end do
     do f = 1, size(pair%facets, 2)
       on_surface(pair%facets(:, f)) = .true.
