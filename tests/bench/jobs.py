@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 
+import bare
 import calculix
 import measure
 import own_deck
@@ -43,11 +44,12 @@ class Job:
 class Programs:
     """The two programs and what they offer."""
 
-    def __init__(self, own):
+    def __init__(self, own, folder):
         self.own = os.path.abspath(own)
-        self.other = shutil.which('ccx')
+        self.other, self.bare = shutil.which('ccx'), bare.build(folder)
         self.solvers = solvers_of(self.said('--help'))
-        self.digests = {path: measure.file_digest(path) for path in (self.own, self.other) if path}
+        self.digests = {path: measure.file_digest(path) for path in (self.own, self.other, self.bare)
+                        if path}
 
     def said(self, option):
         """What mfec prints for an option."""
@@ -98,6 +100,8 @@ def perform(job, programs, store, seconds):
     if job.of_calculix():
         command, program = [programs.other, 'run'], programs.other
         text = calculix.deck(scene, *CCX_MODES[job.mode], job.limit)
+    elif job.mode == bare.MODE:
+        command, program, text = [programs.bare], programs.bare, own_deck.deck(scene)
     else:
         if scene.contact:
             scene.contact.own_method = job.method
@@ -112,6 +116,8 @@ def perform(job, programs, store, seconds):
             result = measure.repeat(
                 command, lambda folder: write_other(scene, folder, job.mode, job.limit), seconds,
                 lambda folder, run: results.other(scene, folder, CCX_MODES[job.mode][0]))
+        elif job.mode == bare.MODE:
+            result = bare.run(program, scene, seconds)
         else:
             result = measure.repeat(
                 command, lambda folder: write_own(scene, folder, job.limit), seconds,
@@ -145,7 +151,9 @@ def quick_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
     jobs += [Job(CUBE, 12, 'N2S iterative')] if other else []
     jobs += [Job(HERTZ, h, mode) for h in (0.4, 0.3) for mode in modes]
-    jobs += [Job(CANTILEVER, n, mode) for n in (4, 8) for mode in modes]
+    modes += [bare.MODE] if programs.bare else []
+    jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16) for mode in modes
+             if n < 16 or not mode.startswith('N2S')]
     return jobs
 
 
@@ -163,7 +171,8 @@ def full_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative', 'S2S iterative'] if other else [])
     for h in (0.4, 0.3, 0.2, 0.15, 0.1):
         jobs += [Job(HERTZ, h, mode) for mode in modes if h > 0.12 or mode != 'N2S default']
-    modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
+    modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else []) + (
+        [bare.MODE] if programs.bare else [])
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes
              if n < 32 or mode != 'N2S default']
     if any(s in solvers for s in ('REDU',)):

@@ -121,12 +121,12 @@ def scaling_table(found):
         r = targets.Runs(found).get('cube', n, 'AUTO')
         if not r:
             continue
-        whole, factor = r['costs']['whole run'], targets.factorisation(r)
+        factor = targets.factorisation(r)
         slope = ''
         if before:
             slope = f'{targets.math.log(r["cpu"]/before["cpu"])/targets.math.log(r["dofs"]/before["dofs"]):.2f}'
         rows.append((str(n), f'{r["dofs"]:,}', f'{r["cpu"]:.3g}', f'{factor:.3g}',
-                     f'{100*factor/whole:.0f}', f'{whole - factor:.3g}', f'{r["memory"]:.0f}', slope))
+                     f'{100*factor/r["cpu"]:.0f}', f'{r["cpu"] - factor:.3g}', f'{r["memory"]:.0f}', slope))
         before = r
     if not rows:
         return ''
