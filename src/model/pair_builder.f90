@@ -245,6 +245,9 @@ contains
 
     point_noun = 'node'
     if (pair%n_slaves > 1) point_noun = 'point'
+    if (pair%augmented .and. pair%n_slaves > 1) call report_note(diagnostics, pair%at, 'pair '// &
+      pair%name//': AUGMent at the points of GTOS asks more of the surfaces than their nodes '// &
+      'can follow; where they do not match, NTOS or a stiff penalty alone is better')
     call set_penalties(model, pair, found)
     if (found) then
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
