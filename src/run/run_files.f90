@@ -10,7 +10,7 @@ module run_files
   use surface_lay, only: add_surface_lay
   use system_types, only: system_t, state_t
   use assembly, only: recover
-  use costs, only: begin_cost, end_cost, cost_output
+  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
     write_contacts, create_history_table, write_history, close_table
   use run_log, only: log_t, create_log, close_log
@@ -102,7 +102,7 @@ contains
   subroutine write_fields(files, model, system, state, increment, sums, rows, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
+    type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
@@ -116,6 +116,10 @@ contains
       return
     end if
     call fill_frame(model, system, state, files%point_state, frame)
+    associate (wanted => model%output)
+      call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
+        wanted%stress, wanted%strain, wanted%contact]))
+    end associate
     if (model%output%state == state_none) then
       call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
         error=error)
@@ -274,6 +278,10 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    if (system%condensed%active) then
+      saved%candidate = merge(1, 0, system%condensed%candidate)
+      saved%contact_force = system%condensed%kept
+    end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
