@@ -56,5 +56,8 @@ module result_types
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
+    ! Of the condensed form, if it is in use
+    integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]
   end type saved_state_t
 end module result_types

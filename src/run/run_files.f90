@@ -260,6 +260,10 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    if (system%condensed%active) then
+      saved%candidate = merge(1, 0, system%condensed%candidate)
+      saved%contact_force = system%condensed%kept
+    end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old

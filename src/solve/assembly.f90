@@ -15,14 +15,16 @@ module assembly
 
 contains
 
-  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a.
-  subroutine assemble(list, task, x, u, r, a)
+  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a, or
+  !! hands them out one by one.
+  subroutine assemble(list, task, x, u, r, a, s)
     type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
     integer, intent(in) :: task !! task_tangent or task_residual
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
-    type(block_matrix_t), intent(inout), optional :: a !! matrix; needed by task_tangent
+    type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
+    real(wp), intent(inout), optional :: s(:, :, :) !! (max_dofs, max_dofs, n) element matrices
     type(element_t) :: elements(batch)
     integer :: first, k, i
 
@@ -39,6 +41,7 @@ contains
             list%asymmetry = max(list%asymmetry, asymmetry(e))
             call scatter_matrix(list%block(:, :, k), e, a)
           end if
+          if (task == task_tangent .and. present(s)) s(:, :, k) = e%s
         end associate
       end do
     end do
