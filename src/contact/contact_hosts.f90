@@ -11,8 +11,8 @@ module contact_hosts
   use contact_parameters, only: point_parameters, point_shift, first_raise
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: project_on_facet, unfold, unfold_vector, barycentric, kink_sine, &
-    facet_size
+  use facet_geometry, only: corners, project_on_facet, unfold, unfold_vector, barycentric, &
+    kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -58,7 +58,7 @@ contains
 
     h = 0.0_wp
     do f = 1, size(pair%facets, 2)
-      h = max(h, facet_size(x(:, pair%facets(:, f))))
+      h = max(h, facet_size(corners(x, pair%facets(:, f))))
     end do
   end function longest_facet
 
@@ -162,7 +162,7 @@ contains
 
     touches = .false.
     if (facet == 0) return
-    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
+    call project_on_facet(corners(x, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
     kappa = point_shift(pair, p, pair%new(p))
     touches = gap + kappa(3) <= 0.0_wp
   end function touches
@@ -204,7 +204,7 @@ contains
 
     d = point_parameters(pair, p, point%host)
     e%xl(:, 1) = point_position(pair, p, x)
-    e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
+    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
     call element_routine(routine_mfec, task_residual, d, e)
@@ -231,7 +231,7 @@ contains
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
-          kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))))
+          kink_sine(corners(x, pair%facets(:, host)), corners(x, pair%facets(:, across)))))
         if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
           next = across
           return
@@ -253,7 +253,7 @@ contains
     before = 0
     first = host
     do step = 1, longest_walk
-      call project_on_facet(x(:, pair%facets(:, host)), y, xi, gap)
+      call project_on_facet(corners(x, pair%facets(:, host)), y, xi, gap)
       next = facet_across(pair, x, host, xi, 0.0_wp)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
       before = host
@@ -272,7 +272,7 @@ contains
 
     facet = host
     call walk(pair, x, y, facet)
-    call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+    call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
     n = barycentric(xi)
     beyond = .false.
     do k = 1, 3
@@ -294,12 +294,12 @@ contains
     call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
+    call project_on_facet(corners(x, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open
-    call project_on_facet(x_old(:, pair%facets(:, facet)), point_position(pair, p, x_old), &
+    call project_on_facet(corners(x_old, pair%facets(:, facet)), point_position(pair, p, x_old), &
       point%tip, gap)
   end subroutine seek
 
@@ -318,8 +318,8 @@ contains
           point%status = status_off
         else if (point%status == status_open) then
           call walk(pair, x, point_position(pair, p, x), point%host)
-          call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
-            point%tip, gap)
+          call project_on_facet(corners(x, pair%facets(:, point%host)), &
+            point_position(pair, p, x), point%tip, gap)
         end if
       end associate
     end do

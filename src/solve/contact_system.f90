@@ -11,7 +11,7 @@ module contact_system
   use contact_points, only: count_points, point_position
   use contact_parameters, only: point_parameters, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
-  use facet_geometry, only: project_on_facet
+  use facet_geometry, only: corners, project_on_facet
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
   use csc_matrix, only: build_pattern
   use linear_solver, only: start_pattern
@@ -98,7 +98,7 @@ contains
       system%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
-      call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
+      call project_on_facet(corners(x, pair%facets(:, point%host)), point_position(pair, p, x), &
         xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = routine_mfec
