@@ -37,6 +37,7 @@ module result_types
   type :: frame_t
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: lay(:, :) !! (3, nodes) axis of mu1 on master surfaces, else 0
     real(wp), allocatable :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
     real(wp), allocatable :: strain(:, :) !! (6, elements) xx yy zz xy yz zx, xy = half of gamma
     type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair

@@ -3,7 +3,8 @@ module increments
   use kinds, only: wp
   use loads, only: load_factor
   use model_types, only: model_t
-  use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
+  use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
+    settle_contact
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
@@ -19,6 +20,11 @@ module increments
   implicit none
   private
   public :: solve_increment, begin_at, choose_start, accept
+
+  !> A smooth surface whose height has changed by less than this share of a facet has its shape.
+  real(wp), parameter :: patch_tolerance = 1.0e-5_wp
+  !> Passes of an increment that are due to the shape of smooth surfaces alone.
+  integer, parameter :: most_renewals = 3
 
 contains
 
@@ -77,7 +83,7 @@ contains
     end do
   end subroutine solve_from_start
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape.
   subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
@@ -85,8 +91,10 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    integer :: pass, changes
+    integer :: pass, changes, renewals
+    logical :: settled
 
+    renewals = 0
     do pass = 1, settings%most_passes
       call load_contact(model, system)
       call couple(system)
@@ -96,8 +104,15 @@ contains
       if (system%condensed%active) call refresh_candidates(system)
       system%x_now = model%mesh%x + system%u
       call move_hosts(model, system, settings%extrapolation, changes)
-      if (changes == 0) exit
-      call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+      call renew_surfaces(model, system, patch_tolerance, settled)
+      if (renewals == most_renewals) settled = .true.
+      if (changes == 0 .and. settled) exit
+      if (.not. settled) renewals = renewals + 1
+      if (changes > 0) then
+        call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+      else
+        call monitor%event('  the smooth surface has changed its shape')
+      end if
     end do
     if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
