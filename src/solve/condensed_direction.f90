@@ -17,8 +17,8 @@ module condensed_direction
   integer, parameter :: most_vectors = 40, most_stale = 12
   !> A factor is worth trying again if no more elements than these have changed their status.
   integer, parameter :: most_changes = 3
-  !> Accuracies of a direction, and that of its length.
-  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp, length_accuracy = 1.0e-2_wp
+  !> Accuracies of a direction.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
 
 contains
 
@@ -218,18 +218,16 @@ contains
       system%condensed%defect))
   end function defect_energy
 
-  !> Length of the direction that the present tangent gives for the residual of a trial.
+  !> Length of the direction that the leading part of the present tangent gives for the residual of
+  !! a trial.
   real(wp) function next_condensed_length(system, length) result(next)
     type(system_t), intent(inout) :: system !! right of the trial given
     real(wp), intent(in) :: length !! the trial's share of the direction
     real(wp), allocatable :: y(:)
-    real(wp) :: floor
     logical :: arrived
 
     allocate (y(system%condensed%n_live))
-    floor = length_accuracy*hypot(norm2(system%condensed%right), &
-      system%condensed%defect_share*system%condensed%defect_norm)
-    call respond(system, 1.0_wp - length, floor, most_vectors, y, arrived)
+    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
     next = norm2(system%condensed%change)
   end function next_condensed_length
 end module condensed_direction
