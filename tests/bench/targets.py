@@ -210,6 +210,11 @@ def growth(runs):
     return row
 
 
+def power(small, large):
+    """p of CPU ~ dofs^p between two runs."""
+    return math.log(large['cpu']/small['cpu'])/math.log(large['dofs']/small['dofs'])
+
+
 def factorisation(result):
     """Processor time of the factorisations of a run."""
     return part(result, ('symbolic factorisation', 'unsymmetric factorisation',
