@@ -8,7 +8,7 @@ module contact_hosts
   use elmlib, only: element_routine, routine_mfec, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, point_shift
+  use contact_parameters, only: point_parameters, point_shift, first_raise
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: project_on_facet, unfold, unfold_vector, barycentric, kink_sine, &
@@ -68,7 +68,7 @@ contains
     integer :: p
 
     pair%new = pair%old
-    pair%raise_new = pair%raise_old
+    pair%raise = first_raise(pair)
     pair%left = 0
     pair%moves = 0
     call close_open_slots(pair)
@@ -305,6 +305,5 @@ contains
       end associate
     end do
     pair%old = pair%new
-    pair%raise_old = pair%raise_new
   end subroutine settle_points
 end module contact_hosts

@@ -45,7 +45,6 @@ module result_types
   !> The contact history of one pair.
   type :: pair_history_t
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
-    real(wp) :: raise = 1.0_wp !! factor on the penalty (AUGMent)
     integer, allocatable :: coupled(:) !! (points) host when the matrix pattern was built, 0 idle
   end type pair_history_t
 

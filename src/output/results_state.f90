@@ -134,7 +134,7 @@ contains
     call write_block(file, group//'/facets', pair%facets, at_end, error)
   end subroutine create_pair
 
-  !> Makes the data sets of an augmented pair.
+  !> Makes the data set of an augmented pair.
   subroutine create_multipliers(file, group, points, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
@@ -143,9 +143,6 @@ contains
 
     call make_series(file, group//'/multiplier', stored_real, [3, points], 1, 'force', &
       'force without a gap, along a1, e x a1 and e of the facet', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/raise', stored_real, [integer ::], 1, '1', &
-      'factor by which the penalty has been raised', error)
   end subroutine create_multipliers
 
   !> Writes one state; it counts only after complete_state, when all of it is on disk.
@@ -274,8 +271,6 @@ contains
       lambda(:, i) = history%points(i)%lambda
     end do
     call write_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/raise', [history%raise], slot, error)
   end subroutine write_multipliers
 
   !> Group of a pair.

@@ -342,15 +342,12 @@ contains
     integer, intent(in) :: slot !! place of the state
     type(pair_history_t), intent(inout) :: history !! its history, points allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: lambda(3, size(history%points)), factor(1)
+    real(wp) :: lambda(3, size(history%points))
     integer :: i
 
     if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
     call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
     if (allocated(error)) return
-    call read_block(file, pair_group(number)//'/raise', factor, slot, error)
-    if (allocated(error)) return
-    history%raise = factor(1)
     do i = 1, size(history%points)
       history%points(i)%lambda = lambda(:, i)
     end do

@@ -259,7 +259,6 @@ contains
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
-      saved%pairs(k)%raise = model%pairs(k)%raise_old
       saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
         system%first_point(k + 1) - 1)
     end do

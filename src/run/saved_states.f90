@@ -78,8 +78,6 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points
-      model%pairs(k)%raise_old = saved%pairs(k)%raise
-      model%pairs(k)%raise_new = saved%pairs(k)%raise
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
     call couple_as_saved(model, system, hosts)

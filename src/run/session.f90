@@ -44,7 +44,8 @@ contains
     character(:), allocatable :: deck_text
     type(terminal_t), target :: terminal
 
-    if (options%threads > 0) call set_blas_threads(options%threads)
+    call set_blas_threads(options%threads)
+    system%forced = options%solver
     terminal = open_terminal(options%quiet)
     call begin_cost(system%costs, cost_reading)
     call read_problem(options, model, commands, deck_text, error)

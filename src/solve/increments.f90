@@ -5,6 +5,7 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
   use predictor, only: carry_bodies
+  use solver_choice, only: choose_solver
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_gaps
@@ -30,6 +31,7 @@ contains
     type(newton_t), intent(out) :: progress !! how it ended
     logical :: choice, stayed
 
+    call choose_solver(model, system, monitor)
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, monitor)
@@ -67,6 +69,7 @@ contains
         return
       end if
       call update_multipliers(model, system, augmentation, monitor)
+      progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do

@@ -53,6 +53,7 @@ module newton
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: since_lowest = 0 !! iterations since one of the two has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
@@ -157,8 +158,9 @@ contains
     if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
-      call search_line(system, x, start, any(system%contact%hold), length)
+      call search_line(system, x, start, progress%updated .or. any(system%contact%hold), length)
     end if
+    progress%updated = .false.
     progress%energy_met = length >= 1.0_wp .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
@@ -180,6 +182,7 @@ contains
     type(system_t), intent(inout) :: system !! contact elements; gets hold
     type(newton_t), intent(inout) :: progress !! counts the iterations with such points
 
+    if (progress%updated) return
     system%contact%hold = .false.
     if (progress%turns < most_turns) system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
