@@ -64,8 +64,10 @@ class Programs:
             lines.append('CalculiX ' + ''.join(re.findall(r'Version (\S+)', said.stdout)))
         return lines
 
-    def accepts(self, scene):
+    def accepts(self, scene, method='NTOS'):
         """Whether mfec reads the deck of a scene (a law, a contact method may be missing)."""
+        scene.contact.own_method = method
+
         def files(folder):
             write_own(scene, folder, 0)
 
@@ -151,6 +153,8 @@ def quick_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
     jobs += [Job(CUBE, 12, 'N2S iterative')] if other else []
     jobs += [Job(HERTZ, h, mode) for h in (0.4, 0.3) for mode in modes]
+    if programs.accepts(MAKERS[CUBE](2), 'GTOS'):
+        jobs += [Job(HERTZ, h, 'AUTO', method='GTOS') for h in (0.4, 0.3)]
     modes += [bare.MODE] if programs.bare else []
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16) for mode in modes
              if n < 16 or not mode.startswith('N2S')]
@@ -158,11 +162,14 @@ def quick_jobs(programs):
 
 
 def full_jobs(programs):
-    """Everything; the longest last, so that the rest is there if it is stopped."""
+    """Everything."""
     other, solvers = bool(programs.other), programs.solvers
     jobs = cube_jobs(solvers, other, (4, 8, 12, 16, 20), {
-        'UMFP': 16, 'N2S default': 12, 'N2S iterative': 20, 'S2S default': 12,
-        'S2S iterative': 16})
+        'UMFP': 12, 'CHOL': 12, 'N2S default': 12, 'N2S iterative': 20, 'S2S default': 12,
+        'S2S iterative': 12})
+    quadrature = programs.accepts(MAKERS[CUBE](2), 'GTOS')
+    if quadrature:
+        jobs += [Job(CUBE, n, 'AUTO', method='GTOS') for n in (4, 8, 12)]
     jobs += [Job('cube_smooth', n, 'AUTO') for n in (8, 12, 16, 20)]
     jobs += [Job('cube_once', n, 'AUTO') for n in (4, 8, 12)]
     if programs.accepts(MAKERS['cube_neo'](2)):
@@ -171,11 +178,12 @@ def full_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative', 'S2S iterative'] if other else [])
     for h in (0.4, 0.3, 0.2, 0.15, 0.1):
         jobs += [Job(HERTZ, h, mode) for mode in modes if h > 0.12 or mode != 'N2S default']
+        jobs += [Job(HERTZ, h, 'AUTO', method='GTOS')] if quadrature else []
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else []) + (
         [bare.MODE] if programs.bare else [])
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes
-             if n < 32 or mode != 'N2S default']
-    if any(s in solvers for s in ('REDU',)):
+             if n < 32 or not mode.startswith('N2S')]
+    if 'REDU' in solvers:
         jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15, 25, 30)]
     else:
         jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15)]

