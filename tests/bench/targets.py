@@ -182,8 +182,8 @@ def hertz(runs):
     ours, theirs = least(True), least(False)
     if ours and theirs:
         ratio = theirs[0]/ours[0]
-        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at {ours[1].size:g}; CalculiX {theirs[1].mode} '
-                        f'{theirs[0]:.3g} s at {theirs[1].size:g})')
+        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at h/a = {ours[1].size:g}, {ours[1].method}; '
+                        f'CalculiX {theirs[1].mode} {theirs[0]:.3g} s at {theirs[1].size:g})')
         row.met, row.missed = ratio >= 10, f'by {10/ratio:.2g}x'
         row.limit = largest_cost(runs.found[ours[1]])
     return row
