@@ -229,8 +229,7 @@ def cost_table(found):
             runs.append((f'{job.scene} {job.size:g}', r))
     if not runs:
         return ''
-    names = [n for n in runs[0][1]['costs'] if n not in ('whole run',
-                                                         'processor time of all threads')]
+    names = [n for n in runs[0][1]['costs'] if n != 'whole run']
     rows = []
     for name in names:
         cells = []

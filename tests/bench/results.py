@@ -52,8 +52,10 @@ def own_log(log):
             values['costs'][found.group(1)] = float(found.group(3))
             if found.group(2):
                 values['counts'][found.group(1)] = int(found.group(2))
-    chosen = re.findall(r'^solver +(.*)', log, re.M)
-    values['chosen'] = chosen[0].strip() if chosen else ''
+    for name in ('processor time of all threads', 'peak memory, MB'):
+        values['costs'].pop(name, None)
+    chosen = re.findall(r'^solver: (\w+)', log, re.M)
+    values['chosen'] = chosen[0] if chosen else ''
     return values
 
 

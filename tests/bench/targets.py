@@ -61,7 +61,6 @@ def largest_cost(result):
     """Where the time of a run goes, from its cost table."""
     costs = {k: v for k, v in (result or {}).get('costs', {}).items() if k != 'whole run'}
     whole = (result or {}).get('costs', {}).get('whole run', 0.0)
-    costs.pop('processor time of all threads', None)
     if not costs or not whole:
         return ''
     parts = sorted(costs.items(), key=lambda item: -item[1])[:2]
@@ -122,7 +121,7 @@ def part(result, names):
 def newton_seconds(result):
     """Time of the nonlinear part: all but reading, the bulk's tangent and factor, and output."""
     apart = ('reading and meshing', 'bulk tangent', 'output', 'symmetric factorisation',
-             'symbolic factorisation')
+             'symbolic factorisation', *(n for n in result['costs'] if 'compliance' in n))
     if result.get('counts', {}).get('symmetric factorisation', 0) > 3:
         apart = apart[:3]  # factored in each iteration: that is the nonlinear part
     return result['cpu'] - part(result, apart)
