@@ -9,7 +9,8 @@ module contact_folds
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use facet_geometry, only: project_on_facet, barycentric, facet_normal, is_fold
+  use smooth_normals, only: project_on_master
+  use facet_geometry, only: barycentric, facet_normal, is_fold
   use facet_tree, only: facets_near
   implicit none
   private
@@ -38,6 +39,7 @@ contains
       do k = 1, 3
         if (pair%neighbours(k, f) == 0) cycle
         pair%fold(k, f) = is_fold(pair%facets(:, f), pair%facets(:, pair%neighbours(k, f)), x)
+        if (pair%smooth) pair%fold(k, f) = pair%fold(k, f) .and. pair%sharp(k, f)
       end do
     end do
     if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
@@ -96,10 +98,10 @@ contains
       call facets_near(pair%tree, y, pair%search_radius, found, n)
       do i = 1, n
         associate (nodes => pair%facets(:, found(i)))
-          call project_on_facet(x(:, nodes), y, xi, gap)
+          call project_on_master(pair, found(i), x, y, xi, gap)
           if (gap > 0.0_wp .or. gap < -pair%search_radius .or. gap <= best) cycle
           if (any(barycentric(xi) < 0.0_wp)) cycle
-          call project_on_facet(x_old(:, nodes), y_old, tip, gap_old)
+          call project_on_master(pair, found(i), x_old, y_old, tip, gap_old)
           if (gap_old < outside*pair%search_radius) cycle
           if (is_taken(pair, x, p, found(i))) cycle
           best = gap

@@ -4,7 +4,7 @@ module contact_gaps
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, point_text
-  use facet_geometry, only: project_on_facet
+  use smooth_normals, only: project_on_master
   implicit none
   private
   public :: describe_gaps
@@ -31,8 +31,7 @@ contains
     largest = -huge(1.0_wp)
     do p = 1, n
       if (pair%old(p)%host == 0) cycle
-      call project_on_facet(x(:, pair%facets(:, pair%old(p)%host)), point_position(pair, p, x), &
-        xi, gap)
+      call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
       over = over + 1
       if (gap < -touching*pair%search_radius) below = below + 1
       if (gap < least) deepest = p

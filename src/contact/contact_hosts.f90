@@ -5,14 +5,14 @@
 module contact_hosts
   use kinds, only: wp
   use element_types, only: element_t, task_residual, status_off, status_open
-  use elmlib, only: element_routine, routine_mfec, n_parameters
+  use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, point_shift, first_raise
+  use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise
+  use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: project_on_facet, unfold, unfold_vector, barycentric, kink_sine, &
-    facet_size
+  use facet_geometry, only: unfold, unfold_vector, barycentric, kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -22,10 +22,14 @@ module contact_hosts
   !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
   !! plane of the facet departs from the surface, in shape functions.
   real(wp), parameter :: departure = 1.0e-5_wp
+  !> Share of a kink that patches leave of it at most.
+  real(wp), parameter :: left_by_patches = 0.01_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
+  !> So few points are not worth several threads.
+  integer, parameter :: few = 64
 
 contains
 
@@ -35,6 +39,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: p
 
+    if (pair%smooth .and. .not. allocated(pair%patch)) call find_corners(pair, x)
     call find_folds(pair, x)
     call build_tree(pair%tree, pair%facets, x)
     if (.not. allocated(pair%old)) allocate (pair%old(count_points(pair)))
@@ -67,6 +72,7 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     integer :: p
 
+    if (pair%smooth) call renew_patches(pair, x_old)
     pair%new = pair%old
     pair%raise = first_raise(pair)
     pair%left = 0
@@ -105,33 +111,50 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
     integer, intent(inout) :: changes !! grows by the number of points with a new host
-    type(contact_point_t) :: before
-    integer :: p, host
-    logical :: touched
+    integer :: p
 
     if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
+    ! slots of one node look at each other
+    !$omp parallel do if(pair%slots == 1 .and. size(pair%new) > few) schedule(dynamic, 32) &
+    !$omp& default(none) private(p) shared(pair, x_old, x, tolerance) reduction(+:changes)
     do p = 1, size(pair%new)
-      associate (point => pair%new(p))
-        host = point%host
-        touched = touches(pair, x, p, host)
-        if (host == 0 .and. is_first(pair, p)) then
-          call seek(pair, x_old, x, p, point)
-        else if (host == 0) then
-          call seek_second(pair, x_old, x, p, point)
-        else if (pair%moves(p) < most_moves) then
-          before = point
-          call follow_tip(pair, x_old, x, tolerance, p, point)
-          if (point%host == pair%left(p)) point = before
-        end if
-        if (point%host == host) cycle
-        if (tolerance > 0.0_wp) then
-          pair%left(p) = host
-          pair%moves(p) = pair%moves(p) + 1
-        end if
-        if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
-      end associate
+      call follow_point(pair, x_old, x, tolerance, p, changes)
     end do
+    !$omp end parallel do
   end subroutine follow_tips
+
+  !> Lets the host of one point follow its tip.
+  subroutine follow_point(pair, x_old, x, tolerance, p, changes)
+    type(pair_t), intent(inout) :: pair !! new: host and start tip may change
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! as in follow_tips
+    integer, intent(in) :: p !! the point
+    integer, intent(inout) :: changes !! grows by one if the host has changed
+    type(contact_point_t) :: before
+    integer :: host
+    logical :: touched
+
+    associate (point => pair%new(p))
+      host = point%host
+      touched = touches(pair, x, p, host)
+      if (host == 0 .and. is_first(pair, p)) then
+        call seek(pair, x_old, x, p, point)
+      else if (host == 0) then
+        call seek_second(pair, x_old, x, p, point)
+      else if (pair%moves(p) < most_moves) then
+        before = point
+        call follow_tip(pair, x_old, x, tolerance, p, point)
+        if (point%host == pair%left(p)) point = before
+      end if
+      if (point%host == host) return
+      if (tolerance > 0.0_wp) then
+        pair%left(p) = host
+        pair%moves(p) = pair%moves(p) + 1
+      end if
+      if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
+    end associate
+  end subroutine follow_point
 
   !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
@@ -143,7 +166,7 @@ contains
 
     touches = .false.
     if (facet == 0) return
-    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
+    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     kappa = point_shift(pair, p, pair%new(p))
     touches = gap + kappa(3) <= 0.0_wp
   end function touches
@@ -165,7 +188,11 @@ contains
       tip = tip_in_facet(pair, p, point, x)
       next = facet_across(pair, x, point%host, tip, tolerance)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
-      call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      if (is_smooth(pair, point%host, next)) then
+        call carry_over(pair, x_old, point%host, next, point%tip, start)
+      else
+        call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      end if
       if (pair%augmented) point%lambda = unfold_vector(pair%facets(:, point%host), &
         pair%facets(:, next), x_old, point%lambda)
       before = point%host
@@ -188,7 +215,7 @@ contains
     e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
-    call element_routine(routine_mfec, task_residual, d, e)
+    call element_routine(pair_routine(pair), task_residual, d, e)
     tip = e%h2
   end function tip_in_facet
 
@@ -212,7 +239,7 @@ contains
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
-          kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))))
+          kink(pair, x, host, across)))
         if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
           next = across
           return
@@ -221,6 +248,28 @@ contains
       n(k) = 1.0_wp
     end do
   end function facet_across
+
+  !> Sine of the kink between two neighbouring facets, or what is left of it between their patches.
+  pure real(wp) function kink(pair, x, host, across)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: across !! its neighbour
+
+    kink = kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))
+    if (is_smooth(pair, host, across)) kink = left_by_patches*kink
+  end function kink
+
+  !> Two neighbouring facets are parts of one smooth surface.
+  pure logical function is_smooth(pair, host, across)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: across !! its neighbour
+
+    is_smooth = .false.
+    if (pair%smooth) is_smooth = any(pair%neighbours(:, host) == across &
+                                     .and. .not. pair%sharp(:, host))
+  end function is_smooth
 
   !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
   pure subroutine walk(pair, x, y, host)
@@ -234,7 +283,7 @@ contains
     before = 0
     first = host
     do step = 1, longest_walk
-      call project_on_facet(x(:, pair%facets(:, host)), y, xi, gap)
+      call project_on_master(pair, host, x, y, xi, gap)
       next = facet_across(pair, x, host, xi, 0.0_wp)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
       before = host
@@ -253,7 +302,7 @@ contains
 
     facet = host
     call walk(pair, x, y, facet)
-    call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+    call project_on_master(pair, facet, x, y, xi, gap)
     n = barycentric(xi)
     beyond = .false.
     do k = 1, 3
@@ -275,13 +324,13 @@ contains
     call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    call project_on_facet(x(:, pair%facets(:, facet)), point_position(pair, p, x), xi, gap)
+    if (pair%smooth) call walk(pair, x, point_position(pair, p, x), facet)
+    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open
-    call project_on_facet(x_old(:, pair%facets(:, facet)), point_position(pair, p, x_old), &
-      point%tip, gap)
+    call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%tip, gap)
   end subroutine seek
 
   !> Makes the converged state the history: tips where the elements left them; an open point's
@@ -299,8 +348,7 @@ contains
           point%status = status_off
         else if (point%status == status_open) then
           call walk(pair, x, point_position(pair, p, x), point%host)
-          call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
-            point%tip, gap)
+          call project_on_master(pair, point%host, x, point_position(pair, p, x), point%tip, gap)
         end if
       end associate
     end do

@@ -1,14 +1,15 @@
 !> Parameters d of the contact element of one point of a pair.
 module contact_parameters
   use kinds, only: wp, pi
-  use elmlib, only: n_parameters
+  use elmlib, only: n_parameters, routine_mfec, routine_smooth
   use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, &
     d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
+  use elmt04, only: d04_patch, d04_size
   use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, first_raise
+  public :: point_parameters, point_shift, first_raise, pair_routine
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -16,7 +17,15 @@ module contact_parameters
 
 contains
 
-  !> The d of elmt03 for one point on one facet.
+  !> The contact element of a pair.
+  pure integer function pair_routine(pair) result(routine)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    routine = routine_mfec
+    if (pair%smooth) routine = routine_smooth
+  end function pair_routine
+
+  !> The d of elmt03 or elmt04 for one point on one facet.
   pure function point_parameters(pair, p, facet) result(d)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -24,6 +33,7 @@ contains
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp
+    if (pair%smooth) d(d04_patch:d04_size) = pair%patch(:, facet)
     d(d03_epsilon) = pair%raise*pair%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%mu
     d(d03_rule) = real(pair%slip_rule, wp)
@@ -66,6 +76,6 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
+    if (pair%augmented .and. pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
 end module contact_parameters

@@ -61,6 +61,7 @@ module contact_types
     logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
     integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
+    logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
     integer :: augment_most = 25 !! most updates of the multipliers in an increment
@@ -84,6 +85,10 @@ module contact_types
     real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
+    logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
+    integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
+    logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
+    real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment

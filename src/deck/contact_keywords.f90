@@ -25,7 +25,7 @@ contains
     call add_word(t, 'AUGMent', '[q:tol] [p:max]', 'augmented Lagrangian')
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
     call add_word(t, 'ADJUst', '[q:tolerance]', 'moves slave nodes next to the master onto it')
-    call add_word(t, 'SMOOth', '', 'continuous normals', available=.false.)
+    call add_word(t, 'SMOOth', '', 'continuous normals over the master facets')
     call explain(t, 'PENAlty: force per length and slave point; AREA: pressure per length; AUTO')
     call explain(t, '(the default): from the elements next to the pair. DIREction: a vector,')
     call explain(t, 'projected on the facet (default 1 0 0); ANGLe turns it by phi degrees about')

@@ -6,14 +6,17 @@ module elmlib
   use element_types, only: element_t
   use elmt01, only: elmt01_t4
   use elmt03, only: elmt03_mfec
+  use elmt04, only: elmt04_smooth, d04_size
   implicit none
   private
-  public :: element_routine, routine_none, routine_t4, routine_mfec, n_parameters
+  public :: element_routine, routine_none, routine_t4, routine_mfec, routine_smooth, &
+    n_parameters
 
   integer, parameter :: routine_none = 0 !! an element that takes no part
   integer, parameter :: routine_t4 = 1 !! linear tetrahedron
   integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
-  integer, parameter :: n_parameters = 14 !! room for the parameters d of any routine
+  integer, parameter :: routine_smooth = 4 !! the same on a curved patch with continuous normals
+  integer, parameter :: n_parameters = d04_size !! room for the parameters d of any routine
 
 contains
 
@@ -29,6 +32,8 @@ contains
       call elmt01_t4(task, d, e)
     case (routine_mfec)
       call elmt03_mfec(task, d, e)
+    case (routine_smooth)
+      call elmt04_smooth(task, d, e)
     case default
       ! routine_none: a contact element that is switched off adds nothing.
     end select

@@ -14,7 +14,8 @@ module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, status_open, status_stick, status_slip, max_dofs
+    task_stress, status_open, status_stick, status_slip
+  use slave_points, only: positions, spread_point
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
     axis_circumferential, axis_radial
@@ -87,29 +88,6 @@ contains
     end select
     if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
   end subroutine elmt03_mfec
-
-  !> Positions of S, 1, 2, 3 seen from 3, so that the distance to the origin costs no digits.
-  pure function positions(e) result(x)
-    type(element_t), intent(in) :: e !! local data
-    real(wp) :: x(3, 4)
-    integer :: b, k, last
-
-    last = e%slaves + 3
-    if (e%slaves == 1) then
-      x(:, 1) = (e%xl(:, 1) - e%xl(:, last)) + (e%ul(:, 1) - e%ul(:, last))
-    else
-      x(:, 1) = 0.0_wp
-      do b = 1, e%slaves
-        x(:, 1) = x(:, 1) + e%weight(b)*((e%xl(:, b) - e%xl(:, last)) &
-          + (e%ul(:, b) - e%ul(:, last)))
-      end do
-    end if
-    do k = 1, 3
-      associate (node => e%slaves + k)
-        x(:, k + 1) = (e%xl(:, node) - e%xl(:, last)) + (e%ul(:, node) - e%ul(:, last))
-      end associate
-    end do
-  end function positions
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
   pure subroutine facet_and_gap(x, tip, c)
@@ -317,34 +295,6 @@ contains
     de(:, 7:9) = -dyad(c%d2, c%e)
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
-
-  !> From the point S to its nodes: r_b = M_b r_S, and likewise rows and columns of s
-  !! (doc/theory, "Weighted slave points").
-  pure subroutine spread_point(with_matrix, e)
-    logical, intent(in) :: with_matrix !! s is spread, too
-    type(element_t), intent(inout) :: e !! r and s of S, 1, 2, 3 become those of all nodes
-    real(wp) :: r(12), s(12, 12), rows(max_dofs, 12)
-    integer :: b, j, n
-
-    n = 3*e%slaves
-    r = e%r(1:12)
-    do b = 1, e%slaves
-      e%r(3*b - 2:3*b) = e%weight(b)*r(1:3)
-    end do
-    e%r(n + 1:n + 9) = r(4:12)
-    if (.not. with_matrix) return
-    s = e%s(1:12, 1:12)
-    do j = 1, 12
-      do b = 1, e%slaves
-        rows(3*b - 2:3*b, j) = e%weight(b)*s(1:3, j)
-      end do
-      rows(n + 1:n + 9, j) = s(4:12, j)
-    end do
-    do b = 1, e%slaves
-      e%s(1:n + 9, 3*b - 2:3*b) = e%weight(b)*rows(1:n + 9, 1:3)
-    end do
-    e%s(1:n + 9, n + 1:n + 9) = rows(1:n + 9, 4:12)
-  end subroutine spread_point
 
   !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|,
   !! |f_T|].

@@ -4,7 +4,7 @@ module friction_axes
   use vectors, only: cross
   implicit none
   private
-  public :: axes_t, find_axes, turn_of_axes
+  public :: axes_t, find_axes, turn_of_axes, direction_in_space
   public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 

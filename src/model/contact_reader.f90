@@ -113,6 +113,8 @@ contains
         if (is_word(record%items(2), 'collinear')) draft%pair%slip_rule = 0
         if (is_word(record%items(2), 'tensor')) draft%pair%slip_rule = 1
         if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
+      else if (is_word(word, 'smooth')) then
+        draft%pair%smooth = .true.
       else if (is_word(word, 'augment')) then
         draft%pair%augmented = .true.
         if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)

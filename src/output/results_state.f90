@@ -48,6 +48,12 @@ contains
     call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
       'force of the supports on all node numbers from 1', error)
     if (allocated(error)) return
+    call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
+      'nodes that the condensed solver holds for contact; empty if it was not in use', error)
+    if (allocated(error)) return
+    call make_series(file, root//'contact_force', stored_real, [3, model%mesh%nodes], 1, 'force', &
+      'contact forces of the condensed solver; empty if it was not in use', error)
+    if (allocated(error)) return
     call write_mesh(file, model, error)
     if (allocated(error)) return
     call make_group(file, root//'contact', error)
@@ -197,6 +203,12 @@ contains
     call write_block(file, root//'displacement', state%displacement, slot, error)
     if (allocated(error)) return
     call write_block(file, root//'reaction', state%reaction, slot, error)
+    if (allocated(error)) return
+    if (allocated(state%candidate)) then
+      call write_block(file, root//'candidate', state%candidate, slot, error)
+      if (.not. allocated(error)) call write_block(file, root//'contact_force', &
+        state%contact_force, slot, error)
+    end if
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)

@@ -11,6 +11,7 @@ module batch_run
     outcome_stopped
   use increments, only: begin_at, choose_start, accept
   use residuals, only: estimate_round_off
+  use condensed_system, only: refresh_candidates
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
@@ -332,7 +333,7 @@ contains
     if (.not. run%started) then
       call choose_solver(model, system, monitor)
       system%x_old = model%mesh%x + state%u
-      call choose_start(model, system, state, monitor)
+      call choose_start(model, system, state, run%pending_time, monitor)
       call couple(system)
       system%contact%slip_before = 0.0_wp
       run%started = .true.
@@ -349,6 +350,7 @@ contains
     end if
     run%converged = is_converged(system, run%settings, run%progress)
     if (.not. run%converged .or. size(model%pairs) == 0) return
+    if (system%condensed%active) call refresh_candidates(system)
     system%x_now = model%mesh%x + system%u
     call move_hosts(model, system, run%settings%extrapolation, changes)
     if (changes == 0) return

@@ -147,11 +147,11 @@ contains
   end subroutine update_multipliers
 
   !> Raises the penalty where the last update has left too much of the change before, or is the
-  !! first.
+  !! first. Hosts chosen with a soft penalty may be left again for those they come from.
   subroutine raise_penalty(change, before, pair, monitor)
     real(wp), intent(in) :: change !! largest change of a force [force]
     real(wp), intent(in) :: before !! the same one update ago, 0 if there is none [force]
-    type(pair_t), intent(inout) :: pair !! gets raise
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: relative, raise
 
@@ -162,6 +162,8 @@ contains
     raise = min(raise, most_raised/relative)
     if (raise <= pair%raise) return
     pair%raise = raise
+    pair%left = 0
+    pair%moves = 0
     call monitor%event('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
   end subroutine raise_penalty
 end module augmentation

@@ -3,23 +3,26 @@ module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
-  use elmlib, only: routine_none, routine_mfec
+  use elmlib, only: routine_none, routine_mfec, routine_smooth
   use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, point_shift
+  use contact_parameters, only: point_parameters, pair_routine, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
-  use facet_geometry, only: project_on_facet
+  use smooth_normals, only: project_on_master, renew_patches, patch_change
+  use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
+  use elmt04, only: d04_patch, d04_size
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
   use csc_matrix, only: build_pattern
   use linear_solver, only: start_pattern
+  use condensed_system, only: couple_condensed
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, load_contact, couple, couple_as_saved, settle_contact, &
-    contact_counts, keep_status
+  public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
+    settle_contact, contact_counts, keep_status
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp
@@ -55,6 +58,31 @@ contains
     end do
     call end_cost(system%costs, cost_search)
   end subroutine move_hosts
+
+  !> Renews the patches of smooth masters at x_now; `settled` if none of them, where a point is
+  !! closed, has changed by more than `tolerance` of its facet's size.
+  subroutine renew_surfaces(model, system, tolerance, settled)
+    type(model_t), intent(inout) :: model !! pairs: patches
+    type(system_t), intent(inout) :: system !! cost table; contact elements as solved
+    real(wp), intent(in) :: tolerance !! over the facet's size
+    logical, intent(out) :: settled !! they hardly change
+    real(wp), allocatable :: before(:, :)
+    integer :: k, first
+
+    settled = .true.
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (.not. pair%smooth) cycle
+        call begin_cost(system%costs, cost_search)
+        before = pair%patch
+        call renew_patches(pair, system%x_now)
+        first = system%first_point(k)
+        if (patch_change(pair, system%x_now, before, system%contact%status(first:first + &
+          count_points(pair) - 1) > status_open) > tolerance) settled = .false.
+        call end_cost(system%costs, cost_search)
+      end associate
+    end do
+  end subroutine renew_surfaces
 
   !> Points that have come through the surface although their elements are idle.
   pure integer function overlooked(pair, system, first) result(n)
@@ -97,10 +125,9 @@ contains
       system%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
-      call project_on_facet(x(:, pair%facets(:, point%host)), point_position(pair, p, x), &
-        xi, gap)
+      call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
-      list%routine(element) = routine_mfec
+      list%routine(element) = pair_routine(pair)
       system%hosts(element) = point%host
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
@@ -128,6 +155,10 @@ contains
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
+    if (system%condensed%active) then
+      call couple_condensed(system)
+      return
+    end if
     if (system%contact%n == 0) then
       if (.not. allocated(system%csc%ptr)) call build_uncoupled(system)
       return
@@ -237,11 +268,32 @@ contains
 
     associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%x_now)
-      dxi = list%h2(:, element) - list%h1(:, element)
-      way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
+      if (list%routine(element) == routine_smooth) then
+        way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &
+          list%h1(:, element), list%h2(:, element))
+      else
+        dxi = list%h2(:, element) - list%h1(:, element)
+        way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
+      end if
       work = list%d(d03_epsilon, element)*dot_product(list%slip(:, element), way)
     end associate
   end function friction_work
+
+  !> The way from one point of a patch to another.
+  pure function patch_way(values, x, from, to) result(way)
+    real(wp), intent(in) :: values(:) !! (n_patch_values) the patch
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+    real(wp), intent(in) :: from(2) !! (xi, eta)
+    real(wp), intent(in) :: to(2) !! (xi, eta)
+    real(wp) :: way(3)
+    type(patch_t) :: patch
+    type(patch_point_t) :: start, finish
+
+    patch = patch_from_values(values)
+    start = patch_at(patch, from)
+    finish = patch_at(patch, to)
+    way = matmul(patch_frame(x), finish%x - start%x)
+  end function patch_way
 
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)

@@ -3,9 +3,12 @@ module increments
   use kinds, only: wp
   use loads, only: load_factor
   use model_types, only: model_t
-  use contact_system, only: restart_points, move_hosts, load_contact, couple, settle_contact
+  use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
+    settle_contact
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
+  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
+    refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_gaps
@@ -17,6 +20,11 @@ module increments
   implicit none
   private
   public :: solve_increment, begin_at, choose_start, accept
+
+  !> A smooth surface whose height has changed by less than this share of a facet has its shape.
+  real(wp), parameter :: patch_tolerance = 1.0e-5_wp
+  !> Passes of an increment that are due to the shape of smooth surfaces alone.
+  integer, parameter :: most_renewals = 3
 
 contains
 
@@ -34,7 +42,7 @@ contains
     call choose_solver(model, system, monitor)
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
-    call choose_start(model, system, state, monitor)
+    call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
@@ -75,7 +83,7 @@ contains
     end do
   end subroutine solve_from_start
 
-  !> Solves with frozen hosts until the hosts stay.
+  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape.
   subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
@@ -83,18 +91,28 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    integer :: pass, changes
+    integer :: pass, changes, renewals
+    logical :: settled
 
+    renewals = 0
     do pass = 1, settings%most_passes
       call load_contact(model, system)
       call couple(system)
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit
+      if (system%condensed%active) call refresh_candidates(system)
       system%x_now = model%mesh%x + system%u
       call move_hosts(model, system, settings%extrapolation, changes)
-      if (changes == 0) exit
-      call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+      call renew_surfaces(model, system, patch_tolerance, settled)
+      if (renewals == most_renewals) settled = .true.
+      if (changes == 0 .and. settled) exit
+      if (.not. settled) renewals = renewals + 1
+      if (changes > 0) then
+        call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+      else
+        call monitor%event('  the smooth surface has changed its shape')
+      end if
     end do
     if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
@@ -144,10 +162,11 @@ contains
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
   !! smaller residual; chooses the hosts there.
-  subroutine choose_start(model, system, state, monitor)
+  subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
     type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
 
@@ -155,6 +174,11 @@ contains
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
       system%carried)
+    if (system%condensed%active) then
+      call begin_condensed(model, system, state, time)
+      call place_starts(system)
+      system%u = system%left
+    end if
     call start_here(model, system, norm_left)
     if (all(abs(system%carried - system%left) <= 0.0_wp)) return
     system%u = system%carried
@@ -178,6 +202,11 @@ contains
       call move_hosts(model, system, 0.0_wp, changes)
       call load_contact(model, system)
     end if
+    if (system%condensed%active) then
+      call restore_forces(system%condensed)
+      call couple(system)
+      call find_defects(system)
+    end if
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
   end subroutine start_here
@@ -189,6 +218,10 @@ contains
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
 
+    if (system%condensed%active) then
+      call recover_interior(system)
+      call keep_forces(system%condensed)
+    end if
     state%u = system%u
     state%time = time
     where (system%equation == 0)

@@ -3,6 +3,8 @@
 module linear_solver
   use kinds, only: wp
   use memory, only: memory_left
+  use threads, only: count_threads
+  use blas_info, only: set_blas_threads
   use text, only: lower
   use costs, only: cost_t
   use csc_matrix, only: csc_matrix_t
@@ -24,6 +26,9 @@ module linear_solver
   integer, parameter :: solver_umfpack = 1
   integer, parameter :: solver_cholmod = 2
   integer, parameter :: solver_reduced = 3
+
+  !> From this size on a factor is worth several threads of the BLAS [byte].
+  real(wp), parameter :: large_factor = 5.0e7_wp
 
   !> Both back ends; each keeps its analysis while the pattern holds, one of them has the factor.
   type :: linear_solver_t
@@ -70,6 +75,7 @@ contains
     type(csc_matrix_t), intent(in) :: a !! matrix
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
+    integer :: threads
 
     outcome = solver_done
     if (.not. is_analysed_symmetric(solver%cholmod)) then
@@ -77,7 +83,12 @@ contains
       if (outcome == solver_done) call ask_for_memory(solver, &
         symmetric_factor_bytes(solver%cholmod), outcome)
     end if
-    if (outcome == solver_done) call factorise_symmetric(solver%cholmod, a, costs, outcome)
+    if (outcome == solver_done) then
+      threads = threads_for(symmetric_factor_bytes(solver%cholmod))
+      if (threads > 1) call set_blas_threads(threads)
+      call factorise_symmetric(solver%cholmod, a, costs, outcome)
+      if (threads > 1) call set_blas_threads(1)
+    end if
     if (outcome == solver_done) solver%holds = solver_cholmod
   end subroutine factorise_cholesky
 
@@ -87,15 +98,29 @@ contains
     type(csc_matrix_t), intent(in) :: a !! matrix
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
+    integer :: threads
 
     outcome = solver_done
     if (.not. is_analysed(solver%umfpack)) then
       call analyse(solver%umfpack, a, costs, outcome)
       if (outcome == solver_done) call ask_for_memory(solver, factor_bytes(solver%umfpack), outcome)
     end if
-    if (outcome == solver_done) call factorise(solver%umfpack, a, costs, outcome)
+    if (outcome == solver_done) then
+      threads = threads_for(factor_bytes(solver%umfpack))
+      if (threads > 1) call set_blas_threads(threads)
+      call factorise(solver%umfpack, a, costs, outcome)
+      if (threads > 1) call set_blas_threads(1)
+    end if
     if (outcome == solver_done) solver%holds = solver_umfpack
   end subroutine factorise_lu
+
+  !> Threads of the BLAS for one factor: all of the program's if it is large, else one.
+  integer function threads_for(bytes) result(n)
+    real(wp), intent(in) :: bytes !! size of the factor [byte]
+
+    n = 1
+    if (bytes > large_factor) n = count_threads()
+  end function threads_for
 
   !> Compares the memory of a coming factor with what is left, and with what an earlier factor had.
   subroutine ask_for_memory(solver, bytes, outcome)

@@ -11,6 +11,7 @@ module newton
     estimate_round_off
   use supports, only: drop_bodies
   use line_search, only: search_line, approach
+  use condensed_direction, only: form_condensed_tangent, find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -137,12 +138,7 @@ contains
     end if
     start = residual_norm(system)
     call choose_held(system, progress)
-    call form_tangent(system, x)
-    system%contact%slip_before = system%contact%slip
-    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
-      .not. progress%indefinite, system%costs, outcome)
-    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
-      system%solution, system%costs, outcome)
+    call find_direction(system, x, progress, outcome)
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
@@ -151,10 +147,8 @@ contains
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
     progress%solves = progress%solves + 1
-    progress%energy = abs(dot_product(system%right, system%solution))
+    progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
-    call spread_direction(system)
-    call multiply(system%bulk_matrix, system%du, system%bulk_change)
     if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
@@ -175,6 +169,31 @@ contains
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> Tangent, factor, direction.
+  subroutine find_direction(system, x, progress, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    if (system%condensed%active) then
+      outcome = system%condensed%failed
+      if (outcome == solver_done) call form_condensed_tangent(system, x, outcome)
+      system%contact%slip_before = system%contact%slip
+      if (outcome == solver_done) call find_condensed_direction(system)
+      return
+    end if
+    call form_tangent(system, x)
+    system%contact%slip_before = system%contact%slip
+    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
+      .not. progress%indefinite, system%costs, outcome)
+    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
+      system%solution, system%costs, outcome)
+    if (outcome /= solver_done) return
+    call spread_direction(system)
+    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+  end subroutine find_direction
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
@@ -222,6 +241,7 @@ contains
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
     report%solver = solver_name(system%solver)
+    if (system%condensed%active) report%solver = 'REDUCED'
     report%seconds = seconds
   end subroutine describe
 end module newton

@@ -8,13 +8,14 @@ module solver_choice
   use monitors, only: monitor_t
   use linear_solver, only: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
     solver_reduced
+  use condensed_system, only: start_condensed, free_condensed
   use system_types, only: system_t
   implicit none
   private
   public :: scene_t, look_at, ask_for_solver, choose_solver, decide
 
   !> Whether the condensed solver is part of this version.
-  logical, parameter :: reduced_available = .false.
+  logical, parameter :: reduced_available = .true.
   !> Most degrees of freedom of contact whose dense compliance is worth having.
   integer, parameter :: most_contact_dofs = 20000
 
@@ -48,10 +49,21 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! gets choice
     class(monitor_t), intent(inout) :: monitor !! hears of it
-    character(:), allocatable :: reason
+    character(:), allocatable :: reason, obstacle
+    type(scene_t) :: scene
 
     if (system%choice /= solver_unknown) return
-    call decide(look_at(model, system), system%asked, system%choice, reason)
+    scene = look_at(model, system)
+    call decide(scene, system%asked, system%choice, reason)
+    if (system%choice == solver_reduced .and. .not. system%condensed%active) then
+      call start_condensed(model, system, obstacle)
+      if (len(obstacle) > 0) then
+        call monitor%warning('REDUced cannot be had, '//obstacle)
+        call decide(scene, solver_cholmod, system%choice, reason)
+      end if
+    else if (system%choice /= solver_reduced .and. system%condensed%active) then
+      call free_condensed(system)
+    end if
     system%solver%symmetric_allowed = system%choice /= solver_umfpack
     call monitor%event(reason)
   end subroutine choose_solver

@@ -7,6 +7,9 @@ module supports
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet
+  use elmlib, only: routine_smooth
+  use elmt04, only: d04_patch, d04_size
+  use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: system_t
   implicit none
@@ -259,7 +262,12 @@ contains
     real(wp) :: y(3, 4), xi(2)
 
     y = positions_of(x, length, k, system)
-    call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
+    if (system%contact%routine(k) == routine_smooth) then
+      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:d04_size, k)), &
+        y(:, 1), xi, gap)
+    else
+      call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
+    end if
     gap = gap + system%contact%shift(3, k)
   end function gap_of
 

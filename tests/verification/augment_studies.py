@@ -77,7 +77,7 @@ def edge(bench):
             'inputs/two_facet_edge.inp', factor, penalty=''))
         rows = tables.contact('tip_on_roof')
         depths.append(deepest(rows))
-        forces.append([row[f'F{k}'] for row in rows[7:] for k in (1, 3)])
+        forces.append([row[f'F{k}'] for row in rows[8:] for k in (1, 3)])
         bench.compare(f'Ft/Fn behind the edge, penalty {factor}', EXACT, 0.15,
                       rows[23]['Ft']/rows[23]['Fn'], 1e-10)
     bench.compare('F1 and F3 of all rows, spread over penalties', EXACT, 0.0,

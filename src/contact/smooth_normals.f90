@@ -1,0 +1,301 @@
+!> Smooth masters: normals at the corners of their facets, and the curved patches that these give
+!! (doc/theory, "Smooth surfaces").
+module smooth_normals
+  use kinds, only: wp
+  use vectors, only: cross
+  use contact_types, only: pair_t
+  use facet_geometry, only: facet_normal, facet_size, project_on_facet
+  use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
+    patch_values, project_on_patch, patch_at, patch_frame, dual_frame
+  implicit none
+  private
+  public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
+
+  !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
+  real(wp), parameter :: sharp_cosine = 0.866024_wp
+  !> Most by which the normal at a rim is tilted.
+  real(wp), parameter :: most_tilt = 0.3_wp
+  !> Directions in which the edges around a corner say less than this share are left alone.
+  real(wp), parameter :: least_share = 0.05_wp
+  !> Weight of an edge whose other end lies at a rim, too.
+  real(wp), parameter :: weight_at_rim = 1.0e-6_wp
+
+contains
+
+  !> Sharp edges of the master, and the corners of its facets that share a normal: those that are
+  !! around one node without a sharp edge between them.
+  subroutine find_corners(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, patch
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: f, k, n, facets
+    logical :: rim
+
+    facets = size(pair%facets, 2)
+    pair%sharp = spread([.true., .true., .true.], 2, facets)
+    do f = 1, facets
+      do k = 1, 3
+        if (pair%neighbours(k, f) == 0) cycle
+        pair%sharp(k, f) = dot_product(facet_normal(x(:, pair%facets(:, f))), facet_normal( &
+          x(:, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
+      end do
+    end do
+    pair%corner = spread([0, 0, 0], 2, facets)
+    allocate (pair%at_rim(3*facets), source=.false.)
+    n = 0
+    do f = 1, facets
+      do k = 1, 3
+        if (pair%corner(k, f) > 0) cycle
+        n = n + 1
+        pair%corner(k, f) = n
+        call mark_fan(pair, k, f, 1, rim)
+        if (rim) call mark_fan(pair, k, f, 2, rim)
+        pair%at_rim(n) = rim
+      end do
+    end do
+    pair%at_rim = pair%at_rim(1:n)
+    allocate (pair%patch(n_patch_values, facets))
+    call renew_patches(pair, x)
+  end subroutine find_corners
+
+  !> Gives the corners around a node the number of one of them, in one direction.
+  pure subroutine mark_fan(pair, corner, facet, direction, rim)
+    type(pair_t), intent(inout) :: pair !! gets corner
+    integer, intent(in) :: corner !! where to start
+    integer, intent(in) :: facet !! where to start
+    integer, intent(in) :: direction !! the next edge faces this corner after the fan's; 1 or 2
+    logical, intent(out) :: rim !! the fan ends at a rim or a sharp edge
+    integer :: f, k, edge, node
+
+    f = facet
+    k = corner
+    node = pair%facets(k, f)
+    do
+      edge = mod(k + direction - 1, 3) + 1
+      rim = pair%sharp(edge, f)
+      if (rim) return
+      f = pair%neighbours(edge, f)
+      k = corner_of(pair%facets(:, f), node)
+      if (pair%corner(k, f) > 0) return
+      pair%corner(k, f) = pair%corner(corner, facet)
+    end do
+  end subroutine mark_fan
+
+  !> Which corner of a facet a node is.
+  pure integer function corner_of(nodes, node) result(k)
+    integer, intent(in) :: nodes(3) !! corners
+    integer, intent(in) :: node !! one of them
+
+    do k = 1, 2
+      if (nodes(k) == node) return
+    end do
+    k = 3
+  end function corner_of
+
+  !> The patches of all facets at the positions x.
+  subroutine renew_patches(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets patch
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: normal(3, size(pair%at_rim))
+    integer :: f
+
+    call average_normals(pair, x, normal)
+    if (any(pair%at_rim)) call tilt_at_rim(pair, x, normal)
+    do f = 1, size(pair%facets, 2)
+      pair%patch(:, f) = patch_values(patch_of(x(:, pair%facets(:, f)), &
+                                               normal(:, pair%corner(:, f))))
+    end do
+  end subroutine renew_patches
+
+  !> Normals at the corners: those of the facets around, weighted with the angles there.
+  pure subroutine average_normals(pair, x, normal)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(out) :: normal(:, :) !! (3, corners) unit normals
+    real(wp) :: y(3, 3), n(3), a(3), b(3)
+    integer :: f, k
+
+    normal = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      y = x(:, pair%facets(:, f))
+      n = facet_normal(y)
+      do k = 1, 3
+        a = y(:, mod(k, 3) + 1) - y(:, k)
+        b = y(:, mod(k + 1, 3) + 1) - y(:, k)
+        associate (m => normal(:, pair%corner(k, f)))
+          m = m + atan2(norm2(cross(a, b)), dot_product(a, b))*n
+        end associate
+      end do
+    end do
+    do k = 1, size(normal, 2)
+      normal(:, k) = normal(:, k)/norm2(normal(:, k))
+    end do
+  end subroutine average_normals
+
+  !> Tilts the normals at a rim, where facets lie on one side only, so that the edges that come
+  !! from within end with the curvature that they begin with.
+  subroutine tilt_at_rim(pair, x, normal)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(inout) :: normal(:, :) !! (3, corners) unit normals
+    real(wp) :: a(3, size(normal, 2)), b(2, size(normal, 2)), tilt(3)
+    integer :: f, k, first, last
+
+    a = 0.0_wp
+    b = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        if (pair%sharp(k, f)) cycle
+        first = mod(k, 3) + 1
+        last = mod(k + 1, 3) + 1
+        call want_curvature(pair, x, normal, f, first, last, a, b)
+        call want_curvature(pair, x, normal, f, last, first, a, b)
+      end do
+    end do
+    do k = 1, size(normal, 2)
+      if (.not. pair%at_rim(k)) cycle
+      tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
+      if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
+      normal(:, k) = normal(:, k) + tilt
+      normal(:, k) = normal(:, k)/norm2(normal(:, k))
+    end do
+  end subroutine tilt_at_rim
+
+  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit
+  !! vector d along the edge: d . (n + t) = -d . n of the other end.
+  subroutine want_curvature(pair, x, normal, f, here, there, a, b)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
+    integer, intent(in) :: f !! a facet
+    integer, intent(in) :: here !! end of the edge whose normal is tilted, if it is at the rim
+    integer, intent(in) :: there !! the other end
+    real(wp), intent(inout) :: a(:, :) !! (3, corners) normal equations: 11, 22, 12
+    real(wp), intent(inout) :: b(:, :) !! (2, corners) their right-hand sides
+    real(wp) :: way(3), w(2), weight
+    integer :: i, j
+
+    i = pair%corner(here, f)
+    j = pair%corner(there, f)
+    if (.not. pair%at_rim(i)) return
+    weight = 1.0_wp
+    if (pair%at_rim(j)) weight = weight_at_rim
+    way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
+    way = way/norm2(way)
+    w = matmul(way, tangents(normal(:, i)))
+    a(:, i) = a(:, i) + weight*[w(1)*w(1), w(2)*w(2), w(1)*w(2)]
+    b(:, i) = b(:, i) - weight*dot_product(way, normal(:, i) + normal(:, j))*w
+  end subroutine want_curvature
+
+  !> Two unit vectors across a unit vector.
+  pure function tangents(n) result(e)
+    real(wp), intent(in) :: n(3) !! unit vector
+    real(wp) :: e(3, 2)
+
+    e(:, 1) = 0.0_wp
+    e(minloc(abs(n), 1), 1) = 1.0_wp
+    e(:, 1) = cross(n, e(:, 1))
+    e(:, 1) = e(:, 1)/norm2(e(:, 1))
+    e(:, 2) = cross(n, e(:, 1))
+  end function tangents
+
+  !> Least squares: the shortest solution of [a1 a3; a3 a2] t = b, without the directions of
+  !! which the matrix says nothing.
+  pure function solve_symmetric(a, b) result(t)
+    real(wp), intent(in) :: a(3) !! 11, 22, 12
+    real(wp), intent(in) :: b(2) !! right-hand side
+    real(wp) :: t(2)
+    real(wp) :: angle, v(2, 2), lambda(2)
+    integer :: i
+
+    t = 0.0_wp
+    if (.not. a(1) + a(2) > 0.0_wp) return
+    angle = 0.5_wp*atan2(2.0_wp*a(3), a(1) - a(2))
+    v(:, 1) = [cos(angle), sin(angle)]
+    v(:, 2) = [-v(2, 1), v(1, 1)]
+    do i = 1, 2
+      lambda(i) = a(1)*v(1, i)**2 + a(2)*v(2, i)**2 + 2.0_wp*a(3)*v(1, i)*v(2, i)
+      if (lambda(i) > least_share*(a(1) + a(2))) t = t + v(:, i)*dot_product(v(:, i), b)/lambda(i)
+    end do
+  end function solve_symmetric
+
+  !> The patch of one facet: each edge becomes a parabola that is, as well as it can be, normal to
+  !! the normals at its ends.
+  pure function patch_of(x, normal) result(patch)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+    real(wp), intent(in) :: normal(3, 3) !! unit normals there
+    type(patch_t) :: patch
+    real(wp) :: dual(3, 3), way(3), mean(3), along(2), size_c
+    integer :: k, i, j
+
+    dual = dual_frame(patch_frame(x))
+    patch%normal = matmul(transpose(dual), normal)
+    do k = 1, 3
+      i = mod(k, 3) + 1
+      j = mod(k + 1, 3) + 1
+      way = x(:, j) - x(:, i)
+      mean = normal(:, i) + normal(:, j)
+      mean = mean - way*(dot_product(way, mean)/dot_product(way, way))
+      mean = mean/norm2(mean)
+      along = [dot_product(mean, normal(:, i)), dot_product(mean, normal(:, j))]
+      size_c = (along(1)*dot_product(way, normal(:, i)) - along(2)*dot_product(way, &
+        normal(:, j)))/sum(along**2)
+      patch%edge(:, k) = size_c*matmul(mean, dual)
+    end do
+  end function patch_of
+
+  !> Largest change of the height of the patches that carry a closed point, over the facet's size.
+  pure real(wp) function patch_change(pair, x, before, closed) result(change)
+    type(pair_t), intent(in) :: pair !! the pair with its new patches
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) the patches before
+    logical, intent(in) :: closed(:) !! (points) the point carries a force
+    type(patch_t) :: now, then
+    integer :: p
+
+    change = 0.0_wp
+    do p = 1, size(pair%new)
+      associate (host => pair%new(p)%host)
+        if (host == 0 .or. .not. closed(p)) cycle
+        now = patch_from_values(pair%patch(:, host))
+        then = patch_from_values(before(:, host))
+        change = max(change, maxval(abs(now%edge(3, :) - then%edge(3, :))) &
+          /facet_size(x(:, pair%facets(:, host))))
+      end associate
+    end do
+  end function patch_change
+
+  !> Projection of a point on a facet of the master, or on its patch, and its signed distance.
+  pure subroutine project_on_master(pair, facet, x, y, xi, gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+
+    if (pair%smooth) then
+      call project_on_patch(x(:, pair%facets(:, facet)), patch_from_values(pair%patch(:, facet)), &
+        y, xi, gap)
+    else
+      call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+    end if
+  end subroutine project_on_master
+
+  !> Where a point of one patch lies on the neighbouring one.
+  pure subroutine carry_over(pair, x, from, to, xi_from, xi_to)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: from !! facet that is left
+    integer, intent(in) :: to !! facet that is entered
+    real(wp), intent(in) :: xi_from(2) !! (xi, eta) on the patch that is left
+    real(wp), intent(out) :: xi_to(2) !! (xi, eta) on the other
+    type(patch_point_t) :: point
+    real(wp) :: y(3), gap
+
+    associate (corners => pair%facets(:, from))
+      point = patch_at(patch_from_values(pair%patch(:, from)), xi_from)
+      y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)
+    end associate
+    call project_on_master(pair, to, x, y, xi_to, gap)
+  end subroutine carry_over
+end module smooth_normals

@@ -1,0 +1,285 @@
+!> Element 4: the moving friction elliptical cone of element 3 on a curved patch with continuous
+!! normals (doc/theory, "Smooth surfaces").
+!!
+!! Nodes, history, shift and task_stress are as those of element 3; its parameters come first in d,
+!! then the patch. The gap vector g = x_S - x_m(tip) begins on the patch, and x_m carries the
+!! forces to the facet's nodes, so that force and moment balance exactly.
+module elmt04
+  use kinds, only: wp
+  use vectors, only: cross, dyad
+  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+    task_stress, status_open, status_slip
+  use slave_points, only: spread_point
+  use friction_return, only: has_friction
+  use friction_axes, only: d03_epsilon, d03_mu, d03_size, axis_convected, axis_circumferential, &
+    axis_radial
+  use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch
+  use patch_cone, only: cone_t, place_cone, principal_axes
+  implicit none
+  private
+  public :: elmt04_smooth, d04_patch, d04_size
+
+  integer, parameter :: d04_patch = d03_size + 1 !! place of the patch in d
+  integer, parameter :: d04_size = d03_size + n_patch_values !! length of d
+
+contains
+
+  !> Does one task for one element.
+  pure subroutine elmt04_smooth(task, d, e)
+    integer, intent(in) :: task !! one of the tasks of element_types
+    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    type(element_t), intent(inout) :: e !! local data
+    type(cone_t) :: c
+    logical :: found
+
+    c%patch = patch_from_values(d(d04_patch:d04_size))
+    call place_cone(d, e, c, found)
+    if (.not. found) then
+      c%patch = flat_patch()
+      call place_cone(d, e, c, found)
+    end if
+    select case (task)
+    case (task_tangent)
+      call residual(d(d03_epsilon), c, e)
+      call tangent(d(d03_epsilon), c, e%status == status_slip, e)
+    case (task_stick_tangent)
+      if (e%status /= status_open) then
+        c%g_new = c%g
+        c%tip = e%h1
+      end if
+      call residual(d(d03_epsilon), c, e)
+      call tangent(d(d03_epsilon), c, .false., e)
+    case (task_residual)
+      call residual(d(d03_epsilon), c, e)
+    case (task_stress)
+      call principal_axes(d, c)
+      call report(d, c, e)
+    case default
+      ! The other tasks need no more than the cone.
+    end select
+    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
+  end subroutine elmt04_smooth
+
+  !> r = eps B^T g', with B at the new tip.
+  pure subroutine residual(epsilon, c, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(element_t), intent(inout) :: e !! gets r
+    type(patch_point_t) :: point
+
+    point = patch_at(c%patch, c%tip)
+    e%r(4:12) = -facet_force(c, point%x, epsilon*c%g_new)
+    e%r(1:3) = epsilon*c%g_new
+    e%r(10:12) = e%r(10:12) - epsilon*c%g_new
+  end subroutine residual
+
+  !> Forces at corners 1, 2, 3 that do the work of the force f on w1 a1 + w2 a2 + w3 e, seen from
+  !! corner 3.
+  pure function facet_force(c, w, f) result(r)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp), intent(in) :: w(3) !! components
+    real(wp), intent(in) :: f(3) !! the force
+    real(wp) :: r(9)
+
+    r(1:3) = w(1)*f - w(3)*dot_product(f, c%dual(:, 1))*c%f(:, 3)
+    r(4:6) = w(2)*f - w(3)*dot_product(f, c%dual(:, 2))*c%f(:, 3)
+    r(7:9) = -r(1:3) - r(4:6)
+  end function facet_force
+
+  !> Consistent tangent; zero for an open point.
+  pure subroutine tangent(epsilon, c, slides, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    logical, intent(in) :: slides !! the tip moves
+    type(element_t), intent(inout) :: e !! gets s
+    type(patch_point_t) :: point
+    real(wp) :: b(3, 12), dg(3, 12), dtip(2, 12), k(12, 12)
+    integer :: j
+
+    e%s(1:12, 1:12) = 0.0_wp
+    if (e%status == status_open) return
+    point = patch_at(c%patch, c%tip)
+    b = gap_operator(c, point%x)
+    dg = b
+    if (c%shifted) dg = b + shift_derivative(c)
+    k = -point%x(3)*normal_curvature(c, c%g_new)
+    if (slides) then
+      call tip_derivative(c, e%h1, dg, point, dtip)
+      dg = dg - matmul(matmul(c%f, point%dx), dtip)
+      do j = 1, 2
+        k(4:12, :) = k(4:12, :) - dyad(facet_force(c, point%dx(:, j), c%g_new), dtip(j, :))
+      end do
+    end if
+    e%s(1:12, 1:12) = epsilon*(matmul(transpose(b), dg) + k)
+  end subroutine tangent
+
+  !> Derivative of the new tip by the displacements, in slip.
+  pure subroutine tip_derivative(c, tip_old, dg, point, dtip)
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
+    real(wp), intent(in) :: dg(3, 12) !! derivative of the gap to a tip that stays
+    type(patch_point_t), intent(in) :: point !! the patch at the new tip
+    real(wp), intent(out) :: dtip(2, 12) !! the derivative
+    type(patch_point_t) :: old
+    real(wp) :: dn(3, 12), dhn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), right(2, 12)
+    real(wp) :: dk(3, 12), dxi(2, 12), m(2, 2)
+
+    call projection_derivative(c, dn, dhn, dxi)
+    dk = 0.0_wp
+    if (c%shifted) then
+      dk = shift_derivative(c)
+      dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
+    end if
+    w = axis_turn(c, dn, dxi)
+    dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
+    dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
+    old = patch_at(c%patch, tip_old)
+    ds = matmul(transpose(c%p), gap_operator(c, old%x) + dk)
+    ds(1, :) = ds(1, :) + matmul(c%g, dp1)
+    ds(2, :) = ds(2, :) + matmul(c%g, dp2)
+    right = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
+    right(1, :) = right(1, :) + matmul(c%g_new, dp1)
+    right(2, :) = right(2, :) + matmul(c%g_new, dp2)
+    m = matmul(transpose(c%p), matmul(c%f, point%dx))
+    dtip(1, :) = m(2, 2)*right(1, :) - m(1, 2)*right(2, :)
+    dtip(2, :) = m(1, 1)*right(2, :) - m(2, 1)*right(1, :)
+    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+  end subroutine tip_derivative
+
+  !> Derivatives of the unit normal at the projection, of the normal gap, and of the projection.
+  pure subroutine projection_derivative(c, dn, dgn, dxi)
+    type(cone_t), intent(in) :: c !! the cone
+    real(wp), intent(out) :: dn(3, 12) !! of the unit normal
+    real(wp), intent(out) :: dgn(12) !! of the normal gap
+    real(wp), intent(out) :: dxi(2, 12) !! of (xi, eta)
+    real(wp) :: t(3, 2), b(3, 12), right(3, 12), det, d1(3), d2(3)
+
+    b = gap_operator(c, c%below%x)
+    dn = frame_operator(c, c%below%n)
+    t = c%below%dx + c%gamma*c%below%dn
+    det = dot_product(t(:, 1), cross(t(:, 2), c%below%n))
+    d1 = matmul(c%dual, cross(t(:, 2), c%below%n))/det
+    d2 = matmul(c%dual, cross(c%below%n, t(:, 1)))/det
+    right = b - c%gamma*dn
+    dxi(1, :) = matmul(d1, right)
+    dxi(2, :) = matmul(d2, right)
+    dgn = matmul(c%n, b - matmul(matmul(c%f, c%below%dx), dxi))
+    dn = (dn + matmul(matmul(c%f, c%below%dn), dxi))/c%size_n
+    dn = dn - dyad(c%n, matmul(c%n, dn))
+  end subroutine projection_derivative
+
+  !> Derivative of the shift, which turns with the facet.
+  pure function shift_derivative(c) result(dk)
+    type(cone_t), intent(in) :: c !! facet and shift
+    real(wp) :: dk(3, 12)
+    real(wp) :: de(3, 12), w(12)
+
+    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
+    w = 0.0_wp
+    w(4:6) = c%t(:, 2)/norm2(c%f(:, 1))
+    w(10:12) = -w(4:6)
+    dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) + c%kappa(3)*de &
+      - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
+  end function shift_derivative
+
+  !> Turn of the friction axes in the tangent plane: (q . dv - (n . v) q . dn)/|Pv|.
+  pure function axis_turn(c, dn, dxi) result(w)
+    type(cone_t), intent(in) :: c !! the cone
+    real(wp), intent(in) :: dn(3, 12) !! derivative of the unit normal
+    real(wp), intent(in) :: dxi(2, 12) !! derivative of the projection
+    real(wp) :: w(12)
+
+    w = -dot_product(c%n, c%v)*matmul(c%q, dn)
+    select case (c%kind)
+    case (axis_convected)
+      w = w + matmul(c%q, frame_operator(c, [c%share(1), c%share(2), 0.0_wp])) &
+        + matmul(matmul(matmul(c%q, c%f(:, 1:2)), c%slope), dxi)
+    case (axis_circumferential)
+      w(1:3) = w(1:3) + cross(c%q, c%axis)
+    case (axis_radial)
+      w(1:3) = w(1:3) + c%q - dot_product(c%q, c%axis)*c%axis
+    case default
+      ! A vector that is fixed in space does not turn when nodes move.
+    end select
+    w = w/c%size_p
+  end function axis_turn
+
+  !> Derivative of w1 a1 + w2 a2 + w3 e with fixed components.
+  pure function frame_operator(c, w) result(a)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp), intent(in) :: w(3) !! components
+    real(wp) :: a(3, 12)
+    integer :: k
+
+    a(:, 1:3) = 0.0_wp
+    a(:, 4:6) = -w(3)*dyad(c%dual(:, 1), c%f(:, 3))
+    a(:, 7:9) = -w(3)*dyad(c%dual(:, 2), c%f(:, 3))
+    do k = 1, 3
+      a(k, 3 + k) = a(k, 3 + k) + w(1)
+      a(k, 6 + k) = a(k, 6 + k) + w(2)
+    end do
+    a(:, 10:12) = -a(:, 4:6) - a(:, 7:9)
+  end function frame_operator
+
+  !> Derivative of the gap to a point of the facet's frame with fixed components.
+  pure function gap_operator(c, w) result(b)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp), intent(in) :: w(3) !! components
+    real(wp) :: b(3, 12)
+    integer :: k
+
+    b = -frame_operator(c, w)
+    do k = 1, 3
+      b(k, k) = 1.0_wp
+      b(k, 9 + k) = b(k, 9 + k) - 1.0_wp
+    end do
+  end function gap_operator
+
+  !> Derivative of (de/du)^T g with g fixed: second derivative of the facet's unit normal.
+  pure function normal_curvature(c, g) result(k)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp), intent(in) :: g(3) !! any vector
+    real(wp) :: k(12, 12)
+    real(wp) :: de(3, 12), change(12), row(3, 12), along(2)
+    integer :: i, j, m
+
+    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
+    along = matmul(g, c%dual(:, 1:2))
+    k = 0.0_wp
+    do i = 1, 2
+      ! g . d(a^i) = -(g . a^j) (a^i . da_j) - (g . e) (a^i . de)
+      change = -dot_product(g, c%f(:, 3))*matmul(c%dual(:, i), de)
+      do j = 1, 2
+        change(3*j + 1:3*j + 3) = change(3*j + 1:3*j + 3) - along(j)*c%dual(:, i)
+        change(10:12) = change(10:12) + along(j)*c%dual(:, i)
+      end do
+      row = -dyad(c%f(:, 3), change) - along(i)*de
+      do m = 1, 3
+        k(3*i + m, :) = row(m, :)
+        k(9 + m, :) = k(9 + m, :) - row(m, :)
+      end do
+    end do
+  end function normal_curvature
+
+  !> The state of the point, as element 3 reports it, with the normal at the projection.
+  pure subroutine report(d, c, e)
+    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(element_t), intent(inout) :: e !! gets stress
+    real(wp) :: mu(2), ratio(2)
+
+    mu = d(d03_mu:d03_mu + 1)
+    e%stress = 0.0_wp
+    e%stress(4) = c%g_n
+    e%stress(7:9) = c%p(:, 1)
+    e%stress(10:12) = c%n
+    if (e%status == status_open) return
+    ratio = 0.0_wp
+    where (has_friction(mu)) ratio = c%back%s/mu
+    e%stress(1:3) = d(d03_epsilon)*c%g_new
+    e%stress(5) = norm2(c%back%s)
+    e%stress(6) = norm2(ratio) - abs(c%h_n)
+    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
+    if (c%shifted) e%stress(5) = norm2(matmul(c%back%s - matmul(c%k, c%p), transpose(c%p)))
+  end subroutine report
+end module elmt04

@@ -1,0 +1,212 @@
+!> The friction cone on a curved patch: projection, gap, stick or slip, new tip (doc/theory, "Smooth
+!! surfaces"). Element 4 makes forces and tangent of it.
+module patch_cone
+  use kinds, only: wp
+  use vectors, only: cross
+  use element_types, only: element_t, status_open, status_stick, status_slip
+  use slave_points, only: positions
+  use friction_return, only: return_map, return_t
+  use friction_axes, only: direction_in_space, d03_mu, d03_rule, d03_axis_kind, d03_axis, &
+    d03_turn, d03_place, axis_convected
+  use smooth_patch, only: patch_t, patch_point_t, patch_at, project_in_patch, patch_frame, &
+    dual_frame
+  implicit none
+  private
+  public :: cone_t, place_cone, principal_axes
+
+  !> Projected vectors shorter than this share of the vector count as normal to the patch.
+  real(wp), parameter :: shortest_projection = 1.0e-8_wp
+  !> A step of the new tip below this is its last; and the most steps.
+  real(wp), parameter :: last_step = 1.0e-9_wp
+  integer, parameter :: most_steps = 30
+  !> The new tip is not looked for where the patch is steeper than this against the projection.
+  real(wp), parameter :: least_determinant = 0.05_wp
+
+  !> The facet, the patch and the gap at the current positions.
+  type :: cone_t
+    type(patch_t) :: patch !! the patch
+    real(wp) :: f(3, 3) !! a1, a2, e
+    real(wp) :: dual(3, 3) !! a^1, a^2, e
+    real(wp) :: y(3) !! components of the slave node's position
+    real(wp) :: xi(2) !! projection of the slave node
+    real(wp) :: gamma !! its distance in units of the normal
+    type(patch_point_t) :: below !! the patch at the projection
+    real(wp) :: size_n !! length of the normal there
+    real(wp) :: n(3) !! unit normal there
+    real(wp) :: g_n !! normal gap [length]
+    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    logical :: shifted !! there is a shift
+    real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
+    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
+    real(wp) :: k(3) !! the shift [length]
+    real(wp) :: h_n !! g_N and the shift along the normal, what the pressure is made of [length]
+    real(wp) :: p(3, 2) !! principal axes of friction
+    real(wp) :: slave(3) !! position of the slave point [length]
+    integer :: kind !! which kind of axis
+    real(wp) :: axis(3) !! axis about which the direction of friction turns
+    real(wp) :: v(3) !! vector that is projected to get the direction
+    real(wp) :: share(2) !! convected: v = share(1) a1 + share(2) a2
+    real(wp) :: slope(2, 2) !! convected: derivative of share by the projection's (xi, eta)
+    real(wp) :: size_p !! length of the projected vector
+    real(wp) :: q(3) !! n x (projected vector), before it is turned
+    type(return_t) :: back !! state mapped onto the cone
+    real(wp) :: g_new(3) !! gap to the new tip, with the shift [length]
+    real(wp) :: tip(2) !! new tip
+  end type cone_t
+
+contains
+
+  !> Projection, gap, and stick or slip; `found` is false where the patch gives no answer.
+  pure subroutine place_cone(d, e, c, found)
+    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+    type(cone_t), intent(inout) :: c !! patch given; gets all else
+    logical, intent(out) :: found !! the patch has an answer
+    real(wp) :: x(3, 4)
+
+    x = positions(e)
+    c%f = patch_frame(x(:, 2:4))
+    c%dual = dual_frame(c%f)
+    c%y = matmul(x(:, 1), c%dual)
+    c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
+    call project_in_patch(c%patch, c%y, c%xi, c%gamma, found)
+    if (.not. found) return
+    c%below = patch_at(c%patch, c%xi)
+    c%n = matmul(c%f, c%below%n)
+    c%size_n = norm2(c%n)
+    c%n = c%n/c%size_n
+    c%g_n = c%gamma*c%size_n
+    call place_shift(e%shift, c)
+    c%g = gap_to(c, e%h1)
+    if (c%h_n <= 0.0_wp) then
+      call principal_axes(d, c)
+      call move_cone(d, c, e, found)
+    else
+      call leave_open(c, e)
+    end if
+  end subroutine place_cone
+
+  !> The shift of the gap: as that of element 3, it turns with the facet.
+  pure subroutine place_shift(kappa, c)
+    real(wp), intent(in) :: kappa(3) !! along t1, t2 and e of the facet [length]
+    type(cone_t), intent(inout) :: c !! gets shifted, kappa, t, k, h_n
+
+    c%kappa = kappa
+    c%t = 0.0_wp
+    c%k = 0.0_wp
+    c%h_n = c%g_n
+    c%shifted = any(abs(kappa) > 0.0_wp)
+    if (.not. c%shifted) return
+    c%t(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
+    c%t(:, 2) = cross(c%f(:, 3), c%t(:, 1))
+    c%k = kappa(1)*c%t(:, 1) + kappa(2)*c%t(:, 2) + kappa(3)*c%f(:, 3)
+    c%h_n = c%g_n + dot_product(c%n, c%k)
+  end subroutine place_shift
+
+  !> x_S - x_m at a point of the patch, with the shift.
+  pure function gap_to(c, xi) result(g)
+    type(cone_t), intent(in) :: c !! facet and patch
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: g(3)
+    type(patch_point_t) :: point
+
+    point = patch_at(c%patch, xi)
+    g = matmul(c%f, c%y - point%x) + c%k
+  end function gap_to
+
+  !> Principal axes p1, p2 = n x p1.
+  pure subroutine principal_axes(d, c)
+    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    type(cone_t), intent(inout) :: c !! gets all of the axes
+    real(wp) :: p(3), turn(2)
+
+    c%kind = nint(d(d03_axis_kind))
+    c%axis = d(d03_axis:d03_axis + 2)
+    c%share = 0.0_wp
+    c%slope = 0.0_wp
+    turn = [1.0_wp, 0.0_wp]
+    if (c%kind == axis_convected) then
+      c%slope = reshape(d(d03_place:d03_place + 3), [2, 2])
+      c%share = d(d03_axis:d03_axis + 1) + matmul(c%slope, c%xi)
+      c%v = matmul(c%f(:, 1:2), c%share)
+    else
+      c%v = direction_in_space(d, c%slave)
+      turn = d(d03_turn:d03_turn + 1)
+    end if
+    p = c%v - dot_product(c%n, c%v)*c%n
+    c%size_p = norm2(p)
+    if (.not. c%size_p > shortest_projection*norm2(c%v)) then
+      c%kind = axis_convected
+      turn = [1.0_wp, 0.0_wp]
+      c%share = [1.0_wp, 0.0_wp]
+      c%slope = 0.0_wp
+      c%v = c%f(:, 1)
+      p = c%v - dot_product(c%n, c%v)*c%n
+      c%size_p = norm2(p)
+    end if
+    p = p/c%size_p
+    c%q = cross(c%n, p)
+    c%p(:, 1) = turn(1)*p + turn(2)*c%q
+    c%p(:, 2) = cross(c%n, c%p(:, 1))
+  end subroutine principal_axes
+
+  !> Stick or slip: the mapped gap and the new tip.
+  pure subroutine move_cone(d, c, e, found)
+    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+    logical, intent(out) :: found !! the new tip lies on the patch
+
+    found = .true.
+    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    if (c%back%slip) then
+      e%status = status_slip
+      call find_tip(c, found)
+    else
+      e%status = status_stick
+      c%g_new = c%g
+      c%tip = e%h1
+    end if
+    e%h2 = c%tip
+    e%slip = matmul(c%p, c%back%s)
+  end subroutine move_cone
+
+  !> The point of the patch from which the gap has the tangential part s' (Newton's method).
+  pure subroutine find_tip(c, found)
+    type(cone_t), intent(inout) :: c !! gets tip, g_new
+    logical, intent(out) :: found !! there is one
+    type(patch_point_t) :: point
+    real(wp) :: missing(2), m(2, 2), det, det_flat, step(2)
+    integer :: i
+
+    m = matmul(transpose(c%p), c%f(:, 1:2))
+    det_flat = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+    c%tip = c%xi
+    found = .false.
+    do i = 1, most_steps
+      point = patch_at(c%patch, c%tip)
+      missing = matmul(matmul(c%f, c%y - point%x) + c%k, c%p) - c%back%s
+      m = matmul(transpose(c%p), matmul(c%f, point%dx))
+      det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+      if (.not. det > least_determinant*abs(det_flat)) exit
+      step = [m(2, 2)*missing(1) - m(1, 2)*missing(2), m(1, 1)*missing(2) - m(2, 1)*missing(1)]/det
+      c%tip = c%tip + step
+      if (maxval(abs(step)) > last_step) cycle
+      found = .true.
+      exit
+    end do
+    c%g_new = gap_to(c, c%tip)
+  end subroutine find_tip
+
+  !> No contact: no force; the tip is the projection.
+  pure subroutine leave_open(c, e)
+    type(cone_t), intent(inout) :: c !! facet and gap; gets g_new, tip
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+
+    e%status = status_open
+    c%g_new = 0.0_wp
+    c%tip = c%xi
+    e%h2 = c%tip
+    e%slip = 0.0_wp
+  end subroutine leave_open
+end module patch_cone
