@@ -45,6 +45,7 @@ contains
       pair%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
     if (side%elements == 0 .or. size(pair%epsilon) == 0) return
+    if (side%modulus <= 0.0_wp) return
     pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
     pair%cell = side%h
   end subroutine set_penalties
