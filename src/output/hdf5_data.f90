@@ -1,7 +1,8 @@
 !> HDF5 in three layers, the middle one: data sets that grow along their last dimension.
 !!
 !! All are chunked, large ones of integers shuffled and deflated; they carry a unit and a
-!! description, and record no times, so that equal runs give equal files. Fortran's (3, n) is (n, 3) in C and Python.
+!! description, and record no times, so that equal runs give equal files. Fortran's (3, n) is
+!! (n, 3) in C and Python.
 module hdf5_data
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
