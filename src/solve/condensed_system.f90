@@ -85,6 +85,7 @@ contains
 
     where (system%condensed%place == 0) system%left = system%carried
     call restore_forces(system%condensed)
+    allocate (u(system%condensed%n))
     u = equilibrium(system%condensed)
     do i = 1, system%condensed%n
       system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
@@ -108,6 +109,7 @@ contains
     integer :: i
 
     associate (condensed => system%condensed)
+      allocate (u(condensed%n))
       u = equilibrium(condensed)
       do i = 1, condensed%n
         condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
@@ -159,6 +161,7 @@ contains
     integer :: i
 
     associate (condensed => system%condensed)
+      allocate (u(condensed%n))
       u = equilibrium(condensed)
       do i = 1, condensed%n
         if (condensed%live_place(i) > 0) cycle
@@ -231,7 +234,7 @@ contains
     integer :: k, a, i, outcome
 
     associate (condensed => system%condensed, list => system%contact)
-      before = condensed%candidate
+      allocate (before(size(condensed%candidate)), source=condensed%candidate)
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
@@ -259,6 +262,7 @@ contains
         condensed%force(i) = force(condensed%direction(i), condensed%node(i))
       end do
       call load_candidates(condensed)
+      allocate (u(condensed%n))
       u = equilibrium(condensed)
       do i = 1, condensed%n
         if (before(condensed%node(i))) then
