@@ -17,8 +17,6 @@ module smooth_normals
   real(wp), parameter :: most_tilt = 0.3_wp
   !> Directions in which the edges around a corner say less than this share are left alone.
   real(wp), parameter :: least_share = 0.05_wp
-  !> Weight of an edge whose other end lies at a rim, too.
-  real(wp), parameter :: weight_at_rim = 1.0e-6_wp
 
 contains
 
@@ -144,7 +142,6 @@ contains
     b = 0.0_wp
     do f = 1, size(pair%facets, 2)
       do k = 1, 3
-        if (pair%sharp(k, f)) cycle
         first = mod(k, 3) + 1
         last = mod(k + 1, 3) + 1
         call want_curvature(pair, x, normal, f, first, last, a, b)
@@ -155,14 +152,14 @@ contains
       if (.not. pair%at_rim(k)) cycle
       tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
       if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
-      normal(:, k) = normal(:, k) + tilt
+      normal(:, k) = normal(:, k) + tilt/sqrt(1.0_wp - dot_product(tilt, tilt))
       normal(:, k) = normal(:, k)/norm2(normal(:, k))
     end do
   end subroutine tilt_at_rim
 
-  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit
-  !! vector d along the edge: d . (n + t) = -d . n of the other end.
-  subroutine want_curvature(pair, x, normal, f, here, there, a, b)
+  !> Adds what an edge with the unit vector d wants of the tilt t of the normal at its end on the
+  !! rim: d . (n + t) = -d . n of the other end.
+  pure subroutine want_curvature(pair, x, normal, f, here, there, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
@@ -171,19 +168,17 @@ contains
     integer, intent(in) :: there !! the other end
     real(wp), intent(inout) :: a(:, :) !! (3, corners) normal equations: 11, 22, 12
     real(wp), intent(inout) :: b(:, :) !! (2, corners) their right-hand sides
-    real(wp) :: way(3), w(2), weight
+    real(wp) :: way(3), w(2)
     integer :: i, j
 
     i = pair%corner(here, f)
     j = pair%corner(there, f)
-    if (.not. pair%at_rim(i)) return
-    weight = 1.0_wp
-    if (pair%at_rim(j)) weight = weight_at_rim
+    if (pair%at_rim(j) .or. .not. pair%at_rim(i)) return
     way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
     way = way/norm2(way)
     w = matmul(way, tangents(normal(:, i)))
-    a(:, i) = a(:, i) + weight*[w(1)*w(1), w(2)*w(2), w(1)*w(2)]
-    b(:, i) = b(:, i) - weight*dot_product(way, normal(:, i) + normal(:, j))*w
+    a(:, i) = a(:, i) + [w(1)*w(1), w(2)*w(2), w(1)*w(2)]
+    b(:, i) = b(:, i) - dot_product(way, normal(:, i) + normal(:, j))*w
   end subroutine want_curvature
 
   !> Two unit vectors across a unit vector.
