@@ -17,7 +17,7 @@ HDF5_INCLUDE ?= /usr/include/hdf5/serial
 HDF5_LIB ?= /usr/lib/$(MULTIARCH)/hdf5/serial
 LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 -ldl
 
-STANDARD := -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion
+STANDARD := -fopenmp -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion
 # From -O1 on gfortran 12 takes default values of derived types and lengths of deferred-length
 # strings for uninitialised, and at -O3 the bounds of arrays that an assignment allocates. Debug
 # keeps -Wuninitialized, and fills every real with a signalling NaN.
@@ -106,7 +106,7 @@ $$(OBJECTS_$(1)) build/$(1)/mfec.o: build/$(1)/%.o: build/$(1)/flags
 
 $$(PROGRAM_$(1)): $$(OBJECTS_$(1)) build/$(1)/mfec.o
 	@echo '  $(1) $$@'
-	@$$(FC) $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
+	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
 
 # Unit tests under the stand-in.
 build/$(1)/unit/funit.o: tests/pfunit_standin/funit.f90 build/$(1)/flags
@@ -130,7 +130,7 @@ build/$(1)/unit/suites.inc: build/tests
 build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit $$(TESTS) driver) \
     $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
-	@$$(FC) $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
+	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$^ $$(LIBS) -o $$@
 
 # Unit tests under the real pFUnit, in a folder of its own. Its modules and what it generates are
 # not held to our standard flags.
@@ -150,7 +150,7 @@ build/$(1)/pfunit/driver.o: $$(PFUNIT_INCLUDE_DIR)/driver.F90 build/$(1)/pfunit/
 	  -c $$< -o $$@
 build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
-	@$$(FC) $$(FLAGS_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
+	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
 

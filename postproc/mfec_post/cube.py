@@ -124,7 +124,7 @@ def draw_forces(axes, x, points, view, size):
     if len(force) == 0 or np.max(np.abs(force)) == 0:
         return
     scale = 0.22 * size / np.max(np.linalg.norm(force, axis=1))
-    head = x[points['point'][points['active']]]
+    head = places(x, points)[points['active']]
     tail = head - scale * force
     axes.quiver(tail @ right, tail @ up, (head - tail) @ right, (head - tail) @ up,
                 angles='xy', scale_units='xy', scale=1, color=style.INK, width=0.0035,
@@ -134,7 +134,7 @@ def draw_forces(axes, x, points, view, size):
 def draw_contact(axes, x, points, size):
     """The contact points from above."""
     from matplotlib.lines import Line2D
-    at = x[points['point']]
+    at = places(x, points)
     normal = np.abs(points['traction'][:, 2])
     largest = max(np.max(normal, initial=0.0), 1e-300)
     axes.scatter(at[:, 0], at[:, 1], s=5, color='#bbbbbb', zorder=2)
@@ -177,12 +177,18 @@ def draw_lay(axes, at, lay, size):
 
 
 def contact_points(results, pair, frame):
-    """The contact points of a pair with the index of each point's node."""
+    """The contact points of a pair with the indices of each point's nodes."""
     points = results.contact(pair, frame)
     index = {number: i for i, number in enumerate(results.node_numbers)}
-    points['point'] = np.array([index[number] for number in points['node']], dtype=int)
+    points['point'] = np.array([[index[number] for number in row] for row in points['node']],
+                               dtype=int)
     points['active'] = points['status'] > 0
     return points
+
+
+def places(x, points):
+    """Where the contact points are if the nodes are at x."""
+    return (points['weight'][:, :, None] * x[points['point']]).sum(axis=1)
 
 
 def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-60.0,
@@ -203,7 +209,7 @@ def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-
         body = bodies(cells, len(reference))
         front = np.isin(body, body[np.isin(cells, points['point']).any(axis=1)])
         back = ~front[owner]
-        size = np.ptp(x[points['point']], axis=0).max()
+        size = np.ptp(places(x, points), axis=0).max()
     norm = mpl.colors.Normalize(*np.percentile(values, [0.5, 99.5]))
     colours = mpl.colors.ListedColormap(plt.get_cmap('viridis')(np.linspace(0.15, 1, 256)))
     mapping = mpl.cm.ScalarMappable(norm, colours)

@@ -101,11 +101,17 @@ class Results:
                 if isinstance(groups[key], h5py.Group)}
 
     def contact(self, pair, frame=-1):
-        """The contact points of a pair at one end time as a dictionary of arrays."""
+        """The contact points of a pair at one end time as a dictionary of arrays.
+
+        A point is the sum of the nodes in its row of `node` times the `weight`s there: one node
+        with NTOS, the three of a facet with GTOS.
+        """
         group = self.file['contact'][self.pairs[pair]]
         index = self.index(frame)
         points = {name: group[name][index] for name in
                   ('host', 'status', 'traction', 'gap', 'tip', 'lay')}
-        points['node'] = group['node'][:]
+        points['node'] = group['node'][:].reshape(len(points['host']), -1)
+        points['weight'] = (group['weight'][:] if 'weight' in group
+                            else np.ones(points['node'].shape))
         points['facets'] = group['facets'][:]
         return points

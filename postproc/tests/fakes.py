@@ -102,7 +102,7 @@ def write_contact(file, upper, sole, mu, phi, steps):
     group.attrs.create('name', b'skid', dtype='S4')
     n = len(sole)
     group['node'] = sole + 1
-    group['facets'] = np.array([[1, 2, 3]])
+    group['facets'] = np.array([[1, 2, 6]])
     edge = 1 + 2 * np.max(np.abs(upper[sole, :2] - 0.5), axis=1) ** 2
     for name, shape in (('traction', (n, 3)), ('tip', (n, 2)), ('lay', (n, 3)), ('gap', (n,))):
         group[name] = np.zeros((steps,) + shape)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import fakes
-from mfec_post import cube, demo, reactions
+from mfec_post import cube, demo, lay, reactions
+from mfec_post.results import Results
 from mfec_post.tables import TableError
 
 
@@ -45,6 +46,13 @@ def test_exterior_facets_close_a_box():
     assert owner.max() < len(cells)
 
 
+def test_points_of_facets_lie_between_their_nodes():
+    x = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [1, 1, 5]])
+    points = {'point': np.array([[0, 1, 2], [1, 2, 3]]),
+              'weight': np.array([[1.0, 1, 1], [0, 3, 3]]) / np.array([[3.0], [6.0]])}
+    np.testing.assert_allclose(cube.places(x, points), [[1, 1, 0], [0.5, 2, 2.5]])
+
+
 def test_bodies_are_told_apart():
     points, cells = fakes.block([0, 0, 0], [1, 1, 1], [2, 2, 2])
     both = np.concatenate([cells, cells + len(points)])
@@ -63,6 +71,34 @@ def test_the_cube_is_drawn(run, tmp_path, field):
     picture = str(tmp_path / 'c.png')
     assert cube.main([run[:-4] + '.h5', '--out', picture, '--field', field, '--scale', '2']) == 0
     assert os.path.getsize(picture) > 10000
+
+
+def test_the_lay_is_drawn(run, tmp_path):
+    results, picture = run[:-4] + '.h5', str(tmp_path / 'l.png')
+    assert lay.main([results, '--out', picture]) == 2
+    with h5py.File(results, 'a') as file:
+        vtk = file['VTKHDF']
+        steps, points = int(vtk['Steps'].attrs['NSteps']), len(vtk['Points'])
+        vtk['PointData/lay'] = np.tile([1.0, 0, 0], (steps * points, 1))
+        vtk['Steps/PointDataOffsets/lay'] = points * np.arange(steps)
+    assert lay.main([results, '--out', picture]) == 0
+    assert os.path.getsize(picture) > 10000
+    assert lay.main([results, '--out', picture, '--pair', 'nowhere']) == 2
+
+
+def test_friction_is_the_part_of_the_force_along_the_facet(run):
+    with Results(run[:-4] + '.h5') as results:
+        surface = lay.Surface(results, 'skid', -1)
+    _, force = surface.friction()
+    np.testing.assert_allclose(surface.points['traction'][:, 0], force[:, 0])
+    np.testing.assert_allclose(force[:, 2], 0, atol=1e-12)
+
+
+def test_the_view_is_along_the_normal():
+    for normal in np.array([[0, 0, 2.0], [3.0, 0, 0], [1.0, -1, 0.5], [0, -1.0, 0]]):
+        plane = lay.view(normal)
+        np.testing.assert_allclose(plane @ plane.T, np.eye(2), atol=1e-15)
+        assert np.cross(*plane) @ normal == pytest.approx(np.linalg.norm(normal))
 
 
 def test_a_missing_file_gives_two(tmp_path):

@@ -29,7 +29,8 @@ def test_a_set_moves_as_its_nodes_do(results):
 def test_contact_points_of_a_pair(results):
     assert results.pairs == {'skid': '1'}
     points = results.contact('skid', 0)
-    assert len(points['node']) == 25
+    assert points['node'].shape == points['weight'].shape == (25, 1)
+    assert np.all(points['weight'] == 1)
     np.testing.assert_allclose(points['traction'][:, 2].sum(), 25.0)
     assert set(points['status']) == {1}
 

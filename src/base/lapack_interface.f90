@@ -1,9 +1,9 @@
-!> Prototypes of the LAPACK routines in use, and nothing else.
+!> Prototypes of the LAPACK and BLAS routines in use, and nothing else.
 module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dsyev
+  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -27,5 +27,55 @@ module lapack_interface
       real(wp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+
+    !> Inverse of a symmetric positive definite matrix from its Cholesky factor.
+    subroutine dpotri(uplo, n, a, lda, info)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotri
+
+    !> LU factor with partial pivoting.
+    subroutine dgetrf(m, n, a, lda, ipiv, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: m, n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgetrf
+
+    !> Solution with the factor of dgetrf.
+    subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+      real(wp), intent(in) :: a(lda, *)
+      real(wp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgetrs
+
+    !> y = alpha A x + beta y for a symmetric matrix.
+    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsymv
+
+    !> y = alpha A x + beta y, or with A^T.
+    subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: trans
+      integer, intent(in) :: m, n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dgemv
   end interface
 end module lapack_interface

@@ -8,11 +8,11 @@ module contact_hosts
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, pair_routine, point_shift
+  use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: unfold, unfold_vector, barycentric, kink_sine, facet_size
+  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -28,6 +28,8 @@ module contact_hosts
   integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
+  !> So few points are not worth several threads.
+  integer, parameter :: few = 64
 
 contains
 
@@ -59,7 +61,7 @@ contains
 
     h = 0.0_wp
     do f = 1, size(pair%facets, 2)
-      h = max(h, facet_size(x(:, pair%facets(:, f))))
+      h = max(h, facet_size(corners(x, pair%facets(:, f))))
     end do
   end function longest_facet
 
@@ -72,7 +74,7 @@ contains
 
     if (pair%smooth) call renew_patches(pair, x_old)
     pair%new = pair%old
-    pair%raise_new = pair%raise_old
+    pair%raise = first_raise(pair)
     pair%left = 0
     pair%moves = 0
     call close_open_slots(pair)
@@ -109,33 +111,50 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
     integer, intent(inout) :: changes !! grows by the number of points with a new host
-    type(contact_point_t) :: before
-    integer :: p, host
-    logical :: touched
+    integer :: p
 
     if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
+    ! slots of one node look at each other
+    !$omp parallel do if(pair%slots == 1 .and. size(pair%new) > few) schedule(dynamic, 32) &
+    !$omp& default(none) private(p) shared(pair, x_old, x, tolerance) reduction(+:changes)
     do p = 1, size(pair%new)
-      associate (point => pair%new(p))
-        host = point%host
-        touched = touches(pair, x, p, host)
-        if (host == 0 .and. is_first(pair, p)) then
-          call seek(pair, x_old, x, p, point)
-        else if (host == 0) then
-          call seek_second(pair, x_old, x, p, point)
-        else if (pair%moves(p) < most_moves) then
-          before = point
-          call follow_tip(pair, x_old, x, tolerance, p, point)
-          if (point%host == pair%left(p)) point = before
-        end if
-        if (point%host == host) cycle
-        if (tolerance > 0.0_wp) then
-          pair%left(p) = host
-          pair%moves(p) = pair%moves(p) + 1
-        end if
-        if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
-      end associate
+      call follow_point(pair, x_old, x, tolerance, p, changes)
     end do
+    !$omp end parallel do
   end subroutine follow_tips
+
+  !> Lets the host of one point follow its tip.
+  subroutine follow_point(pair, x_old, x, tolerance, p, changes)
+    type(pair_t), intent(inout) :: pair !! new: host and start tip may change
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! as in follow_tips
+    integer, intent(in) :: p !! the point
+    integer, intent(inout) :: changes !! grows by one if the host has changed
+    type(contact_point_t) :: before
+    integer :: host
+    logical :: touched
+
+    associate (point => pair%new(p))
+      host = point%host
+      touched = touches(pair, x, p, host)
+      if (host == 0 .and. is_first(pair, p)) then
+        call seek(pair, x_old, x, p, point)
+      else if (host == 0) then
+        call seek_second(pair, x_old, x, p, point)
+      else if (pair%moves(p) < most_moves) then
+        before = point
+        call follow_tip(pair, x_old, x, tolerance, p, point)
+        if (point%host == pair%left(p)) point = before
+      end if
+      if (point%host == host) return
+      if (tolerance > 0.0_wp) then
+        pair%left(p) = host
+        pair%moves(p) = pair%moves(p) + 1
+      end if
+      if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
+    end associate
+  end subroutine follow_point
 
   !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
@@ -193,7 +212,7 @@ contains
 
     d = point_parameters(pair, p, point%host)
     e%xl(:, 1) = point_position(pair, p, x)
-    e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
+    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
     call element_routine(pair_routine(pair), task_residual, d, e)
@@ -237,7 +256,7 @@ contains
     integer, intent(in) :: host !! a facet
     integer, intent(in) :: across !! its neighbour
 
-    kink = kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))
+    kink = kink_sine(corners(x, pair%facets(:, host)), corners(x, pair%facets(:, across)))
     if (is_smooth(pair, host, across)) kink = left_by_patches*kink
   end function kink
 
@@ -334,6 +353,5 @@ contains
       end associate
     end do
     pair%old = pair%new
-    pair%raise_old = pair%raise_new
   end subroutine settle_points
 end module contact_hosts

@@ -9,7 +9,11 @@ module contact_parameters
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, pair_routine
+  public :: point_parameters, point_shift, first_raise, pair_routine
+
+  !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
+  !! a stiffer one Newton's method is less sure.
+  real(wp), parameter :: stiffest_start = 10.0_wp
 
 contains
 
@@ -30,7 +34,7 @@ contains
 
     d = 0.0_wp
     if (pair%smooth) d(d04_patch:d04_size) = pair%patch(:, facet)
-    d(d03_epsilon) = pair%raise_new*pair%epsilon(p)
+    d(d03_epsilon) = pair%raise*pair%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%mu
     d(d03_rule) = real(pair%slip_rule, wp)
     d(d03_turn:d03_turn + 1) = [cos(pair%angle*pi/180.0_wp), sin(pair%angle*pi/180.0_wp)]
@@ -64,6 +68,14 @@ contains
     real(wp) :: kappa(3)
 
     kappa = 0.0_wp
-    if (pair%augmented) kappa = point%lambda/(pair%raise_new*pair%epsilon(p))
+    if (pair%augmented) kappa = point%lambda/(pair%raise*pair%epsilon(p))
   end function point_shift
+
+  !> Factor on the penalty for the first solve of an increment.
+  pure real(wp) function first_raise(pair) result(raise)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    raise = 1.0_wp
+    if (pair%augmented .and. pair%relative > stiffest_start) raise = stiffest_start/pair%relative
+  end function first_raise
 end module contact_parameters

@@ -81,8 +81,9 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    real(wp) :: raise_old = 1.0_wp !! factor on epsilon at the last converged state
-    real(wp) :: raise_new = 1.0_wp !! the same in the current increment
+    real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
+    real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
+    real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept

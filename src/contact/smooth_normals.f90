@@ -4,7 +4,7 @@ module smooth_normals
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
-  use facet_geometry, only: facet_normal, facet_size, project_on_facet
+  use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
   implicit none
@@ -33,8 +33,8 @@ contains
     do f = 1, facets
       do k = 1, 3
         if (pair%neighbours(k, f) == 0) cycle
-        pair%sharp(k, f) = dot_product(facet_normal(x(:, pair%facets(:, f))), facet_normal( &
-          x(:, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
+        pair%sharp(k, f) = dot_product(facet_normal(corners(x, pair%facets(:, f))), facet_normal( &
+          corners(x, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
       end do
     end do
     pair%corner = spread([0, 0, 0], 2, facets)
@@ -99,7 +99,7 @@ contains
     call average_normals(pair, x, normal)
     if (any(pair%at_rim)) call tilt_at_rim(pair, x, normal)
     do f = 1, size(pair%facets, 2)
-      pair%patch(:, f) = patch_values(patch_of(x(:, pair%facets(:, f)), &
+      pair%patch(:, f) = patch_values(patch_of(corners(x, pair%facets(:, f)), &
                                                normal(:, pair%corner(:, f))))
     end do
   end subroutine renew_patches
@@ -114,7 +114,7 @@ contains
 
     normal = 0.0_wp
     do f = 1, size(pair%facets, 2)
-      y = x(:, pair%facets(:, f))
+      y = corners(x, pair%facets(:, f))
       n = facet_normal(y)
       do k = 1, 3
         a = y(:, mod(k, 3) + 1) - y(:, k)
@@ -254,7 +254,7 @@ contains
         now = patch_from_values(pair%patch(:, host))
         then = patch_from_values(before(:, host))
         change = max(change, maxval(abs(now%edge(3, :) - then%edge(3, :))) &
-          /facet_size(x(:, pair%facets(:, host))))
+          /facet_size(corners(x, pair%facets(:, host))))
       end associate
     end do
   end function patch_change
@@ -269,10 +269,10 @@ contains
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
     if (pair%smooth) then
-      call project_on_patch(x(:, pair%facets(:, facet)), patch_from_values(pair%patch(:, facet)), &
-        y, xi, gap)
+      call project_on_patch(corners(x, pair%facets(:, facet)), &
+        patch_from_values(pair%patch(:, facet)), y, xi, gap)
     else
-      call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+      call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
     end if
   end subroutine project_on_master
 

@@ -34,11 +34,22 @@ contains
     call add_command(t, table_batch, 'TANG', '| - [1:solve]', 'forms the tangent and solves')
     call explain(t, 'Whether the tangent is unsymmetric is found out. Example: TANG,,1')
     call add_command(t, table_batch, 'UTAN', '| - [1:solve]', 'the same as TANG')
-    call add_command(t, table_batch, 'SOLVer', 'AUTO | UMFPack | ~CHOLmod | ~REDUced', &
+    call add_command(t, table_batch, 'SOLVer', 'AUTO | UMFPack | CHOLmod | REDUced', &
                      'linear solver')
-    call explain(t, 'AUTO (the default) chooses by what the scene needs and says which.')
+    call explain(t, 'AUTO (the default) chooses by what the scene needs and says which. UMFPack')
+    call explain(t, 'factorises unsymmetric matrices, CHOLmod symmetric ones (no slip with')
+    call explain(t, 'friction), REDUced works on the contact forces. What cannot hold falls back')
+    call explain(t, 'and says so in the log. --solver on the command line comes first.')
     call add_command(t, table_batch, 'FORM', '', 'forms the residual', available=.false.)
-    call add_command(t, table_batch, 'AUGM', '', 'augments', available=.false.)
+    call add_command(t, table_batch, 'AUGMent', '', 'one update of the multipliers of AUGMent')
+    call explain(t, 'For increments of TIME and TANG (STEP does it by itself). Where the gaps are')
+    call explain(t, 'within the tolerance of AUGMent, it does nothing. Example:')
+    call explain(t, '  LOOP,,20')
+    call explain(t, '    LOOP,,30')
+    call explain(t, '      TANG,,1')
+    call explain(t, '    NEXT')
+    call explain(t, '    AUGMent')
+    call explain(t, '  NEXT')
     call add_command(t, table_batch, 'BACK', '', 'one step back', available=.false.)
   end subroutine add_solution_keywords
 

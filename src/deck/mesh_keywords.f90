@@ -116,7 +116,7 @@ contains
     call explain(t, 'Example: SURFace skin FROM top IN cube')
     call add_command(t, table_mesh, 'OUTPut', '', 'what is written')
     call add_word(t, 'REACtions', 'w:set...', 'sets of the reaction table, in its order')
-    call add_word(t, 'FIELds', 'NONE | c:displacement,reaction,stress,strain,contact...', &
+    call add_word(t, 'FIELds', 'NONE | c:displacement,reaction,stress,strain,contact,lay...', &
                   'fields of the result file')
     call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
     call add_word(t, 'STATe', 'ALL | LAST | NONE', 'states kept for a restart')

@@ -5,7 +5,7 @@
 module elmt01
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: element_t, task_tangent, task_residual, task_stress
+  use element_types, only: element_t, task_tangent, task_residual, task_stress, max_dofs
   implicit none
   private
   public :: elmt01_t4, d01_youngs_modulus, d01_poissons_ratio, d01_size
@@ -27,7 +27,7 @@ contains
     call lame(d(d01_youngs_modulus), d(d01_poissons_ratio), lambda, g)
     select case (task)
     case (task_tangent)
-      call stiffness(gradient, volume, lambda, g, e%s(1:12, 1:12))
+      call stiffness(gradient, volume, lambda, g, e%s(:, 1:12))
       call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
     case (task_residual)
       call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
@@ -74,7 +74,7 @@ contains
     real(wp), intent(in) :: volume !! [length^3]
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(out) :: s(:, :) !! (12, 12) tangent [force/length]
+    real(wp), intent(inout) :: s(max_dofs, 12) !! its first 12 rows: tangent [force/length]
     integer :: a, b, i, j
     real(wp) :: product_ab
 

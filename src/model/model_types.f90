@@ -63,6 +63,7 @@ module model_types
     logical :: stress = .true. !! write the field
     logical :: strain = .false. !! write the field
     logical :: contact = .true. !! write the contact points
+    logical :: lay = .false. !! write the lay of the master surfaces
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts
     type(history_request_t), allocatable :: history(:) !! dofs of the history table

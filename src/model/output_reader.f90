@@ -103,7 +103,7 @@ contains
     call move_alloc(longer, output%reactions)
   end subroutine add_reactions
 
-  !> FIELds displacement reaction stress strain contact, or NONE: only what is named is written.
+  !> FIELds displacement reaction stress strain contact lay, or NONE: only what is named is written.
   pure subroutine read_fields(record, output)
     type(record_t), intent(in) :: record !! the record
     type(output_request_t), intent(inout) :: output !! receives the choice
@@ -114,6 +114,7 @@ contains
     output%stress = .false.
     output%strain = .false.
     output%contact = .false.
+    output%lay = .false.
     do i = 2, item_count(record)
       associate (item => record%items(i))
         if (is_word(item, 'displacement')) output%displacement = .true.
@@ -121,6 +122,7 @@ contains
         if (is_word(item, 'stress')) output%stress = .true.
         if (is_word(item, 'strain')) output%strain = .true.
         if (is_word(item, 'contact')) output%contact = .true.
+        if (is_word(item, 'lay')) output%lay = .true.
       end associate
     end do
   end subroutine read_fields

@@ -5,7 +5,7 @@
 !! factor E/h A with its tributary area A, or with A = h^2 where no facet lies in the slave set.
 module penalty_values
   use kinds, only: wp
-  use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
   use contact_points, only: count_points
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
@@ -30,6 +30,9 @@ contains
     type(side_t) :: side
 
     found = .true.
+    if (pair%augmented .or. pair%penalty_kind == penalty_auto) then
+      side = softer_side(slave_side(model, pair), master_side(model, pair))
+    end if
     select case (pair%penalty_kind)
     case (penalty_nodal)
       allocate (pair%epsilon(count_points(pair)), source=pair%penalty)
@@ -37,13 +40,23 @@ contains
       pair%epsilon = pair%penalty*pair%area
       found = all(pair%area > 0.0_wp)
     case default
-      side = softer_side(slave_side(model, pair), master_side(model, pair))
       found = side%elements > 0
       if (.not. found) return
-      pair%epsilon = pair%penalty*(side%modulus/side%h)* &
-        merge(pair%area, side%h**2, pair%area > 0.0_wp)
+      pair%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
+    if (side%elements == 0 .or. size(pair%epsilon) == 0) return
+    pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
+    pair%cell = side%h
   end subroutine set_penalties
+
+  !> E/h A of each point.
+  pure function unit_penalties(pair, side) result(epsilon)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(side_t), intent(in) :: side !! its softer side, an elastic one
+    real(wp) :: epsilon(size(pair%area))
+
+    epsilon = (side%modulus/side%h)*merge(pair%area, side%h**2, pair%area > 0.0_wp)
+  end function unit_penalties
 
   !> The side with the smaller E/h; a rigid side is ignored.
   pure function softer_side(a, b) result(side)

@@ -37,6 +37,7 @@ module result_types
   type :: frame_t
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: lay(:, :) !! (3, nodes) axis of mu1 on master surfaces, else 0
     real(wp), allocatable :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
     real(wp), allocatable :: strain(:, :) !! (6, elements) xx yy zz xy yz zx, xy = half of gamma
     type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair
@@ -45,7 +46,6 @@ module result_types
   !> The contact history of one pair.
   type :: pair_history_t
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
-    real(wp) :: raise = 1.0_wp !! factor on the penalty (AUGMent)
     integer, allocatable :: coupled(:) !! (points) host when the matrix pattern was built, 0 idle
   end type pair_history_t
 
@@ -57,5 +57,8 @@ module result_types
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
+    ! Of the condensed form, if it is in use
+    integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]
   end type saved_state_t
 end module result_types

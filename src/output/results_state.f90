@@ -48,6 +48,12 @@ contains
     call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
       'force of the supports on all node numbers from 1', error)
     if (allocated(error)) return
+    call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
+      'nodes that the condensed solver holds for contact; empty if it was not in use', error)
+    if (allocated(error)) return
+    call make_series(file, root//'contact_force', stored_real, [3, model%mesh%nodes], 1, 'force', &
+      'contact forces of the condensed solver; empty if it was not in use', error)
+    if (allocated(error)) return
     call write_mesh(file, model, error)
     if (allocated(error)) return
     call make_group(file, root//'contact', error)
@@ -134,7 +140,7 @@ contains
     call write_block(file, group//'/facets', pair%facets, at_end, error)
   end subroutine create_pair
 
-  !> Makes the data sets of an augmented pair.
+  !> Makes the data set of an augmented pair.
   subroutine create_multipliers(file, group, points, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
@@ -143,9 +149,6 @@ contains
 
     call make_series(file, group//'/multiplier', stored_real, [3, points], 1, 'force', &
       'force without a gap, along a1, e x a1 and e of the facet', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/raise', stored_real, [integer ::], 1, '1', &
-      'factor by which the penalty has been raised', error)
   end subroutine create_multipliers
 
   !> Writes one state; it counts only after complete_state, when all of it is on disk.
@@ -200,6 +203,12 @@ contains
     call write_block(file, root//'displacement', state%displacement, slot, error)
     if (allocated(error)) return
     call write_block(file, root//'reaction', state%reaction, slot, error)
+    if (allocated(error)) return
+    if (allocated(state%candidate)) then
+      call write_block(file, root//'candidate', state%candidate, slot, error)
+      if (.not. allocated(error)) call write_block(file, root//'contact_force', &
+        state%contact_force, slot, error)
+    end if
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)
@@ -274,8 +283,6 @@ contains
       lambda(:, i) = history%points(i)%lambda
     end do
     call write_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/raise', [history%raise], slot, error)
   end subroutine write_multipliers
 
   !> Group of a pair.

@@ -26,6 +26,7 @@ module results_vtk
     integer, allocatable :: elements(:) !! deck numbers of the cells
     integer :: frames = 0 !! end times written
     logical :: strain = .false. !! strain is among the fields
+    logical :: lay = .false. !! lay is among the fields
     logical :: displacement = .true. !! displacement is among the fields
     logical :: reaction = .true. !! reaction is among the fields
     logical :: stress = .true. !! stress is among the fields
@@ -48,6 +49,7 @@ contains
     part%reaction = request%reaction
     part%stress = request%stress
     part%strain = request%strain
+    part%lay = request%lay
     call make_group(file, '/VTKHDF', error)
     if (allocated(error)) return
     call write_attribute(file, '/VTKHDF', 'Version', [2, 0], error)
@@ -185,6 +187,9 @@ contains
     if (part%reaction) call make_field(file, 'PointData', 'reaction', 3, size(part%nodes), &
       'force', 'force that the support exerts on the structure', error)
     if (allocated(error)) return
+    if (part%lay) call make_field(file, 'PointData', 'lay', 3, size(part%nodes), '1', &
+      'unit axis of mu1 on master surfaces, zero elsewhere', error)
+    if (allocated(error)) return
     if (part%stress) call make_field(file, 'CellData', 'stress', 6, size(part%elements), &
       'force/length^2', 'Cauchy stress xx yy zz xy yz zx', error)
     if (allocated(error)) return
@@ -256,6 +261,9 @@ contains
     if (allocated(error)) return
     if (part%reaction) call append_field(part%frames, file, 'PointData', 'reaction', part%nodes, &
       frame%reaction, error)
+    if (allocated(error)) return
+    if (part%lay) call append_field(part%frames, file, 'PointData', 'lay', part%nodes, frame%lay, &
+      error)
     if (allocated(error)) return
     if (part%stress) call append_field(part%frames, file, 'CellData', 'stress', part%elements, &
       frame%stress, error)

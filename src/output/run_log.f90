@@ -7,6 +7,7 @@ module run_log
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text, count_noun
+  use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: count_points
   use contact_types, only: pair_t, penalty_nodal, penalty_area
@@ -253,6 +254,9 @@ contains
     if (allocated(error)) return
     call cpu_time(processor)
     write (line, '(a,t42,f13.3)') 'processor time of all threads', processor
+    call log_line(log, line, error)
+    if (allocated(error)) return
+    write (line, '(a,t42,f13.3)') 'peak memory, MB', 1.0e-6_wp*peak_memory()
     call log_line(log, line, error)
   end subroutine log_costs
 

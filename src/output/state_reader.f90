@@ -287,6 +287,7 @@ contains
     call read_block(file, root//'displacement', state%displacement, slot, error)
     if (allocated(error)) return
     call read_block(file, root//'reaction', state%reaction, slot, error)
+    if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)
       if (allocated(error)) return
@@ -296,6 +297,26 @@ contains
         state%pairs(i), error)
     end do
   end subroutine read_slot
+
+  !> Reads what belongs to the condensed form, if it was in use.
+  subroutine read_condensed(file, model, slot, state, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: slot !! place of the state
+    type(saved_state_t), intent(inout) :: state !! gets candidate, contact_force
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: dims(3), rank
+
+    if (.not. exists_in(file, root//'candidate')) return
+    call series_shape(file, root//'candidate', dims, rank)
+    if (dims(rank) < slot) return
+    allocate (state%candidate(model%mesh%nodes), state%contact_force(3, model%mesh%nodes))
+    call read_block(file, root//'candidate', state%candidate, slot, error)
+    if (.not. allocated(error)) call read_block(file, root//'contact_force', &
+      state%contact_force, slot, error)
+    if (.not. allocated(error) .and. any(state%candidate /= 0)) return
+    deallocate (state%candidate, state%contact_force)
+  end subroutine read_condensed
 
   !> Reads the contact history of one pair.
   subroutine read_pair(file, pair, slot, state, index, error)
@@ -342,15 +363,12 @@ contains
     integer, intent(in) :: slot !! place of the state
     type(pair_history_t), intent(inout) :: history !! its history, points allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: lambda(3, size(history%points)), factor(1)
+    real(wp) :: lambda(3, size(history%points))
     integer :: i
 
     if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
     call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
     if (allocated(error)) return
-    call read_block(file, pair_group(number)//'/raise', factor, slot, error)
-    if (allocated(error)) return
-    history%raise = factor(1)
     do i = 1, size(history%points)
       history%points(i)%lambda = lambda(:, i)
     end do

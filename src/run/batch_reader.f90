@@ -2,7 +2,7 @@
 module batch_reader
   use text, only: lower
   use deck_types, only: deck_t, data_set_t, item_word, item_quoted
-  use records, only: item_count
+  use records, only: item_count, is_word
   use diagnostics, only: diagnostics_t, report_error
   use batch_types, only: batch_command_t
   implicit none
@@ -25,6 +25,9 @@ contains
     do i = 1, size(commands)
       commands(i) = command_of(deck%batch(i))
       call check_command(commands(i), has_increment, has_state, diagnostics)
+      if (commands(i)%command == 'augm' .and. .not. has_multipliers(deck)) call report_error( &
+        diagnostics, commands(i)%at, 'no contact pair has multipliers to update', &
+        'write AUGMent into a PAIR of CONTact')
     end do
     call pair_loops(commands)
   end subroutine read_batch
@@ -48,6 +51,20 @@ contains
       if (diagnostics%messages(i)%at%line > first) has_errors = .true.
     end do
   end function has_errors
+
+  !> A contact pair of the deck has AUGMent.
+  pure logical function has_multipliers(deck) result(yes)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i, k
+
+    yes = .false.
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'cont') cycle
+      do k = 1, deck%mesh(i)%count
+        yes = yes .or. is_word(deck%mesh(i)%records(k)%items(1), 'augment')
+      end do
+    end do
+  end function has_multipliers
 
   !> The fields of one command.
   pure function command_of(set) result(command)

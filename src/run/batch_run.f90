@@ -11,6 +11,9 @@ module batch_run
     outcome_stopped
   use increments, only: begin_at, choose_start, accept
   use residuals, only: estimate_round_off
+  use condensed_system, only: refresh_candidates
+  use linear_solver, only: solver_of, solver_auto
+  use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
@@ -23,6 +26,8 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
+  use batch_augment, only: run_augment
+  use augmentation, only: augmentation_t
   use printing, only: print_displacements, print_reactions
   implicit none
   private
@@ -46,6 +51,7 @@ contains
 
     monitor%steps = count_steps(commands)
     skip = 0
+    call ask_for_solver(system, solver_auto)
     if (states%step > 0) then
       run%states = states
       run%position = look_for(states%step, states%time)
@@ -54,6 +60,7 @@ contains
       monitor%steps = monitor%steps - skip + states%step
       run = run_state_t()
       if (allocated(error)) deallocate (error)
+      call ask_for_solver(system, solver_auto)
     end if
     run%states = states
     run%position%skip = skip
@@ -137,6 +144,10 @@ contains
           error)
       case ('tang', 'utan')
         call run_tangent(run, model, system, state, monitor, error)
+      case ('augm')
+        call run_augment(run, model, system, monitor)
+      case ('solv')
+        call ask_for_solver(system, solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
@@ -151,7 +162,7 @@ contains
         if (command%command == 'reac') call print_reactions(command, model, state, files%log, &
           error)
       case default
-        ! PROP has been obeyed when the deck was read; SOLVer leaves no choice so far.
+        ! PROP has been obeyed when the deck was read.
       end select
     end associate
   end subroutine run_command
@@ -297,6 +308,7 @@ contains
     run%converged = .false.
     run%started = .false.
     run%progress = newton_t()
+    run%augmentation = augmentation_t()
     if (.not. is_passing(run%position)) call begin_at(model, system, state, run%pending_time)
   end subroutine prepare
 
@@ -319,8 +331,9 @@ contains
     if (run%converged) return
     monitor%step = state%step + 1
     if (.not. run%started) then
+      call choose_solver(model, system, monitor)
       system%x_old = model%mesh%x + state%u
-      call choose_start(model, system, state, monitor)
+      call choose_start(model, system, state, run%pending_time, monitor)
       call couple(system)
       system%contact%slip_before = 0.0_wp
       run%started = .true.
@@ -337,6 +350,7 @@ contains
     end if
     run%converged = is_converged(system, run%settings, run%progress)
     if (.not. run%converged .or. size(model%pairs) == 0) return
+    if (system%condensed%active) call refresh_candidates(system)
     system%x_now = model%mesh%x + system%u
     call move_hosts(model, system, run%settings%extrapolation, changes)
     if (changes == 0) return

@@ -1,8 +1,9 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
-  use text, only: edit_distance, lower
+  use text, only: edit_distance
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
+  use linear_solver, only: solver_of, solver_unknown
   implicit none
   private
   public :: options_t, read_command_line, usage_line
@@ -21,7 +22,8 @@ module command_line
     character(:), allocatable :: folder !! where files are written; empty: the working directory
     character(:), allocatable :: topic !! keyword of --help, empty for all
     character(:), allocatable :: restart !! results file to go on from, empty for none
-    integer :: threads = 0 !! threads of the BLAS, 0 for its own choice
+    integer :: threads = 1 !! threads of the program
+    integer :: solver = solver_unknown !! back end, unknown to leave it to the deck
     integer :: step = 0 !! end time in that file, 0 for the last
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
@@ -137,7 +139,7 @@ contains
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
       options%threads, error)
-    if (name == '--solver') call check_solver(value, error)
+    if (name == '--solver') call take_solver(value, options%solver, error)
     if (allocated(error)) return
     if (name /= '--set') return
     equals = index(value, '=')
@@ -172,24 +174,17 @@ contains
       '  '//name//' wants the '//wanted)
   end subroutine take_count
 
-  !> Back ends of this version; the first four letters count, as in the deck.
-  subroutine check_solver(value, error)
+  !> The back end of --solver; the first four letters count, as in the deck.
+  subroutine take_solver(value, solver, error)
     character(*), intent(in) :: value !! what --solver asks for
-    type(error_t), allocatable, intent(out) :: error !! unknown or not available
-    character(4) :: word
+    integer, intent(out) :: solver !! the back end
+    type(error_t), allocatable, intent(out) :: error !! unknown
 
-    word = lower(value)
-    select case (word)
-    case ('auto', 'umfp')
-      return
-    case ('chol', 'redu')
-      call raise(error, exit_deck, 'command line: error: the solver '//value// &
-        ' is not available in this version'//new_line('a')//'  use --solver AUTO or UMFPACK')
-    case default
-      call raise(error, exit_deck, 'command line: error: unknown solver '//value// &
-        new_line('a')//'  use --solver AUTO or UMFPACK')
-    end select
-  end subroutine check_solver
+    solver = solver_of(value)
+    if (solver == solver_unknown) call raise(error, exit_deck, &
+      'command line: error: unknown solver '//value//new_line('a')// &
+      '  use --solver AUTO, UMFPACK, CHOLMOD or REDUCED')
+  end subroutine take_solver
 
   !> The known option that looks most like a word.
   function nearest_option(name) result(best)

@@ -7,9 +7,10 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_position
+  use surface_lay, only: add_surface_lay
   use system_types, only: system_t, state_t
   use assembly, only: recover
-  use costs, only: begin_cost, end_cost, cost_output
+  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
     write_contacts, create_history_table, write_history, close_table
   use run_log, only: log_t, create_log, close_log
@@ -101,7 +102,7 @@ contains
   subroutine write_fields(files, model, system, state, increment, sums, rows, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
+    type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
@@ -115,6 +116,10 @@ contains
       return
     end if
     call fill_frame(model, system, state, files%point_state, frame)
+    associate (wanted => model%output)
+      call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
+        wanted%stress, wanted%strain, wanted%contact]))
+    end associate
     if (model%output%state == state_none) then
       call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
         error=error)
@@ -189,6 +194,7 @@ contains
       if (model%output%stress) frame%stress = stress(1:6, :)
       if (model%output%strain) call strains(model, stress(1:6, :), frame%strain)
     end if
+    if (model%output%lay) call fill_lay(model, state, frame%lay)
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
@@ -206,6 +212,22 @@ contains
       end associate
     end do
   end subroutine fill_frame
+
+  !> The lay of the master surfaces at their nodes, zero elsewhere.
+  pure subroutine fill_lay(model, state, lay)
+    type(model_t), intent(in) :: model !! mesh and pairs
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), allocatable, intent(out) :: lay(:, :) !! (3, nodes) unit vectors
+    integer :: k, n
+
+    allocate (lay(3, size(state%u, 2)), source=0.0_wp)
+    do k = 1, size(model%pairs)
+      call add_surface_lay(model%pairs(k), model%mesh%x(:, :size(lay, 2)) + state%u, lay)
+    end do
+    do n = 1, size(lay, 2)
+      if (any(abs(lay(:, n)) > 0.0_wp)) lay(:, n) = lay(:, n)/norm2(lay(:, n))
+    end do
+  end subroutine fill_lay
 
   !> Forces on the slave side along p1, p2 = e x p1 and e.
   pure function in_lay_frame(points) result(f)
@@ -256,10 +278,13 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    if (system%condensed%active) then
+      saved%candidate = merge(1, 0, system%condensed%candidate)
+      saved%contact_force = system%condensed%kept
+    end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
-      saved%pairs(k)%raise = model%pairs(k)%raise_old
       saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
         system%first_point(k + 1) - 1)
     end do

@@ -3,6 +3,7 @@ module run_progress
   use kinds, only: wp
   use system_types, only: settings_t
   use newton, only: newton_t
+  use augmentation, only: augmentation_t
   use batch_position, only: position_t
   use saved_states, only: saved_states_t
   implicit none
@@ -16,6 +17,7 @@ module run_progress
     type(saved_states_t) :: states !! where SAVE and REST keep theirs
     type(settings_t) :: settings !! TOL
     type(newton_t) :: progress !! of the pending increment
+    type(augmentation_t) :: augmentation !! its multipliers
     logical :: pending = .false. !! TANG has begun an increment that is not accepted yet
     logical :: converged = .false. !! it has converged
     logical :: started = .false. !! its first solve has been prepared

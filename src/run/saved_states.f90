@@ -7,6 +7,8 @@ module saved_states
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_system, only: couple_as_saved
+  use condensed_bodies, only: free_condensed
+  use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t
   use results_state, only: save_state
   use state_reader, only: read_state
@@ -78,12 +80,32 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points
-      model%pairs(k)%raise_old = saved%pairs(k)%raise
-      model%pairs(k)%raise_new = saved%pairs(k)%raise
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
-    call couple_as_saved(model, system, hosts)
+    call take_condensed_state(saved, system)
+    if (.not. system%condensed%active) call couple_as_saved(model, system, hosts)
   end subroutine take_state
+
+  !> Forces and candidates of the condensed form; other candidates than the present ones mean that
+  !! it begins anew.
+  subroutine take_condensed_state(saved, system)
+    type(saved_state_t), intent(in) :: saved !! the state
+    type(system_t), intent(inout) :: system !! its condensed form
+
+    if (system%condensed%active) then
+      if (.not. allocated(saved%candidate)) then
+        system%condensed%kept = 0.0_wp
+        return
+      end if
+      if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
+        call free_condensed(system)
+        system%choice = solver_unknown
+      end if
+    end if
+    if (.not. allocated(saved%candidate)) return
+    system%condensed%candidate = saved%candidate > 0
+    system%condensed%kept = saved%contact_force
+  end subroutine take_condensed_state
 
   !> Remembers a SAVE that a restart passes over: its file belongs to the run before.
   subroutine note_passed(states, name)

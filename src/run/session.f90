@@ -4,6 +4,7 @@ module session
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas, set_blas_threads
+  use threads, only: set_threads, count_cores
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
@@ -44,7 +45,9 @@ contains
     character(:), allocatable :: deck_text
     type(terminal_t), target :: terminal
 
-    if (options%threads > 0) call set_blas_threads(options%threads)
+    call set_threads(options%threads)
+    call set_blas_threads(1)
+    system%forced = options%solver
     terminal = open_terminal(options%quiet)
     call begin_cost(system%costs, cost_reading)
     call read_problem(options, model, commands, deck_text, error)
@@ -131,6 +134,7 @@ contains
       'which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
     if (.not. allocated(error) .and. states%step > 0) call report_restart(states, files, &
       terminal, error)
+    if (options%threads > 1) call report_threads(options%threads, monitor)
     call report_gaps(model, monitor)
     if (.not. allocated(error)) call check_supports(model, system, monitor, error)
     if (.not. allocated(error)) call run_batch(commands, states, model, system, state, files, &
@@ -141,6 +145,19 @@ contains
     call close_files(files, system, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
+
+  !> Logs the number of threads; more than there are cores are worth a warning.
+  subroutine report_threads(n, monitor)
+    integer, intent(in) :: n !! threads
+    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
+
+    if (n > count_cores()) then
+      call monitor%warning(count_noun(n, 'thread')//' on '//count_noun(count_cores(), 'core')// &
+        ' wait for each other: use --threads '//to_text(count_cores())//' at most')
+    else
+      call monitor%event('threads   '//to_text(n)//' of '//to_text(count_cores()))
+    end if
+  end subroutine report_threads
 
   !> --restart: takes the state of a results file.
   subroutine go_on(options, model, system, state, states, error)

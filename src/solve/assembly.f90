@@ -9,36 +9,69 @@ module assembly
   private
   public :: assemble, recover
 
+  !> Elements that are computed together before they are added up, in their order whatever the
+  !! number of threads.
+  integer, parameter :: batch = 64
+
 contains
 
-  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a.
-  subroutine assemble(list, task, x, u, r, a)
+  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a, or
+  !! hands them out one by one.
+  subroutine assemble(list, task, x, u, r, a, s)
     type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
     integer, intent(in) :: task !! task_tangent or task_residual
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
-    type(block_matrix_t), intent(inout), optional :: a !! matrix; needed by task_tangent
-    type(element_t) :: e
-    integer :: k, i
+    type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
+    real(wp), intent(inout), optional :: s(:, :, :) !! (max_dofs, max_dofs, n) element matrices
+    type(element_t) :: elements(batch)
+    integer :: first, k, i
 
     if (task == task_tangent) list%asymmetry = 0.0_wp
-    do k = 1, list%n
-      if (list%routine(k) == routine_none) cycle
-      call gather(list, k, x, u, e)
-      call element_routine(list%routine(k), task_of(list, k, task), list%d(:, list%set(k)), e)
-      list%h2(:, k) = e%h2
-      list%status(k) = e%status
-      list%slip(:, k) = e%slip
-      do i = 1, e%nel
-        r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+    do first = 1, list%n, batch
+      call compute(list, task, x, u, first, elements)
+      do k = first, min(first + batch - 1, list%n)
+        if (list%routine(k) == routine_none) cycle
+        associate (e => elements(k - first + 1))
+          do i = 1, e%nel
+            r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+          end do
+          if (task == task_tangent .and. present(a)) then
+            list%asymmetry = max(list%asymmetry, asymmetry(e))
+            call scatter_matrix(list%block(:, :, k), e, a)
+          end if
+          if (task == task_tangent .and. present(s)) s(:, :, k) = e%s
+        end associate
       end do
-      if (task == task_tangent .and. present(a)) then
-        list%asymmetry = max(list%asymmetry, asymmetry(e))
-        call scatter_matrix(list%block(:, :, k), e, a)
-      end if
     end do
   end subroutine assemble
+
+  !> Computes a batch of elements, each by itself.
+  subroutine compute(list, task, x, u, first, elements)
+    type(element_list_t), intent(inout) :: list !! elements; gets h2, status and slip
+    integer, intent(in) :: task !! what they are told
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: first !! first element of the batch
+    type(element_t), intent(inout) :: elements(batch) !! local data of each
+    integer :: k, last
+
+    last = min(first + batch - 1, list%n)
+    !$omp parallel do if(list%n > batch) default(none) private(k) &
+    !$omp& shared(list, task, x, u, first, last, elements)
+    do k = first, last
+      if (list%routine(k) == routine_none) cycle
+      associate (e => elements(k - first + 1))
+        call gather(list, k, x, u, e)
+        call element_routine(list%routine(k), task_of(list, k, task), list%d(:, list%set(k)), e)
+        list%h2(:, k) = e%h2
+        list%status(k) = e%status
+        list%slip(:, k) = e%slip
+      end associate
+    end do
+    !$omp end parallel do
+  end subroutine compute
 
   !> Largest difference of an element's matrix from its transpose over its largest entry.
   pure real(wp) function asymmetry(e)

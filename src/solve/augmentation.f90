@@ -3,7 +3,7 @@
 module augmentation
   use kinds, only: wp
   use text, only: to_text
-  use element_types, only: task_stress, n_element_stress, status_open
+  use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points
@@ -18,15 +18,14 @@ module augmentation
 
   !> A force that changes by less than this many times the round-off of the residual stays.
   real(wp), parameter :: round_off_factor = 8.0_wp
-  !> If an update leaves more than this of the change before it, the penalty is raised ...
-  real(wp), parameter :: fast = 0.02_wp
-  !> ... and more so above this,
-  real(wp), parameter :: slow = 0.3_wp
-  !> tenfold or hundredfold,
-  real(wp), parameter :: raise_some = 10.0_wp
-  real(wp), parameter :: raise_much = 100.0_wp
-  !> but not further than to this multiple of the deck's.
-  real(wp), parameter :: highest_raise = 1.0e6_wp
+  !> If an update leaves more than this of the change before it, the penalty is raised.
+  real(wp), parameter :: fast = 0.03_wp
+  !> A raised penalty is tenfold,
+  real(wp), parameter :: raise_by = 10.0_wp
+  !> and within these multiples of E/h; where that is unknown, the deck's penalty counts as the
+  !! lower of them.
+  real(wp), parameter :: least_raised = 10.0_wp
+  real(wp), parameter :: most_raised = 1.0e4_wp
 
   !> How far the multipliers of an increment are.
   type :: augmentation_t
@@ -122,13 +121,15 @@ contains
   end function force_in_facet
 
   !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised.
+  !! Points that stick are held for the next iteration.
   subroutine update_multipliers(model, system, augmentation, monitor)
-    type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise_new
-    type(system_t), intent(in) :: system !! contact elements
+    type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise
+    type(system_t), intent(inout) :: system !! contact elements; gets hold
     type(augmentation_t), intent(inout) :: augmentation !! measured; counts on
     class(monitor_t), intent(inout) :: monitor !! hears of a raised penalty
     integer :: k, p, element
 
+    system%contact%hold = system%contact%status == status_stick
     do k = 1, size(model%pairs)
       if (.not. model%pairs(k)%augmented) cycle
       do p = 1, count_points(model%pairs(k))
@@ -145,21 +146,24 @@ contains
     augmentation%updates = augmentation%updates + 1
   end subroutine update_multipliers
 
-  !> Raises the penalty where the last update has left too much of the change before.
+  !> Raises the penalty where the last update has left too much of the change before, or is the
+  !! first. Hosts chosen with a soft penalty may be left again for those they come from.
   subroutine raise_penalty(change, before, pair, monitor)
     real(wp), intent(in) :: change !! largest change of a force [force]
     real(wp), intent(in) :: before !! the same one update ago, 0 if there is none [force]
-    type(pair_t), intent(inout) :: pair !! gets raise_new
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
     class(monitor_t), intent(inout) :: monitor !! hears of it
-    real(wp) :: raise
+    real(wp) :: relative, raise
 
-    if (change <= fast*before .or. before <= 0.0_wp) return
-    raise = raise_some
-    if (change > slow*before) raise = raise_much
-    raise = min(raise*pair%raise_new, highest_raise)
-    if (raise <= pair%raise_new) return
-    pair%raise_new = raise
-    call monitor%event('  pair '//pair%name//': penalty raised to '//to_text(raise)// &
-      ' times its value')
+    if (change <= fast*before) return
+    relative = pair%relative
+    if (relative <= 0.0_wp) relative = least_raised
+    raise = max(raise_by*pair%raise, least_raised/relative)
+    raise = min(raise, most_raised/relative)
+    if (raise <= pair%raise) return
+    pair%raise = raise
+    pair%left = 0
+    pair%moves = 0
+    call monitor%event('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
   end subroutine raise_penalty
 end module augmentation

@@ -9,10 +9,12 @@ module cholmod_solver
   use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
     cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
-    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, cholmod_l_free_dense
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+    cholmod_l_free_dense
   implicit none
   private
-  public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, factorise_symmetric, solve_symmetric, &
+  public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, &
+    is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, solve_symmetric, &
     free_cholmod, factor_order, trailing_block
   public :: solver_not_definite
 
@@ -104,6 +106,23 @@ contains
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
   end subroutine analyse_symmetric
+
+  !> The pattern has been analysed.
+  logical function is_analysed_symmetric(solver) result(is_analysed)
+    type(cholmod_t), intent(in) :: solver !! handles
+
+    is_analysed = c_associated(solver%factor)
+  end function is_analysed_symmetric
+
+  !> Memory that a factorisation will take [byte]: values and rows of the supernodes, and work space
+  !! for the largest of them.
+  real(wp) function symmetric_factor_bytes(solver) result(bytes)
+    type(cholmod_t), intent(in) :: solver !! analysed
+    type(cholmod_factor_t), pointer :: factor
+
+    call c_f_pointer(solver%factor, factor)
+    bytes = 8.0_wp*(real(factor%xsize, wp) + real(factor%ssize, wp) + real(factor%maxcsize, wp))
+  end function symmetric_factor_bytes
 
   !> Factorises; the analysis is kept as long as the pattern holds.
   subroutine factorise_symmetric(solver, a, costs, outcome)

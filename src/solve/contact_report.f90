@@ -44,8 +44,9 @@ contains
       t = closest_point(model, system, body)
     else
       t = point_line(model, system, worst_pair, &
-        worst - system%first_point(worst_pair) + 1, master_nodes(system%contact, worst), merge('stick', 'slip ', &
-        system%contact%status(worst) == status_stick))//', residual '//to_text(largest, 4)
+        worst - system%first_point(worst_pair) + 1, master_nodes(system%contact, worst), &
+        merge('stick', 'slip ', system%contact%status(worst) == status_stick))// &
+        ', residual '//to_text(largest, 4)
     end if
   end function worst_contact
 

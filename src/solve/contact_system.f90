@@ -17,6 +17,7 @@ module contact_system
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
   use csc_matrix, only: build_pattern
   use linear_solver, only: start_pattern
+  use condensed_system, only: couple_condensed
   use system_types, only: system_t
   implicit none
   private
@@ -154,6 +155,10 @@ contains
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
+    if (system%condensed%active) then
+      call couple_condensed(system)
+      return
+    end if
     if (system%contact%n == 0) then
       if (.not. allocated(system%csc%ptr)) call build_uncoupled(system)
       return

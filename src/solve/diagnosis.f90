@@ -7,7 +7,7 @@ module diagnosis
   use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
-  use newton, only: newton_t, outcome_singular, outcome_open, outcome_restless
+  use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless
   use contact_report, only: worst_contact, restless_point, closed_points, has_friction
   use system_types, only: system_t
   implicit none
@@ -33,6 +33,10 @@ contains
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
+    if (progress%outcome == outcome_gaps) then
+      text = text//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s PAIR'
+      return
+    end if
     body = unrestrained_bodies(model, system)
     if (body > 0) then
       text = text//nl//describe_body(model, system, body)

@@ -6,6 +6,9 @@ module increments
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
     settle_contact
   use predictor, only: carry_bodies
+  use solver_choice, only: choose_solver
+  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
+    refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_gaps
@@ -36,9 +39,10 @@ contains
     type(newton_t), intent(out) :: progress !! how it ended
     logical :: choice, stayed
 
+    call choose_solver(model, system, monitor)
     system%x_old = model%mesh%x + state%u
     call begin_at(model, system, state, time)
-    call choose_start(model, system, state, monitor)
+    call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
@@ -73,6 +77,7 @@ contains
         return
       end if
       call update_multipliers(model, system, augmentation, monitor)
+      progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
@@ -96,6 +101,7 @@ contains
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit
+      if (system%condensed%active) call refresh_candidates(system)
       system%x_now = model%mesh%x + system%u
       call move_hosts(model, system, settings%extrapolation, changes)
       call renew_surfaces(model, system, patch_tolerance, settled)
@@ -156,10 +162,11 @@ contains
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
   !! smaller residual; chooses the hosts there.
-  subroutine choose_start(model, system, state, monitor)
+  subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
     type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
 
@@ -167,6 +174,11 @@ contains
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
       system%carried)
+    if (system%condensed%active) then
+      call begin_condensed(model, system, state, time)
+      call place_starts(system)
+      system%u = system%left
+    end if
     call start_here(model, system, norm_left)
     if (all(abs(system%carried - system%left) <= 0.0_wp)) return
     system%u = system%carried
@@ -190,6 +202,11 @@ contains
       call move_hosts(model, system, 0.0_wp, changes)
       call load_contact(model, system)
     end if
+    if (system%condensed%active) then
+      call restore_forces(system%condensed)
+      call couple(system)
+      call find_defects(system)
+    end if
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
   end subroutine start_here
@@ -201,6 +218,10 @@ contains
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
 
+    if (system%condensed%active) then
+      call recover_interior(system)
+      call keep_forces(system%condensed)
+    end if
     state%u = system%u
     state%time = time
     where (system%equation == 0)

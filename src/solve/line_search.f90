@@ -5,6 +5,8 @@ module line_search
   use linear_solver, only: solve_system
   use residuals, only: form_trial, residual_norm
   use supports, only: closing_length
+  use condensed_system, only: take_condensed
+  use condensed_direction, only: next_condensed_length
   use system_types, only: system_t
   implicit none
   private
@@ -41,6 +43,10 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     system%u = system%trial
+    if (system%condensed%active) then
+      call take_condensed(system%condensed, length)
+      return
+    end if
     system%bulk_force = system%bulk_force + length*system%bulk_change
   end subroutine take_trial
 
@@ -63,7 +69,7 @@ contains
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
-      next = next_direction(system)
+      next = next_direction(system, length)
       if (next <= (1.0_wp - sufficient_shortening*length)*du) exit
       if (next < best) then
         best = next
@@ -79,10 +85,15 @@ contains
   end subroutine search_line
 
   !> Length of the direction that the present factor gives for the residual of the trial.
-  real(wp) function next_direction(system) result(length)
+  real(wp) function next_direction(system, share) result(length)
     type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
+    real(wp), intent(in) :: share !! the trial's share of du
     integer :: outcome
 
+    if (system%condensed%active) then
+      length = next_condensed_length(system, share)
+      return
+    end if
     call solve_system(system%solver, system%csc, system%right, system%next, system%costs, outcome)
     length = huge(1.0_wp)
     if (outcome == solver_done) length = norm2(system%next)

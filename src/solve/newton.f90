@@ -11,6 +11,7 @@ module newton
     estimate_round_off
   use supports, only: drop_bodies
   use line_search, only: search_line, approach
+  use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -39,6 +40,8 @@ module newton
   real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
+  !> The same in the condensed form, where another iteration costs next to nothing.
+  real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
@@ -53,6 +56,7 @@ module newton
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: since_lowest = 0 !! iterations since one of the two has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration has halved the residual
     logical :: energy_met = .false. !! the last full step met the energy tolerance
@@ -105,6 +109,7 @@ contains
     norm = residual_norm(system)
     floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
       system%contact%n > 0)
+    if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
@@ -136,12 +141,7 @@ contains
     end if
     start = residual_norm(system)
     call choose_held(system, progress)
-    call form_tangent(system, x)
-    system%contact%slip_before = system%contact%slip
-    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
-      .not. progress%indefinite, system%costs, outcome)
-    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
-      system%solution, system%costs, outcome)
+    call find_direction(system, x, progress, outcome)
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
@@ -150,15 +150,14 @@ contains
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
     progress%solves = progress%solves + 1
-    progress%energy = abs(dot_product(system%right, system%solution))
+    progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
-    call spread_direction(system)
-    call multiply(system%bulk_matrix, system%du, system%bulk_change)
     if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
-      call search_line(system, x, start, any(system%contact%hold), length)
+      call search_line(system, x, start, progress%updated .or. any(system%contact%hold), length)
     end if
+    progress%updated = .false.
     progress%energy_met = length >= 1.0_wp .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
@@ -174,12 +173,36 @@ contains
     call monitor%iteration(report)
   end subroutine iterate
 
+  !> Tangent, factor, direction.
+  subroutine find_direction(system, x, progress, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    if (system%condensed%active) then
+      call find_condensed_direction(system, x, outcome)
+      system%contact%slip_before = system%contact%slip
+      return
+    end if
+    call form_tangent(system, x)
+    system%contact%slip_before = system%contact%slip
+    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
+      .not. progress%indefinite, system%costs, outcome)
+    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
+      system%solution, system%costs, outcome)
+    if (outcome /= solver_done) return
+    call spread_direction(system)
+    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+  end subroutine find_direction
+
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
   subroutine choose_held(system, progress)
     type(system_t), intent(inout) :: system !! contact elements; gets hold
     type(newton_t), intent(inout) :: progress !! counts the iterations with such points
 
+    if (progress%updated) return
     system%contact%hold = .false.
     if (progress%turns < most_turns) system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
@@ -219,6 +242,7 @@ contains
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
     report%solver = solver_name(system%solver)
+    if (system%condensed%active) report%solver = 'REDUCED'
     report%seconds = seconds
   end subroutine describe
 end module newton

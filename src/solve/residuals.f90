@@ -9,6 +9,7 @@ module residuals
   use csc_matrix, only: fill_values
   use assembly, only: assemble
   use supports, only: ground_bodies
+  use condensed_system, only: gather_condensed
   use system_types, only: system_t
   implicit none
   private
@@ -26,7 +27,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call begin_cost(system%costs, cost_residual)
-    call multiply(system%bulk_matrix, system%u, system%bulk_force)
+    if (.not. system%condensed%active) then
+      call multiply(system%bulk_matrix, system%u, system%bulk_force)
+    end if
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
     call gather_right(system, 0.0_wp)
@@ -53,6 +56,10 @@ contains
     real(wp), intent(in) :: length !! share of bulk_change
     integer :: i, k
 
+    if (system%condensed%active) then
+      call gather_condensed(system, length)
+      return
+    end if
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
@@ -93,6 +100,8 @@ contains
     type(system_t), intent(in) :: system !! right given
 
     norm = norm2(system%right)
+    if (system%condensed%active) norm = hypot(norm, system%condensed%defect_share &
+      *system%condensed%defect_norm)
   end function residual_norm
 
   !> Norm of all nodal forces: applied, reactions, contact.
@@ -101,8 +110,9 @@ contains
     real(wp) :: reactions
     integer :: i, k
 
-    reactions = 0.0_wp
+    reactions = system%condensed%reactions
     do i = 1, size(system%equation, 2)
+      if (system%condensed%active) exit
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
         reactions = hypot(reactions, system%bulk_force(k, i) + system%contact_force(k, i) &
@@ -118,20 +128,27 @@ contains
   subroutine estimate_round_off(system, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp) :: terms
-    integer :: k, n
+    real(wp) :: terms, largest
+    integer :: k, n, last
 
-    call multiply_absolute(system%bulk_matrix, system%u, system%trial)
-    where (system%equation == 0) system%trial = 0.0_wp
-    terms = norm2(system%trial)
+    if (system%condensed%active) then
+      terms = norm2(system%condensed%force)
+    else
+      call multiply_absolute(system%bulk_matrix, system%u, system%trial)
+      where (system%equation == 0) system%trial = 0.0_wp
+      terms = norm2(system%trial)
+    end if
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) <= status_open .and. is_weak(system, k)) cycle
-      n = system%contact%nel(k)
-      associate (nodes => system%contact%ix(1:n, k))
-        terms = hypot(terms, system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(n)), 2, n)) + abs(system%u(:, nodes))))
-      end associate
+      largest = 0.0_wp
+      last = system%contact%ix(system%contact%nel(k), k)
+      do n = 1, system%contact%nel(k)
+        associate (node => system%contact%ix(n, k))
+          largest = max(largest, maxval(abs(x(:, node) - x(:, last)) + abs(system%u(:, node))))
+        end associate
+      end do
+      terms = hypot(terms, system%contact%d(d03_epsilon, k)*largest)
     end do
     system%round_off = machine_epsilon*terms
   end subroutine estimate_round_off

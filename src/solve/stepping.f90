@@ -3,6 +3,7 @@ module stepping
   use kinds, only: wp
   use errors, only: error_t, raise, exit_no_convergence, exit_resources
   use text, only: to_text
+  use memory, only: memory_text
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
@@ -99,6 +100,19 @@ contains
     end select
   end function reason
 
+  !> What is said of a factor that does not fit.
+  function memory_message(system) result(t)
+    type(system_t), intent(in) :: system !! the system with its solver
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+
+    t = 'error: out of memory while factorising '//to_text(system%equations)//' equations'
+    if (system%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
+      to_text(system%equations)//' equations: it takes about '// &
+      memory_text(system%solver%wanted)//', and '//memory_text(system%solver%left)//' are left'
+    t = t//nl//'  use a coarser mesh or a machine with more memory'
+  end function memory_message
+
   !> Turns the end of a solve into an error that says what, where, and what to do.
   subroutine raise_outcome(model, system, state, progress, time, error)
     type(model_t), intent(in) :: model !! the model
@@ -112,9 +126,7 @@ contains
 
     select case (progress%outcome)
     case (outcome_memory)
-      call raise(error, exit_resources, 'error: out of memory while factorising ' &
-        //to_text(system%equations)//' equations'//nl &
-        //'  use a coarser mesh or a machine with more memory')
+      call raise(error, exit_resources, memory_message(system))
     case (outcome_stopped)
       call raise(error, stop_exit_code(), 'stopped by a signal at time ' &
         //to_text(state%time, 12)//'; the files end with the last converged increment')

@@ -5,7 +5,8 @@ module system_types
   use element_lists, only: element_list_t
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
-  use linear_solver, only: linear_solver_t
+  use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -46,6 +47,10 @@ module system_types
     type(csc_matrix_t) :: csc !! its free part
     logical :: symmetric = .false. !! its values are symmetric
     type(linear_solver_t) :: solver !! its factor
+    integer :: forced = solver_unknown !! what --solver asks for, unknown if it does not
+    integer :: asked = solver_auto !! what --solver or SOLVer asks for
+    integer :: choice = solver_unknown !! what is taken, unknown before the next increment
+    type(condensed_t) :: condensed !! the condensed form, if it is in use
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
     real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]

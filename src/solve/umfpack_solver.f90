@@ -8,7 +8,8 @@ module umfpack_solver
     umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
   implicit none
   private
-  public :: umfpack_t, forget_pattern, drop_factor, factorise, solve, free_umfpack
+  public :: umfpack_t, forget_pattern, drop_factor, analyse, is_analysed, &
+    factor_bytes, factorise, solve, free_umfpack
   public :: solver_done, solver_singular, solver_out_of_memory, solver_failed
 
   !> Outcomes.
@@ -20,6 +21,10 @@ module umfpack_solver
   ! Places in Control, and their values: umfpack.h
   integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10
   real(wp), parameter :: strategy_symmetric = 3.0_wp, ordering_metis = 3.0_wp
+  ! Places in Info
+  integer, parameter :: info_symmetric_entries = 36
+  !> Peak of a factorisation over the values of the factor: work space, and their numbers.
+  real(wp), parameter :: peak_share = 1.2_wp
   integer(long), parameter :: status_ok = 0, status_singular = 1, status_memory = -1
   integer(long), parameter :: system_a = 0
 
@@ -29,6 +34,7 @@ module umfpack_solver
     type(c_ptr) :: numeric = c_null_ptr !! factor
     real(wp) :: control(0:19) = 0.0_wp !! settings
     real(wp) :: info(0:89) = 0.0_wp !! what UMFPACK says of its last call
+    real(wp) :: bytes = 0.0_wp !! memory of a factorisation, estimated [byte]
     logical :: ready = .false. !! settings are made
   end type umfpack_t
 
@@ -61,6 +67,40 @@ contains
     solver%numeric = c_null_ptr
   end subroutine drop_factor
 
+  !> The pattern has been analysed.
+  logical function is_analysed(solver)
+    type(umfpack_t), intent(in) :: solver !! handles
+
+    is_analysed = c_associated(solver%symbolic)
+  end function is_analysed
+
+  !> Analyses the pattern.
+  subroutine analyse(solver, a, costs, outcome)
+    type(umfpack_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in) :: a !! matrix
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    integer(long) :: status
+
+    if (.not. solver%ready) call prepare(solver)
+    call forget_pattern(solver)
+    call begin_cost(costs, cost_symbolic)
+    status = umfpack_dl_symbolic(a%n, a%n, a%ptr, a%row, a%val, solver%symbolic, &
+      solver%control, solver%info)
+    call end_cost(costs, cost_symbolic)
+    outcome = outcome_of(status)
+    if (outcome /= solver_done) return
+    solver%bytes = peak_share*8.0_wp*solver%info(info_symmetric_entries)
+  end subroutine analyse
+
+  !> Memory that a factorisation will take as long as the pivots stay on the diagonal [byte];
+  !! UMFPACK's own bound is four times as much.
+  pure real(wp) function factor_bytes(solver) result(bytes)
+    type(umfpack_t), intent(in) :: solver !! analysed
+
+    bytes = solver%bytes
+  end function factor_bytes
+
   !> Factorises; the analysis is kept as long as the pattern holds.
   subroutine factorise(solver, a, costs, outcome)
     type(umfpack_t), intent(inout) :: solver !! handles
@@ -69,13 +109,8 @@ contains
     integer, intent(out) :: outcome !! one of the outcomes
     integer(long) :: status
 
-    if (.not. solver%ready) call prepare(solver)
-    if (.not. c_associated(solver%symbolic)) then
-      call begin_cost(costs, cost_symbolic)
-      status = umfpack_dl_symbolic(a%n, a%n, a%ptr, a%row, a%val, solver%symbolic, &
-        solver%control, solver%info)
-      call end_cost(costs, cost_symbolic)
-      outcome = outcome_of(status)
+    if (.not. is_analysed(solver)) then
+      call analyse(solver, a, costs, outcome)
       if (outcome /= solver_done) return
     end if
     call drop_factor(solver)

@@ -6,7 +6,8 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
-COLOURS = {'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
+COLOURS = {'bare CHOLMOD': '#555555',
+           'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
            'mfec CHOL': '#66a61e', 'mfec AUTO GTOS': '#e7a100', 'CalculiX N2S default': '#a6341b',
            'CalculiX N2S iterative': '#e0765c', 'CalculiX S2S default': '#3b5b92',
            'CalculiX S2S iterative': '#8aa6d6'}
@@ -25,6 +26,8 @@ def series(found, scene, x, y, smallest=0.0):
 
 def label(job):
     """What the legend and the tables call a mode."""
+    if job.mode == 'bare CHOLMOD':
+        return job.mode
     name = ('CalculiX ' if job.of_calculix() else 'mfec ') + job.mode
     return name + (f' {job.method}' if job.method != 'NTOS' else '')
 

@@ -2,6 +2,7 @@
 import dataclasses
 import math
 
+import bare
 from jobs import CANTILEVER, CUBE, HERTZ, Job
 
 DEFAULT, BEST = 'N2S default', ('N2S default', 'N2S iterative')
@@ -60,7 +61,6 @@ def largest_cost(result):
     """Where the time of a run goes, from its cost table."""
     costs = {k: v for k, v in (result or {}).get('costs', {}).items() if k != 'whole run'}
     whole = (result or {}).get('costs', {}).get('whole run', 0.0)
-    costs.pop('processor time of all threads', None)
     if not costs or not whole:
         return ''
     parts = sorted(costs.items(), key=lambda item: -item[1])[:2]
@@ -112,14 +112,19 @@ def memory(runs):
     return row
 
 
+def part(result, names):
+    """Processor time of some rows of the cost table, whose seconds are by the clock."""
+    share = sum(result['costs'].get(name, 0.0) for name in names)/result['costs']['whole run']
+    return share*result['cpu']
+
+
 def newton_seconds(result):
     """Time of the nonlinear part: all but reading, the bulk's tangent and factor, and output."""
-    costs = result['costs']
     apart = ('reading and meshing', 'bulk tangent', 'output', 'symmetric factorisation',
-             'symbolic factorisation')
+             'symbolic factorisation', *(n for n in result['costs'] if 'compliance' in n))
     if result.get('counts', {}).get('symmetric factorisation', 0) > 3:
         apart = apart[:3]  # factored in each iteration: that is the nonlinear part
-    return costs['whole run'] - sum(costs.get(name, 0.0) for name in apart)
+    return result['cpu'] - part(result, apart)
 
 
 def frictionless(runs):
@@ -176,8 +181,8 @@ def hertz(runs):
     ours, theirs = least(True), least(False)
     if ours and theirs:
         ratio = theirs[0]/ours[0]
-        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at {ours[1].size:g}; CalculiX {theirs[1].mode} '
-                        f'{theirs[0]:.3g} s at {theirs[1].size:g})')
+        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at h/a = {ours[1].size:g}, {ours[1].method}; '
+                        f'CalculiX {theirs[1].mode} {theirs[0]:.3g} s at {theirs[1].size:g})')
         row.met, row.missed = ratio >= 10, f'by {10/ratio:.2g}x'
         row.limit = largest_cost(runs.found[ours[1]])
     return row
@@ -196,7 +201,7 @@ def growth(runs):
     row = Row('cost against size, n=10 to 30', 'total no steeper than one factorisation plus linear')
     first, last = runs.get(CUBE, 10, 'AUTO'), runs.get(CUBE, 30, 'AUTO')
     if first and last:
-        rest = [r['costs']['whole run'] - factorisation(r) for r in (first, last)]
+        rest = [r['cpu'] - factorisation(r) for r in (first, last)]
         power = math.log(rest[1]/rest[0])/math.log(last['dofs']/first['dofs'])
         row.measured = f'what is not factorisation grows as dofs^{power:.2f}'
         row.met, row.missed = power <= 1.0, f'power {power:.2f} instead of 1'
@@ -204,10 +209,15 @@ def growth(runs):
     return row
 
 
+def power(small, large):
+    """p of CPU ~ dofs^p between two runs."""
+    return math.log(large['cpu']/small['cpu'])/math.log(large['dofs']/small['dofs'])
+
+
 def factorisation(result):
-    """Seconds of the factorisations of a run."""
-    return sum(result['costs'].get(name, 0.0) for name in (
-        'symbolic factorisation', 'unsymmetric factorisation', 'symmetric factorisation'))
+    """Processor time of the factorisations of a run."""
+    return part(result, ('symbolic factorisation', 'unsymmetric factorisation',
+                         'symmetric factorisation'))
 
 
 def linear(runs):
@@ -216,12 +226,12 @@ def linear(runs):
               'program')
     for n in (32, 24, 16, 8):
         own = runs.get(CANTILEVER, n, 'AUTO')
-        bare = runs.found.get(Job(CANTILEVER, n, 'bare CHOLMOD'))
-        if own and bare:
+        least = runs.found.get(Job(CANTILEVER, n, bare.MODE))
+        if own and least:
             counts = own['counts']
             number = counts.get('symmetric factorisation', 0) + counts.get(
                 'unsymmetric factorisation', 0)
-            ratio = own['cpu']/bare['cpu']
+            ratio = own['cpu']/least['cpu']
             row.measured = f'{number} factorisations, {ratio:.2f}x ({own["dofs"]} dofs)'
             row.met = number == 1 and ratio <= 1.3
             row.missed = f'{number} factorisations, {ratio:.2f}x'
@@ -242,11 +252,15 @@ def neo(runs):
 
 
 def start(started):
-    """The start of the program."""
+    """The start of the program: by the clock, unless others use the machine."""
     row = Row('start-up: a deck of 10 elements', 'under 50 ms')
-    row.measured = f'{1e3*started["wall"]:.0f} ms (wall, best of 15), {1e3*started["cpu"]:.0f} ms of CPU'
-    row.met = started['code'] == 0 and started['wall'] < 0.05
-    row.missed = f'{1e3*started["wall"]:.0f} ms'
+    busy = started['load'] > started['cores']
+    seconds = started['cpu'] if busy else started['wall']
+    row.measured = (f'{1e3*started["wall"]:.0f} ms by the clock (least of 15), '
+                    f'{1e3*started["cpu"]:.0f} ms of CPU (median)'
+                    + ('; the machine was busy: CPU counts' if busy else ''))
+    row.met = started['code'] == 0 and seconds < 0.05
+    row.missed = f'{1e3*seconds:.0f} ms'
     return row
 
 

@@ -54,11 +54,13 @@ def table(text, _):
     return rows
 
 
-POINT = re.compile(r'pair \S+, slave node \d+, facet of nodes \d+, \d+, \d+: (open|stick|slip)')
+FACET = r'facet of nodes \d+, \d+, \d+'
+POINT = re.compile(rf'pair \S+, slave (node \d+|{FACET}), {FACET}: (open|stick|slip)')
 
 
 def message_helps(text):
-    """An exit code 2 must name pair, slave node, facet and status, node and dof, and a remedy."""
+    """An exit code 2 must name pair, slave node or facet, facet and status, node and dof, and a
+    remedy."""
     return bool(POINT.search(text)) and bool(re.search(r'node \d+, dof [123]', text)) and any(
         word in text for word in ('BOUNdary', 'DT', 'restrain'))
 

@@ -1,0 +1,187 @@
+!> Candidates: the nodes that contact may touch, foreseen from the prescribed motion.
+module candidates
+  use kinds, only: wp
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position
+  use loads, only: load_factor
+  use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
+  use predictor, only: carry_bodies
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: load_patterns, foresee_candidates, add_ring
+
+  !> Slave nodes further from the master than this many search radii do not count.
+  real(wp), parameter :: reach = 1.5_wp
+  !> Most positions that are looked at between two corners of a load.
+  integer, parameter :: most_positions = 200
+  !> Parts into which a load that is a function of time is divided.
+  integer, parameter :: function_parts = 16
+
+contains
+
+  !> Numbers of the proportional loads that some condition uses.
+  subroutine load_patterns(model, patterns)
+    type(model_t), intent(in) :: model !! conditions
+    integer, allocatable, intent(out) :: patterns(:) !! load numbers, 0 for the sum of all
+    integer :: i, k
+
+    allocate (patterns(0))
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        if (abs(model%conditions%displacement(k, i)) <= 0.0_wp .and. &
+          abs(model%conditions%force(k, i)) <= 0.0_wp) cycle
+        if (any(patterns == model%conditions%load(k, i))) cycle
+        patterns = [patterns, model%conditions%load(k, i)]
+      end do
+    end do
+  end subroutine load_patterns
+
+  !> Marks the slave nodes that come close to a master, and the facets below them with their
+  !! neighbours, along the way on which the loads carry the bodies rigidly.
+  subroutine foresee_candidates(model, system, patterns, candidate)
+    type(model_t), intent(in) :: model !! pairs, conditions
+    type(system_t), intent(in) :: system !! equations, bodies
+    integer, intent(in) :: patterns(:) !! load numbers in use
+    logical, intent(inout) :: candidate(:) !! (nodes) marked
+    real(wp), allocatable :: motion(:, :, :), times(:), from(:, :), to(:, :), x(:, :)
+    type(facet_tree_t) :: tree
+    integer :: k, c, part, parts
+
+    call rigid_motions(model, system, patterns, motion)
+    call load_corners(model, times)
+    allocate (x(3, model%mesh%nodes))
+    do k = 1, size(model%pairs)
+      call build_tree(tree, model%pairs(k)%facets, model%mesh%x)
+      from = moved(model, patterns, motion, times(1))
+      call mark_pair(model%pairs(k), tree, from, candidate)
+      do c = 2, size(times)
+        to = moved(model, patterns, motion, times(c))
+        parts = min(most_positions, ceiling(longest_way(model%pairs(k), from, to) &
+          /max(model%pairs(k)%search_radius, tiny(1.0_wp))))
+        do part = 1, parts
+          x = from + (to - from)*(real(part, wp)/real(parts, wp))
+          call mark_pair(model%pairs(k), tree, x, candidate)
+        end do
+        from = to
+      end do
+      call add_ring(model%pairs(k)%facets, candidate)
+    end do
+  end subroutine foresee_candidates
+
+  !> What a unit of each load does to the bodies if nothing resists.
+  subroutine rigid_motions(model, system, patterns, motion)
+    type(model_t), intent(in) :: model !! conditions
+    type(system_t), intent(in) :: system !! equations, bodies
+    integer, intent(in) :: patterns(:) !! load numbers in use
+    real(wp), allocatable, intent(out) :: motion(:, :, :) !! (3, nodes, patterns) [length]
+    real(wp), allocatable :: rest(:, :)
+    integer :: k
+
+    allocate (motion(3, model%mesh%nodes, size(patterns)), rest(3, model%mesh%nodes), &
+      source=0.0_wp)
+    do k = 1, size(patterns)
+      where (system%equation == 0 .and. model%conditions%load == patterns(k))
+        motion(:, :, k) = model%conditions%displacement
+      end where
+      call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, rest, &
+        motion(:, :, k))
+    end do
+  end subroutine rigid_motions
+
+  !> Times at which the loads turn.
+  subroutine load_corners(model, times)
+    type(model_t), intent(in) :: model !! loads
+    real(wp), allocatable, intent(out) :: times(:) !! ascending, at least one
+    real(wp), allocatable :: all_times(:)
+    real(wp) :: latest
+    integer :: i, k
+
+    allocate (all_times(1), source=0.0_wp)
+    do i = 1, size(model%loads)
+      associate (t => model%loads(i)%t)
+        if (model%loads(i)%function_form) then
+          all_times = [all_times, [(t(1) + (t(2) - t(1))*real(k, wp)/real(function_parts, wp), &
+            k=0, function_parts)]]
+        else
+          all_times = [all_times, t]
+        end if
+      end associate
+    end do
+    allocate (times(0))
+    latest = minval(all_times) - 1.0_wp
+    do while (any(all_times > latest))
+      latest = minval(all_times, all_times > latest)
+      times = [times, latest]
+    end do
+  end subroutine load_corners
+
+  !> Positions at a time.
+  function moved(model, patterns, motion, time) result(x)
+    type(model_t), intent(in) :: model !! mesh, loads
+    integer, intent(in) :: patterns(:) !! load numbers
+    real(wp), intent(in) :: motion(:, :, :) !! (3, nodes, patterns) unit motions [length]
+    real(wp), intent(in) :: time !! the time
+    real(wp), allocatable :: x(:, :)
+    integer :: k
+
+    x = model%mesh%x
+    do k = 1, size(patterns)
+      x = x + load_factor(model%loads, patterns(k), time)*motion(:, :, k)
+    end do
+  end function moved
+
+  !> How far the nodes of a pair go, the one against the other.
+  pure real(wp) function longest_way(pair, from, to) result(way)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: from(:, :), to(:, :) !! (3, nodes) positions [length]
+    real(wp) :: drift(3)
+    integer :: p, f, k
+
+    way = 0.0_wp
+    if (count_points(pair) == 0) return
+    drift = point_position(pair, 1, to) - point_position(pair, 1, from)
+    do p = 1, count_points(pair)/pair%slots
+      way = max(way, norm2(point_position(pair, p, to) - point_position(pair, p, from) - drift))
+    end do
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        associate (node => pair%facets(k, f))
+          way = max(way, norm2(to(:, node) - from(:, node) - drift))
+        end associate
+      end do
+    end do
+  end function longest_way
+
+  !> Marks slave nodes close to the master, and the facets below them.
+  subroutine mark_pair(pair, tree, x, candidate)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(facet_tree_t), intent(inout) :: tree !! its tree; fitted to x
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    logical, intent(inout) :: candidate(:) !! (nodes) marked
+    real(wp) :: distance
+    integer :: p, facet
+
+    call fit_tree(tree, pair%facets, x)
+    do p = 1, count_points(pair)/pair%slots
+      call nearest_facet(tree, pair%facets, x, point_position(pair, p, x), facet, distance)
+      if (facet == 0 .or. distance > reach*pair%search_radius) cycle
+      candidate(pair%point_nodes(:, p)) = .true.
+      candidate(pair%facets(:, facet)) = .true.
+    end do
+  end subroutine mark_pair
+
+  !> Marks the nodes of all facets that touch a marked node.
+  pure subroutine add_ring(facets, candidate)
+    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
+    logical, intent(inout) :: candidate(:) !! (nodes) marked
+    logical, allocatable :: before(:)
+    integer :: f
+
+    before = candidate
+    do f = 1, size(facets, 2)
+      if (any(before(facets(:, f)))) candidate(facets(:, f)) = .true.
+    end do
+  end subroutine add_ring
+end module candidates

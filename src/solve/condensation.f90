@@ -1,0 +1,149 @@
+!> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
+!! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
+module condensation
+  use kinds, only: wp, long
+  use memory, only: memory_left
+  use costs, only: cost_t, count_cost, cost_compliance
+  use lapack_interface, only: dpotri
+  use block_matrix, only: block_matrix_t
+  use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
+  use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
+  use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
+    factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block
+  use condensed_types, only: condensed_body_t
+  implicit none
+  private
+  public :: condense_body, solve_body, free_body
+
+contains
+
+  !> Factorises the free equations of one body with its candidates last, and forms the compliance.
+  subroutine condense_body(blocks, equation, candidate, body, costs, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
+    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    type(condensed_body_t), intent(inout) :: body !! filled; first stays
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer(long), allocatable :: order(:)
+    real(wp) :: left, needed
+    integer :: i, k
+
+    if (.not. allocated(body%matrix%ptr)) then
+      call build_pattern(blocks, equation, body%matrix)
+      call fill_values(blocks, equation, body%matrix)
+      allocate (body%node(body%matrix%n), body%direction(body%matrix%n))
+      do i = 1, size(equation, 2)
+        do k = 1, 3
+          if (equation(k, i) == 0) cycle
+          body%node(equation(k, i)) = i
+          body%direction(equation(k, i)) = k
+        end do
+      end do
+    end if
+    body%equation = pack([(i, i=1, size(body%node))], candidate(body%node))
+    body%m = size(body%equation)
+    call order_equations(blocks, equation, candidate, body, costs, order, outcome)
+    if (outcome == solver_done) call analyse_symmetric(body%solver, body%matrix, costs, outcome, &
+      order)
+    if (outcome == solver_done) then
+      left = memory_left()
+      call estimate_bytes(body, needed)
+      if (needed > left) outcome = solver_out_of_memory
+    end if
+    if (outcome == solver_done) call factorise_symmetric(body%solver, body%matrix, costs, outcome)
+    if (outcome == solver_done) call invert_trailing_block(body, outcome)
+    if (outcome == solver_done) call count_cost(costs, cost_compliance, body%m)
+  end subroutine condense_body
+
+  !> Memory that the factor and the compliance of a body will take [byte].
+  subroutine estimate_bytes(body, bytes)
+    type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
+    real(wp), intent(out) :: bytes !! the estimate
+
+    bytes = symmetric_factor_bytes(body%solver) + 8.0_wp*real(body%m, wp)**2
+  end subroutine estimate_bytes
+
+  !> The order of elimination: the graph of the other nodes by METIS, their equations together;
+  !! then the candidates.
+  subroutine order_equations(blocks, equation, candidate, body, costs, order, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
+    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    type(condensed_body_t), intent(in) :: body !! its candidates
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer(long), allocatable, intent(out) :: order(:) !! (n) 0-based
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, allocatable :: vertex(:, :), inner(:)
+    integer(long), allocatable :: node_order(:)
+    type(csc_matrix_t) :: graph
+    type(cholmod_t) :: orderer
+    integer :: i, k, filled
+
+    outcome = solver_done
+    allocate (vertex(3, size(equation, 2)), source=0)
+    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. .not. candidate)
+    vertex(1, inner) = [(i, i=1, size(inner))]
+    allocate (order(size(body%node)))
+    filled = 0
+    if (size(inner) > 0) then
+      call build_pattern(blocks, vertex, graph)
+      graph%val = 1.0_wp
+      call analyse_symmetric(orderer, graph, costs, outcome)
+      if (outcome /= solver_done) return
+      node_order = factor_order(orderer)
+      call free_cholmod(orderer)
+      do i = 1, size(inner)
+        do k = 1, 3
+          if (equation(k, inner(node_order(i) + 1)) == 0) cycle
+          filled = filled + 1
+          order(filled) = equation(k, inner(node_order(i) + 1)) - 1
+        end do
+      end do
+    end if
+    order(filled + 1:) = body%equation - 1
+  end subroutine order_equations
+
+  !> C = (L22 L22^T)^-1, both triangles.
+  subroutine invert_trailing_block(body, outcome)
+    type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
+    integer, intent(out) :: outcome !! done or failed
+    integer :: info, j
+
+    outcome = solver_done
+    if (allocated(body%compliance)) deallocate (body%compliance)
+    allocate (body%compliance(body%m, body%m))
+    if (body%m == 0) return
+    call trailing_block(body%solver, body%compliance)
+    call dpotri('L', body%m, body%compliance, body%m, info)
+    if (info /= 0) outcome = solver_failed
+    do j = 2, body%m
+      body%compliance(1:j - 1, j) = body%compliance(j, 1:j - 1)
+    end do
+  end subroutine invert_trailing_block
+
+  !> x = K^-1 b on all free equations of a body.
+  subroutine solve_body(body, b, x, costs, outcome)
+    type(condensed_body_t), intent(inout) :: body !! factorised
+    real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
+    real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    real(wp), allocatable :: right(:), left(:)
+    integer :: i
+
+    right = [(b(body%direction(i), body%node(i)), i=1, size(body%node))]
+    allocate (left(size(right)), source=0.0_wp)
+    call solve_symmetric(body%solver, right, left, costs, outcome)
+    do i = 1, size(left)
+      x(body%direction(i), body%node(i)) = left(i)
+    end do
+  end subroutine solve_body
+
+  !> Releases the factor.
+  subroutine free_body(body)
+    type(condensed_body_t), intent(inout) :: body !! the body
+
+    call free_cholmod(body%solver)
+  end subroutine free_body
+end module condensation

@@ -1,0 +1,233 @@
+!> The Newton direction of the condensed form: (I + C k) du = d + C r with the element matrices k
+!! (doc/theory, "Condensed contact").
+module condensed_direction
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_solve
+  use umfpack_solver, only: solver_done
+  use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_bodies, only: apply_compliance
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
+    answer_leading, add_leading
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: find_condensed_direction, next_condensed_length, defect_energy
+
+  !> Iterations of GMRES, with a new factor and with an older one.
+  integer, parameter :: most_vectors = 40, most_stale = 12
+  !> A factor is worth trying again if no more elements than these have changed their status.
+  integer, parameter :: most_changes = 3
+  !> Accuracies of a direction.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+
+contains
+
+  !> The direction: displacements of the live candidates and the change of their forces.
+  subroutine find_condensed_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du, force_change
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+    real(wp), allocatable :: y(:)
+    real(wp) :: floor
+    logical :: arrived
+    integer :: i
+
+    outcome = system%condensed%failed
+    if (outcome /= solver_done) return
+    call form_element_matrices(system, x)
+    associate (condensed => system%condensed)
+      allocate (y(condensed%n_live))
+      floor = max(wanted_accuracy(condensed)*hypot(norm2(condensed%right), &
+        condensed%defect_norm), 1.0e-3_wp*system%round_off)
+      arrived = .false.
+      if (is_worth_trying(system)) then
+        call form_rest(system)
+        call respond(system, 1.0_wp, floor, most_stale, y, arrived)
+        if (.not. arrived) call form_element_matrices(system, x)
+      end if
+      if (.not. arrived) then
+        call factorise_tangent(system, outcome)
+        if (outcome /= solver_done) return
+        call form_rest(system)
+        call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+      end if
+      condensed%norm_before = norm2(condensed%right)
+      system%solution = 0.0_wp
+      condensed%force_change = 0.0_wp
+      do i = 1, condensed%n_live
+        associate (c => condensed%live(i))
+          condensed%force_change(c) = y(i) - condensed%right(i)
+          system%du(condensed%direction(c), condensed%node(c)) = condensed%change(i)
+          system%solution(system%equation(condensed%direction(c), condensed%node(c))) = &
+            condensed%change(i)
+        end associate
+      end do
+    end associate
+  end subroutine find_condensed_direction
+
+  !> The factor at hand may serve once more: the live candidates are the same, and hardly any
+  !! element has changed its status.
+  pure logical function is_worth_trying(system) result(worth)
+    type(system_t), intent(in) :: system !! contact elements, condensed
+
+    worth = allocated(system%condensed%tangent%status)
+    if (worth) worth = count(system%condensed%tangent%status /= system%contact%status) &
+      <= most_changes
+  end function is_worth_trying
+
+  !> As many digits as Newton can use: about the square of the share that the last iteration left.
+  pure real(wp) function wanted_accuracy(condensed) result(accuracy)
+    type(condensed_t), intent(in) :: condensed !! right given
+
+    accuracy = coarsest
+    if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
+      1.0e-3_wp*(norm2(condensed%right)/condensed%norm_before)**2))
+  end function wanted_accuracy
+
+  !> change = b - C y for b = share d + C r with the answer y of contact.
+  subroutine respond(system, share, floor, most, y, arrived)
+    type(system_t), intent(inout) :: system !! right given; gets change of condensed
+    real(wp), intent(in) :: share !! of the defect
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
+    logical, intent(out) :: arrived !! at the floor
+    real(wp), allocatable :: b(:)
+
+    call begin_cost(system%costs, cost_solve)
+    associate (condensed => system%condensed)
+      allocate (b(condensed%n_live), source=0.0_wp)
+      call apply_compliance(condensed, condensed%right, b)
+      b = b + share*condensed%defect(condensed%live)
+      call answer(condensed, b, floor, most, y, condensed%change, arrived)
+    end associate
+    call end_cost(system%costs, cost_solve)
+  end subroutine respond
+
+  !> The answer y = U z + q of contact to a displacement b, and t = b - C y. The leading part is
+  !! solved for, so that no force is a difference of displacements times a penalty; the rest,
+  !! q = k' t, by GMRES.
+  subroutine answer(condensed, b, floor, most, y, t, arrived)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed, at most most_vectors
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    logical, intent(out) :: arrived !! at the floor
+    real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
+    real(wp) :: cosine(most_vectors), sine(most_vectors), z(condensed%tangent%rank + 1)
+    integer :: j, i
+
+    call make_room(condensed%tangent, size(b))
+    associate (tangent => condensed%tangent, rank => condensed%tangent%rank)
+      call answer_leading(tangent, b, z, t)
+      call apply_rest(tangent, t, tangent%base(:, 1))
+      y = 0.0_wp
+      h = 0.0_wp
+      g = 0.0_wp
+      g(1) = norm2(tangent%base(:, 1))
+      arrived = g(1) <= floor
+      j = 0
+      if (.not. arrived) tangent%base(:, 1) = tangent%base(:, 1)/g(1)
+      do while (.not. arrived .and. j < most)
+        j = j + 1
+        call apply_compliance(condensed, tangent%base(:, j), y)
+        call answer_leading(tangent, y, tangent%shares(:, j), tangent%moved(:, j))
+        call apply_rest(tangent, tangent%moved(:, j), tangent%base(:, j + 1))
+        tangent%base(:, j + 1) = tangent%base(:, j + 1) + tangent%base(:, j)
+        call orthogonalise(tangent%base(:, 1:j + 1), h(1:j + 1, j))
+        call rotate(j, h, g, cosine, sine)
+        arrived = abs(g(j + 1)) <= floor
+      end do
+      y = 0.0_wp
+      if (j > 0) then
+        if (abs(h(j, j)) <= 0.0_wp) j = j - 1
+      end if
+      do i = j, 1, -1
+        g(i) = (g(i) - dot_product(h(i, i + 1:j), g(i + 1:j)))/h(i, i)
+        y = y + g(i)*tangent%base(:, i)
+        t = t - g(i)*tangent%moved(:, i)
+        z(1:rank) = z(1:rank) - g(i)*tangent%shares(1:rank, i)
+      end do
+      call add_leading(tangent, z, y)
+    end associate
+  end subroutine answer
+
+  !> Room for the vectors of GMRES.
+  subroutine make_room(tangent, n)
+    type(contact_tangent_t), intent(inout) :: tangent !! gets base, moved, shares
+    integer, intent(in) :: n !! their length
+
+    if (allocated(tangent%base)) then
+      if (size(tangent%base, 1) == n .and. size(tangent%shares, 1) >= tangent%rank) return
+      deallocate (tangent%base, tangent%moved, tangent%shares)
+    end if
+    allocate (tangent%base(n, most_vectors + 1), tangent%moved(n, most_vectors), &
+      tangent%shares(max(1, size(tangent%small, 1)), most_vectors))
+  end subroutine make_room
+
+  !> Makes the last vector orthogonal to those before, and one long.
+  pure subroutine orthogonalise(base, h)
+    real(wp), intent(inout) :: base(:, :) !! (n, j+1) vectors
+    real(wp), intent(out) :: h(:) !! (j+1) what was taken off, and the length of the rest
+    integer :: i, last
+
+    last = size(base, 2)
+    do i = 1, last - 1
+      h(i) = dot_product(base(:, i), base(:, last))
+      base(:, last) = base(:, last) - h(i)*base(:, i)
+    end do
+    h(last) = norm2(base(:, last))
+    if (h(last) > 0.0_wp) base(:, last) = base(:, last)/h(last)
+  end subroutine orthogonalise
+
+  !> Givens' rotations of the last column and of the right-hand side.
+  pure subroutine rotate(j, h, g, cosine, sine)
+    integer, intent(in) :: j !! the column
+    real(wp), intent(inout) :: h(:, :) !! Hessenberg matrix; becomes triangular
+    real(wp), intent(inout) :: g(:) !! right-hand side
+    real(wp), intent(inout) :: cosine(:), sine(:) !! of the rotations
+    real(wp) :: held
+    integer :: i
+
+    do i = 1, j - 1
+      held = h(i, j)
+      h(i, j) = cosine(i)*held + sine(i)*h(i + 1, j)
+      h(i + 1, j) = cosine(i)*h(i + 1, j) - sine(i)*held
+    end do
+    held = hypot(h(j, j), h(j + 1, j))
+    cosine(j) = 1.0_wp
+    sine(j) = 0.0_wp
+    if (held > 0.0_wp) then
+      cosine(j) = h(j, j)/held
+      sine(j) = h(j + 1, j)/held
+    end if
+    h(j, j) = held
+    h(j + 1, j) = 0.0_wp
+    g(j + 1) = -sine(j)*g(j)
+    g(j) = cosine(j)*g(j)
+  end subroutine rotate
+
+  !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
+  pure real(wp) function defect_energy(system) result(energy)
+    type(system_t), intent(in) :: system !! direction found
+
+    energy = 0.0_wp
+    if (system%condensed%active) energy = abs(dot_product(system%condensed%force_change, &
+      system%condensed%defect))
+  end function defect_energy
+
+  !> Length of the direction that the leading part of the present tangent gives for the residual of
+  !! a trial.
+  real(wp) function next_condensed_length(system, length) result(next)
+    type(system_t), intent(inout) :: system !! right of the trial given
+    real(wp), intent(in) :: length !! the trial's share of the direction
+    real(wp), allocatable :: y(:)
+    logical :: arrived
+
+    allocate (y(system%condensed%n_live))
+    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
+    next = norm2(system%condensed%change)
+  end function next_condensed_length
+end module condensed_direction

@@ -1,0 +1,334 @@
+!> The condensed form of a system: start and extension of the candidates, live candidates, forces
+!! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
+module condensed_system
+  use kinds, only: wp
+  use element_types, only: max_dofs
+  use elmlib, only: routine_none
+  use loads, only: load_factor
+  use model_types, only: model_t
+  use block_matrix, only: multiply
+  use umfpack_solver, only: solver_done, solver_out_of_memory
+  use cholmod_solver, only: solver_not_definite
+  use condensed_types, only: condensed_t
+  use condensed_bodies, only: condense_all, find_influence, solve_all, number_candidates, &
+    load_candidates, equilibrium, gather_compliance, free_condensed
+  use candidates, only: load_patterns, foresee_candidates, add_ring
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
+    find_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
+    keep_forces
+
+contains
+
+  !> Condenses the system, or says why it cannot be.
+  subroutine start_condensed(model, system, why)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(inout) :: system !! gets condensed
+    character(:), allocatable, intent(out) :: why !! why not; empty if it is done
+    integer :: outcome
+
+    why = ''
+    if (system%equations == 0) why = 'there are no unknowns'
+    if (any(system%weak)) why = 'a body is held by contact alone'
+    if (len(why) > 0) return
+    associate (condensed => system%condensed)
+      call load_patterns(model, condensed%patterns)
+      if (.not. allocated(condensed%candidate)) then
+        allocate (condensed%candidate(model%mesh%nodes), source=.false.)
+        call foresee_candidates(model, system, condensed%patterns, condensed%candidate)
+        where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
+      end if
+      call list_facets(model, condensed%facets)
+      if (.not. allocated(condensed%kept)) condensed%kept = system%contact_force
+      allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
+      call condense_all(system, spread(.true., 1, system%bodies), outcome)
+      if (outcome == solver_done) call find_influence(model, system, outcome)
+    end associate
+    if (outcome /= solver_done) then
+      why = 'its factorisation failed'
+      if (outcome == solver_not_definite) why = 'the stiffness of a body is not positive definite'
+      if (outcome == solver_out_of_memory) why = 'its factors need more memory than there is'
+      call free_condensed(system)
+      return
+    end if
+    call number_candidates(system)
+    system%condensed%active = .true.
+  end subroutine start_condensed
+
+  !> Displacements of the candidates without contact at `time`.
+  subroutine begin_condensed(model, system, state, time)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(inout) :: system !! gets loaded
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    integer :: i
+
+    associate (condensed => system%condensed)
+      condensed%factors = [(load_factor(model%loads, condensed%patterns(i), time), i=1, &
+        size(condensed%patterns))]
+      condensed%reactions = norm2(state%reaction)
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+      call load_candidates(condensed)
+    end associate
+  end subroutine begin_condensed
+
+  !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
+  !! state under the new loads. Other nodes are carried along.
+  subroutine place_starts(system)
+    type(system_t), intent(inout) :: system !! left and carried given; both are completed
+    real(wp), allocatable :: u(:)
+    integer :: i
+
+    where (system%condensed%place == 0) system%left = system%carried
+    call restore_forces(system%condensed)
+    u = equilibrium(system%condensed)
+    do i = 1, system%condensed%n
+      system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
+    end do
+  end subroutine place_starts
+
+  !> The forces of the last state.
+  subroutine restore_forces(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets force
+    integer :: i
+
+    do i = 1, condensed%n
+      condensed%force(i) = condensed%kept(condensed%direction(i), condensed%node(i))
+    end do
+  end subroutine restore_forces
+
+  !> How far u is from equilibrium with the forces of the iterate.
+  subroutine find_defects(system)
+    type(system_t), intent(inout) :: system !! u given; gets defect
+    real(wp), allocatable :: u(:)
+    integer :: i
+
+    associate (condensed => system%condensed)
+      u = equilibrium(condensed)
+      do i = 1, condensed%n
+        condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
+      end do
+      call measure_defects(condensed)
+      condensed%norm_before = 0.0_wp
+    end associate
+  end subroutine find_defects
+
+  !> The forces that would hold the defects of the live candidates, each by itself.
+  subroutine measure_defects(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets defect_norm
+    integer :: b, i
+
+    condensed%defect_norm = 0.0_wp
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        do i = 1, body%m
+          if (condensed%live_place(body%first + i) == 0) cycle
+          condensed%defect_norm = hypot(condensed%defect_norm, &
+            condensed%defect(body%first + i)/body%compliance(i, i))
+        end do
+      end associate
+    end do
+  end subroutine measure_defects
+
+  !> All facets of all pairs.
+  subroutine list_facets(model, facets)
+    type(model_t), intent(in) :: model !! pairs
+    integer, allocatable, intent(out) :: facets(:, :) !! (3, facets) corner nodes
+    integer :: k, n
+
+    n = 0
+    do k = 1, size(model%pairs)
+      n = n + size(model%pairs(k)%facets, 2)
+    end do
+    allocate (facets(3, n))
+    n = 0
+    do k = 1, size(model%pairs)
+      facets(:, n + 1:n + size(model%pairs(k)%facets, 2)) = model%pairs(k)%facets
+      n = n + size(model%pairs(k)%facets, 2)
+    end do
+  end subroutine list_facets
+
+  !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
+  subroutine refresh_candidates(system)
+    type(system_t), intent(inout) :: system !! u of candidates that are not live
+    real(wp), allocatable :: u(:)
+    integer :: i
+
+    associate (condensed => system%condensed)
+      u = equilibrium(condensed)
+      do i = 1, condensed%n
+        if (condensed%live_place(i) > 0) cycle
+        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%defect(i)
+      end do
+    end associate
+  end subroutine refresh_candidates
+
+  !> Makes sure that every node of a contact element is a candidate, and gathers the compliance of
+  !! the live ones.
+  subroutine couple_condensed(system)
+    type(system_t), intent(inout) :: system !! condensed follows the contact elements
+    logical, allocatable :: live(:)
+    integer :: k, i, a, n
+
+    call extend_candidates(system)
+    associate (condensed => system%condensed, list => system%contact)
+      live = abs(condensed%force) > 0.0_wp
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        do a = 1, list%nel(k)
+          do i = 1, 3
+            n = condensed%place(i, list%ix(a, k))
+            if (n > 0) live(n) = .true.
+          end do
+        end do
+      end do
+      if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) then
+        call place_elements(system)
+        return
+      end if
+      system%du = 0.0_wp
+      condensed%live = pack([(i, i=1, condensed%n)], live)
+      condensed%n_live = size(condensed%live)
+      condensed%live_place = 0
+      condensed%live_place(condensed%live) = [(i, i=1, condensed%n_live)]
+      call gather_compliance(condensed)
+      call measure_defects(condensed)
+      call place_elements(system)
+    end associate
+  end subroutine couple_condensed
+
+  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more.
+  subroutine place_elements(system)
+    type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
+    integer :: k, a, i, n
+
+    associate (condensed => system%condensed, tangent => system%condensed%tangent, &
+               list => system%contact)
+      if (allocated(tangent%status)) deallocate (tangent%status)
+      if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(max_dofs, list%n))
+      tangent%dofs = 0
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        do a = 1, list%nel(k)
+          do i = 1, 3
+            n = condensed%place(i, list%ix(a, k))
+            if (n > 0) tangent%dofs(3*(a - 1) + i, k) = condensed%live_place(n)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine place_elements
+
+  !> Condenses anew the bodies of which contact has reached nodes that are not candidates.
+  subroutine extend_candidates(system)
+    type(system_t), intent(inout) :: system !! condensed may grow
+    logical, allocatable :: wanted(:), before(:)
+    real(wp), allocatable :: force(:, :), u(:)
+    integer :: k, a, i, outcome
+
+    associate (condensed => system%condensed, list => system%contact)
+      before = condensed%candidate
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        do a = 1, list%nel(k)
+          if (any(system%equation(:, list%ix(a, k)) > 0)) condensed%candidate(list%ix(a, k)) = &
+            .true.
+        end do
+      end do
+      if (all(before .eqv. condensed%candidate)) return
+      call add_ring(condensed%facets, condensed%candidate)
+      call add_ring(condensed%facets, condensed%candidate)
+      where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
+      wanted = spread(.false., 1, system%bodies)
+      do i = 1, size(before)
+        if (before(i) .neqv. condensed%candidate(i)) wanted(system%node_body(i)) = .true.
+      end do
+      allocate (force(3, size(before)), source=0.0_wp)
+      do i = 1, condensed%n
+        force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
+      end do
+      call condense_all(system, wanted, outcome)
+      condensed%failed = outcome
+      if (outcome /= solver_done) return
+      call number_candidates(system)
+      do i = 1, condensed%n
+        condensed%force(i) = force(condensed%direction(i), condensed%node(i))
+      end do
+      call load_candidates(condensed)
+      u = equilibrium(condensed)
+      do i = 1, condensed%n
+        if (before(condensed%node(i))) then
+          condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
+        else
+          system%u(condensed%direction(i), condensed%node(i)) = u(i)
+        end if
+      end do
+    end associate
+  end subroutine extend_candidates
+
+  !> Residual of the live candidates: what the bulk bears less what the elements give.
+  subroutine gather_condensed(system, length)
+    type(system_t), intent(inout) :: system !! contact_force given; gets right
+    real(wp), intent(in) :: length !! share of the direction
+    integer :: i
+
+    system%right = 0.0_wp
+    associate (condensed => system%condensed)
+      condensed%defect_share = 1.0_wp - length
+      do i = 1, condensed%n_live
+        associate (c => condensed%live(i))
+          condensed%right(i) = condensed%force(c) + length*condensed%force_change(c) &
+            - system%contact_force(condensed%direction(c), condensed%node(c))
+          system%right(system%equation(condensed%direction(c), condensed%node(c))) = &
+            condensed%right(i)
+        end associate
+      end do
+    end associate
+  end subroutine gather_condensed
+
+  !> Moves forces and defects along the direction.
+  subroutine take_condensed(condensed, length)
+    type(condensed_t), intent(inout) :: condensed !! force and defect are moved
+    real(wp), intent(in) :: length !! share of the direction
+
+    condensed%force = condensed%force + length*condensed%force_change
+    condensed%defect = (1.0_wp - length)*condensed%defect
+    condensed%defect_norm = (1.0_wp - length)*condensed%defect_norm
+    condensed%defect_share = 1.0_wp
+  end subroutine take_condensed
+
+  !> Displacements of all nodes and the forces of the bulk from the forces of the iterate.
+  subroutine recover_interior(system)
+    type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
+    integer :: i, k, outcome
+
+    associate (condensed => system%condensed)
+      system%trial = 0.0_wp
+      do i = 1, condensed%n
+        system%trial(condensed%direction(i), condensed%node(i)) = -condensed%force(i)
+      end do
+      system%du = 0.0_wp
+      call solve_all(system, system%trial, system%du, outcome)
+      do k = 1, size(condensed%patterns)
+        system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
+      end do
+      call refresh_candidates(system)
+      where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
+      system%du = 0.0_wp
+      call multiply(system%bulk_matrix, system%u, system%bulk_force)
+    end associate
+  end subroutine recover_interior
+
+  !> Keeps the contact forces of the converged state.
+  subroutine keep_forces(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force given; gets kept
+    integer :: i
+
+    condensed%kept = 0.0_wp
+    do i = 1, condensed%n
+      condensed%kept(condensed%direction(i), condensed%node(i)) = condensed%force(i)
+    end do
+  end subroutine keep_forces
+end module condensed_system

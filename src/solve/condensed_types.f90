@@ -1,0 +1,72 @@
+!> The condensed form of a system: compliances of the bodies at the nodes that contact may touch,
+!! and the contact forces there (doc/theory, "Condensed contact").
+module condensed_types
+  use kinds, only: wp
+  use csc_matrix, only: csc_matrix_t
+  use cholmod_solver, only: cholmod_t
+  implicit none
+  private
+  public :: condensed_t, condensed_body_t, contact_tangent_t
+
+  !> One body: its factor, and its compliance at the candidates.
+  type :: condensed_body_t
+    type(csc_matrix_t) :: matrix !! stiffness of its free degrees of freedom
+    type(cholmod_t) :: solver !! its factor, kept
+    integer, allocatable :: node(:), direction(:) !! (n) where each equation of it belongs
+    integer :: first = 0 !! candidates of the bodies before
+    integer :: m = 0 !! its candidates
+    integer, allocatable :: equation(:) !! (m) equation of each candidate
+    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates [length/force]
+    integer :: first_live = 0 !! live candidates of the bodies before
+    integer :: n_live = 0 !! its live candidates
+    real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
+  end type condensed_body_t
+
+  !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
+  type :: contact_tangent_t
+    integer :: elements = 0 !! closed contact elements
+    integer :: rank = 0 !! columns of U and V
+    integer, allocatable :: element(:) !! (elements) place in the list of contact elements
+    integer, allocatable :: dofs(:, :) !! (max_dofs, list) live candidates, 0 for none
+    real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, list) element matrices, their rest
+    integer :: resting = 0 !! elements with a rest, in element
+    integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
+    integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
+    real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
+    real(wp), allocatable :: cu(:, :) !! (live, rank) C U
+    real(wp), allocatable :: small(:, :) !! (rank, rank) I + V^T C U, factorised
+    integer, allocatable :: pivot(:) !! (rank) of its factor
+    real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
+    real(wp), allocatable :: shares(:, :) !! (rank, most) of the columns for each of them
+  end type contact_tangent_t
+
+  !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
+  type :: condensed_t
+    logical :: active = .false. !! this form is in use
+    type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom
+    logical, allocatable :: candidate(:) !! (nodes) nodes that contact may touch
+    integer :: n = 0 !! candidate degrees of freedom
+    integer, allocatable :: place(:, :) !! (3, nodes) candidate number, 0 for none
+    integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
+    integer, allocatable :: patterns(:) !! numbers of the proportional loads in use
+    real(wp), allocatable :: factors(:) !! (patterns) their factors at the end of the increment
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of unit loads [length]
+    real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
+    real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
+    real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
+    real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
+    real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
+    real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
+    real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
+    integer, allocatable :: facets(:, :) !! (3, facets) master facets of all pairs
+    integer :: n_live = 0 !! candidates that elements or forces touch at present
+    integer, allocatable :: live(:) !! (n_live) candidate
+    integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
+    type(contact_tangent_t) :: tangent !! of the iteration
+    real(wp), allocatable :: right(:) !! (n_live) residual [force]
+    real(wp), allocatable :: change(:) !! (n_live) direction [length]
+    real(wp) :: norm_before = 0.0_wp !! residual norm one iteration before, 0 at a start [force]
+    integer :: failed = 0 !! outcome of the last extension
+    real(wp) :: reactions = 0.0_wp !! norm of the supports' forces at the last state [force]
+  end type condensed_t
+end module condensed_types

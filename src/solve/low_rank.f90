@@ -1,0 +1,45 @@
+!> The leading part of an element matrix as a sum of few columns times rows.
+module low_rank
+  use kinds, only: wp
+  implicit none
+  private
+  public :: peel
+
+contains
+
+  !> S = U V^T + rest: elimination with full pivoting, each entry weighed with the compliance of
+  !! its row and column, until no entry counts any more or no column is left to write to.
+  pure subroutine peel(s, weight, tolerance, u, v, rank)
+    real(wp), intent(in) :: s(:, :) !! (n, n) the matrix [force/length]
+    real(wp), intent(in) :: weight(:) !! (n) root of the compliance [(length/force)^1/2]
+    real(wp), intent(in) :: tolerance !! weighed entries below this do not count
+    real(wp), intent(out) :: u(:, :), v(:, :) !! (n, most) columns and rows
+    integer, intent(out) :: rank !! how many there are
+    real(wp) :: rest(size(s, 1), size(s, 1)), largest, entry
+    integer :: i, j, row, column
+
+    rest = s
+    rank = 0
+    do
+      largest = tolerance
+      row = 0
+      column = 0
+      do j = 1, size(s, 1)
+        do i = 1, size(s, 1)
+          entry = abs(rest(i, j))*weight(i)*weight(j)
+          if (entry <= largest) cycle
+          largest = entry
+          row = i
+          column = j
+        end do
+      end do
+      if (row == 0 .or. rank == size(u, 2)) exit
+      rank = rank + 1
+      u(:, rank) = rest(:, column)
+      v(:, rank) = rest(row, :)/rest(row, column)
+      do j = 1, size(s, 1)
+        rest(:, j) = rest(:, j) - u(:, rank)*v(j, rank)
+      end do
+    end do
+  end subroutine peel
+end module low_rank

@@ -1,0 +1,189 @@
+!> The one place that decides how a scene is solved, and says what and why (doc/theory, "Choice of
+!! the solver").
+module solver_choice
+  use text, only: count_noun, to_text
+  use model_types, only: model_t, law_linear
+  use contact_types, only: pair_t
+  use friction_return, only: has_friction
+  use monitors, only: monitor_t
+  use linear_solver, only: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
+    solver_reduced
+  use condensed_bodies, only: free_condensed
+  use condensed_system, only: start_condensed
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: scene_t, look_at, ask_for_solver, choose_solver, decide
+
+  !> Whether the condensed solver is part of this version.
+  logical, parameter :: reduced_available = .true.
+  !> Most degrees of freedom of contact whose dense compliance is worth having.
+  integer, parameter :: most_contact_dofs = 20000
+
+  !> What of a scene matters to the choice.
+  type :: scene_t
+    logical :: contact = .false. !! there is a contact point
+    logical :: friction = .false. !! one of them with friction
+    logical :: linear_bulk = .true. !! the bulk's tangent is constant
+    logical :: restrained = .true. !! supports alone hold each body
+    integer :: dofs = 0 !! free degrees of freedom
+    integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
+  end type scene_t
+
+contains
+
+  !> SOLVer: the next increment is solved by what it asks for, unless --solver is there.
+  subroutine ask_for_solver(system, asked)
+    type(system_t), intent(inout) :: system !! gets asked; the choice is open
+    integer, intent(in) :: asked !! one of the solvers of linear_solver
+
+    integer :: new
+
+    new = asked
+    if (system%forced /= solver_unknown) new = system%forced
+    if (system%asked /= new) system%choice = solver_unknown
+    system%asked = new
+  end subroutine ask_for_solver
+
+  !> Decides once for each SOLVer, before an increment, and tells the log.
+  subroutine choose_solver(model, system, monitor)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! gets choice
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    character(:), allocatable :: reason, obstacle
+    type(scene_t) :: scene
+
+    if (system%choice /= solver_unknown) return
+    scene = look_at(model, system)
+    call decide(scene, system%asked, system%choice, reason)
+    if (system%choice == solver_reduced .and. .not. system%condensed%active) then
+      call start_condensed(model, system, obstacle)
+      if (len(obstacle) > 0) then
+        call monitor%warning('REDUced cannot be had, '//obstacle)
+        call decide(scene, solver_cholmod, system%choice, reason)
+      end if
+    else if (system%choice /= solver_reduced .and. system%condensed%active) then
+      call free_condensed(system)
+    end if
+    system%solver%symmetric_allowed = system%choice /= solver_umfpack
+    call monitor%event(reason)
+  end subroutine choose_solver
+
+  !> The facts of a scene.
+  function look_at(model, system) result(scene)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! equations and bodies
+    type(scene_t) :: scene
+    logical :: on_surface(size(system%equation, 2))
+    integer :: k
+
+    scene%contact = system%contact%n > 0
+    scene%linear_bulk = all(model%materials%law == law_linear .or. model%materials%rigid)
+    scene%restrained = .not. any(system%weak)
+    scene%dofs = system%equations
+    on_surface = .false.
+    do k = 1, size(model%pairs)
+      if (any(has_friction(model%pairs(k)%mu))) scene%friction = .true.
+      call mark_surfaces(model%pairs(k), on_surface)
+    end do
+    scene%contact_dofs = count(system%equation > 0 .and. spread(on_surface, 1, 3))
+  end function look_at
+
+  !> Marks the slave nodes of a pair and the corners of its master facets.
+  pure subroutine mark_surfaces(pair, on_surface)
+    type(pair_t), intent(in) :: pair !! the pair
+    logical, intent(inout) :: on_surface(:) !! (nodes)
+    integer :: f, p
+
+    do p = 1, size(pair%point_nodes, 2)
+      on_surface(pair%point_nodes(:, p)) = .true.
+    end do
+    do f = 1, size(pair%facets, 2)
+      on_surface(pair%facets(:, f)) = .true.
+    end do
+  end subroutine mark_surfaces
+
+  !> What is taken for a scene, and the line that says so. A choice that cannot hold falls back to
+  !! the next best.
+  subroutine decide(scene, asked, choice, reason)
+    type(scene_t), intent(in) :: scene !! the facts
+    integer, intent(in) :: asked !! what SOLVer or --solver says
+    integer, intent(out) :: choice !! one of the solvers, never AUTO
+    character(:), allocatable, intent(out) :: reason !! one line
+    character(:), allocatable :: obstacle
+
+    reason = ''
+    obstacle = obstacle_to_reduced(scene)
+    choice = asked
+    select case (asked)
+    case (solver_auto)
+      choice = solver_cholmod
+      if (len(obstacle) == 0) choice = solver_reduced
+    case (solver_reduced)
+      if (len(obstacle) > 0) choice = solver_cholmod
+      if (len(obstacle) > 0) reason = 'REDUced cannot be had, '//obstacle//'; instead '
+    case default
+      ! UMFPACK and CHOLMOD take every scene.
+    end select
+    reason = 'solver: '//reason//way_of(scene, choice)//' ('
+    if (asked == solver_auto) then
+      reason = reason//'AUTO; '
+    else
+      reason = reason//'asked for; '
+    end if
+    reason = reason//description(scene)//')'
+  end subroutine decide
+
+  !> Why a scene cannot be condensed to its contact forces; empty if it can.
+  pure function obstacle_to_reduced(scene) result(obstacle)
+    type(scene_t), intent(in) :: scene !! the facts
+    character(:), allocatable :: obstacle
+
+    obstacle = ''
+    if (.not. scene%contact) then
+      obstacle = 'there is no contact'
+    else if (.not. scene%linear_bulk) then
+      obstacle = 'the bulk is not linear'
+    else if (.not. scene%restrained) then
+      obstacle = 'a body is held by contact alone'
+    else if (scene%contact_dofs > most_contact_dofs) then
+      obstacle = 'its surfaces have too many degrees of freedom, '//to_text(scene%contact_dofs)
+    else if (.not. reduced_available) then
+      obstacle = 'it is not part of this version'
+    end if
+  end function obstacle_to_reduced
+
+  !> How a choice works on a scene.
+  pure function way_of(scene, choice) result(way)
+    type(scene_t), intent(in) :: scene !! the facts
+    integer, intent(in) :: choice !! one of the solvers
+    character(:), allocatable :: way
+
+    select case (choice)
+    case (solver_umfpack)
+      way = 'UMFPACK, an unsymmetric factor'
+    case (solver_reduced)
+      way = 'REDUced, one symmetric factor a body and dense systems of the contact forces'
+    case default
+      way = 'CHOLMOD, a symmetric factor'
+      if (scene%friction) way = way//', and UMFPACK where friction slips'
+    end select
+  end function way_of
+
+  !> The facts in words.
+  function description(scene) result(t)
+    type(scene_t), intent(in) :: scene !! the facts
+    character(:), allocatable :: t
+
+    t = merge('linear bulk   ', 'nonlinear bulk', scene%linear_bulk)
+    t = trim(t)//', '//count_noun(scene%dofs, 'free dof')
+    if (.not. scene%contact) then
+      t = t//', no contact'
+      return
+    end if
+    t = t//', contact with'
+    if (.not. scene%friction) t = t//'out'
+    t = t//' friction, '//to_text(scene%contact_dofs)//' of them on its surfaces'
+    if (.not. scene%restrained) t = t//', a body held by contact alone'
+  end function description
+end module solver_choice

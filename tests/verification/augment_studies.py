@@ -1,0 +1,102 @@
+"""Augmented Lagrangian: the answer no longer depends on the penalty, and nothing penetrates."""
+import os
+
+import decks
+from contact_studies import square
+
+EXACT = 'exact'
+PENALTIES = ('0.1', '1', '10', '100', '1e4')
+
+
+def augmented(path, factor, *, penalty='AUTO', changes=()):
+    """The text of a deck with AUGMent and another penalty."""
+    with open(os.path.join(decks.TOP, path), encoding='ascii') as stream:
+        lines = stream.read().split('\n')
+    text = '\n'.join(f'    PENAlty {penalty} {factor}\n    AUGMent' if line.split()[:1] == ['PENAlty']
+                     else line for line in lines)
+    for old, new in changes:
+        if old not in text:
+            raise ValueError(f'{path} has no {old!r}')
+        text = text.replace(old, new)
+    return text
+
+
+def spread(values):
+    """Largest difference over the largest value."""
+    return (max(values) - min(values))/max(abs(value) for value in values)
+
+
+def deepest(rows):
+    """Deepest penetration or longest elastic slip of all rows."""
+    return max(max(abs(row['max_penetration']), row['max_elastic_slip']) for row in rows)
+
+
+def patch(bench):
+    """Blocks pressed together: the stress of one piece."""
+    young, nu, depth = 1000.0, 0.3, 0.01
+    modulus = young*(1 - nu)/((1 + nu)*(1 - 2*nu))
+    p = depth*modulus/2
+    side = -p*nu/(1 - nu)
+    exact = (side, side, -p, 0.0, 0.0, 0.0)
+    for factor in PENALTIES:
+        deck = augmented('tests/verification/contact_patch/contact_patch.inp', factor)
+        tables = bench.run_text(f'patch_{factor}', deck)
+        error = max(square(stress, exact) for stress in tables.stresses())
+        bench.compare(f'stress, penalty {factor} E/h', EXACT, 0.0,
+                      (error/square(exact, (0.0,)*6))**0.5, 1e-6, scale=1.0)
+        bench.compare(f'penetration over 1/3, {factor} E/h', EXACT, 0.0,
+                      deepest(tables.contact('joint'))*3, 1e-6, scale=1.0)
+
+
+def slide(bench):
+    """Presses, slides, lifts, returns: every penalty gives the same rows, and Coulomb's law."""
+    last, depths = [], []
+    for factor in PENALTIES:
+        tables = bench.run_text(f'slide_{factor}', augmented(
+            'inputs/press_slide_lift_return.inp', factor))
+        rows = tables.contact('block_on_base')
+        depths.append(deepest(rows)/0.5)
+        last.append([row['Fn'] for row in rows if row['Fn'] > 0] + [
+            row['Ft'] for row in rows if row['Ft'] > 0])
+        row = rows[11]
+        bench.compare(f'Ft/Fn sliding, penalty {factor} E/h', EXACT, 0.2, row['Ft']/row['Fn'], 1e-10)
+        top = tables.reactions('top')[11]
+        bench.compare(f'R + F over Fn, penalty {factor} E/h', EXACT, 0.0, max(
+            abs(top[f'R{k}'] + row[f'F{k}']) for k in (1, 2, 3))/row['Fn'], 1e-9, scale=1.0)
+    bench.compare('Fn and Ft of all rows, spread over penalties', EXACT, 0.0,
+                  max(spread(values) for values in zip(*last)), 1e-5, scale=1.0)
+    bench.compare('penetration and elastic slip over a facet', EXACT, 0.0, max(depths), 1e-6,
+                  scale=1.0)
+
+
+def edge(bench):
+    """A tip over a kinked edge: penalties per node, the multiplier turns with the facet."""
+    forces, depths = [], []
+    for factor in ('10', '100', '1e3', '1e5', '1e7'):
+        tables = bench.run_text(f'edge_{factor}', augmented(
+            'inputs/two_facet_edge.inp', factor, penalty=''))
+        rows = tables.contact('tip_on_roof')
+        depths.append(deepest(rows))
+        forces.append([row[f'F{k}'] for row in rows[8:] for k in (1, 3)])
+        bench.compare(f'Ft/Fn behind the edge, penalty {factor}', EXACT, 0.15,
+                      rows[23]['Ft']/rows[23]['Fn'], 1e-10)
+    bench.compare('F1 and F3 of all rows, spread over penalties', EXACT, 0.0,
+                  max(spread(values) for values in zip(*forces)), 1e-5, scale=1.0)
+    bench.compare('penetration and elastic slip over a facet', EXACT, 0.0, max(depths)/2, 1e-6,
+                  scale=1.0)
+
+
+def sphere(bench):
+    """A sphere pressed on an elastic plate and dragged."""
+    forces, depths = [], []
+    mesh = os.path.join(decks.TOP, 'inputs', 'sphere.msh')
+    for factor in PENALTIES:
+        deck = augmented('inputs/sphere_on_plate.inp', factor, changes=(
+            ('MESH sphere.msh', f'MESH "{mesh}"'), ('STEP,,15', 'STEP,,5')))
+        rows = bench.run_text(f'sphere_{factor}', deck).contact('sole_on_track')
+        depths.append(deepest(rows)/0.107)
+        forces.append([row[name] for row in rows for name in ('Fn', 'Ft')])
+    bench.compare('Fn and Ft of all rows, spread over penalties', EXACT, 0.0,
+                  max(spread(values) for values in zip(*forces)), 1e-5, scale=1.0)
+    bench.compare('penetration and elastic slip over a facet', EXACT, 0.0, max(depths), 1e-6,
+                  scale=1.0)
