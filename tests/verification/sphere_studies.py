@@ -9,9 +9,17 @@ OTHERS = ('NTOS +AUGM', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
-def ramp(steps):
-    """BATCh of one increment up to time 1 and one for each further unit of time."""
-    return f'  DT,,1\n  STEP,,{steps}\n'
+PRESS = 8
+
+
+def pressed(values):
+    """Loads of two phases: pressed on until the radius of contact has grown evenly to time 1, then
+    moved through values at times 2, 3, ...; and BATCh. An increment each for the points of a ring
+    that come to touch: a point slips by (gap at its begin) (slope of the surface) without cause.
+    """
+    return (half_spaces.table(1, [(k/PRESS, (k/PRESS)**2) for k in range(PRESS + 1)]) +
+            half_spaces.table(2, [(1, 0)] + [(2 + k, value) for k, value in enumerate(values)]),
+            f'  DT,,{1/PRESS!r}\n  STEP,,{PRESS}\n  DT,,1\n  STEP,,{len(values)}\n')
 
 
 def growth(size):
@@ -38,7 +46,7 @@ class Hertz:
             moves[node] = u[0], u[1], sign*(u[2] - approach/2)
         text = half_spaces.deck(pair, self.young, self.nu, form, 0.0,
                                 meshing.vectors('DISPlacement', moves),
-                                half_spaces.table(1, ((0, 0), (1, 1))), ramp(1))
+                                half_spaces.table(1, ((0, 0), (1, 1))), '  DT,,1\n  STEP,,1\n')
         tables = bench.run_text('hertz', text)
         self.nodes = len(pair.mesh.nodes)
         self.force = 4*abs(tables.contact('caps')[-1]['F3'])
@@ -111,14 +119,12 @@ class Mindlin:
         approach = self.a**2/(self.radius/2)
         moves = (f'DISPlacement\n  upper_far 1 0 {-approach!r}\n\n'
                  'FPROportional\n  upper_far 2 1 1\n\n')
-        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
-            2, [(1, 0)] + [(2 + k, way) for k, way in enumerate(self.ways)])
         run = bench.run_text('mindlin', half_spaces.deck(
-            pair, self.young, 0.0, form, self.mu, moves, tables, ramp(1 + len(self.ways))))
+            pair, self.young, 0.0, form, self.mu, moves, *pressed(self.ways)))
         self.nodes = len(pair.mesh.nodes)
         traction = half_spaces.Traction(pair, run)
         self.rows = [self.one(row, traction, k)
-                     for k, row in enumerate(run.contact('caps')) if k > 0]
+                     for k, row in enumerate(run.contact('caps')[PRESS:], PRESS)]
 
     def one(self, row, traction, when):
         """Q/(mu F); u_t and c/a that belong to it, and those found."""
@@ -129,7 +135,7 @@ class Mindlin:
         way = 3*self.mu*force*4/(16*a*shear)*(1 - (1 - share)**(2/3))
         c = a*(1 - share)**(1/3)
         found = half_spaces.radius_of(traction.deficits(self.mu, when))
-        return share, way, self.ways[when - 1], c/a, found/a
+        return share, way, self.ways[when - PRESS], c/a, found/a
 
 
 def mindlin_rows(bench, size, form, known):
@@ -187,12 +193,10 @@ class Lubkin:
         moves = {n: (-pair.mesh.nodes[n - 1][1], pair.mesh.nodes[n - 1][0], -approach)
                  for n in pair.parts['upper_far']}
         text = meshing.vectors('DISPlacement', moves) + 'FPROportional\n  upper_far 2 2 1\n\n'
-        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
-            2, [(1, 0)] + [(2 + k, angle) for k, angle in enumerate(angles)])
         run = bench.run_text('lubkin', half_spaces.deck(
-            pair, self.young, 0.0, form, self.mu, text, tables, ramp(1 + len(angles))))
+            pair, self.young, 0.0, form, self.mu, text, *pressed(angles)))
         self.nodes, self.rows = len(pair.mesh.nodes), []
-        for row, angle in zip(run.contact('caps')[1:], angles):
+        for row, angle in zip(run.contact('caps')[PRESS:], angles):
             force = abs(row['F3'])
             a = (3*force*self.radius/2/(4*shear))**(1/3)
             x = angle/2*shear/(self.mu*3*force/(2*math.pi*a*a))
