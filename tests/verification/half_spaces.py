@@ -11,6 +11,16 @@ COARSER = 1.2
 REACH = 1.3
 
 
+def spacing(fine, cells, growth, layers):
+    """Coordinates from 0: equal cells, then layers that grow."""
+    places = [fine*i for i in range(cells + 1)]
+    step = fine
+    for _ in range(layers):
+        step *= growth
+        places.append(places[-1] + step)
+    return places
+
+
 def graded(cell, inner, outer, growth):
     """Coordinates from 0 to outer: equal cells up to `inner`, then cells that grow, ever faster."""
     count = max(1, round(inner/cell))
@@ -112,24 +122,17 @@ def boussinesq(x, y, z, shear, nu):
 
 
 class Traction:
-    """Slave nodes of a run: distance from the axis, area, and force at each time."""
+    """Slave nodes of a run: distance from the axis, area, and force at given times."""
 
-    def __init__(self, pair, tables):
-        nodes, weights, forces = tables.points()
+    def __init__(self, pair, tables, times=(-1,)):
         shares = pair.mesh.shares(pair.parts['upper'])
-        self.nodes = [n for n in shares if shares[n] > 0]
-        self.areas = [shares[n] for n in self.nodes]
-        self.radii = [math.hypot(*pair.mesh.nodes[n - 1][:2]) for n in self.nodes]
-        self.forces = [self.nodal(nodes, weights, row) for row in forces]
-
-    def nodal(self, nodes, weights, forces):
-        """Forces on the nodes: those of the points, by their weights."""
-        total = {n: [0.0]*3 for n in self.nodes}
-        for corners, share, force in zip(nodes, weights, forces):
-            for n, w in zip(corners, share):
-                for k in range(3):
-                    total[n][k] += w*force[k]
-        return [total[n] for n in self.nodes]
+        nodes = [n for n in shares if shares[n] > 0]
+        self.areas = [shares[n] for n in nodes]
+        self.radii = [math.hypot(*pair.mesh.nodes[n - 1][:2]) for n in nodes]
+        self.forces = []
+        for when in times:
+            forces = tables.forces(when)
+            self.forces.append([forces.get(n, [0.0]*3) for n in nodes])
 
     def pressures(self, when=-1):
         """(r, pressure, area) of each point."""
