@@ -292,23 +292,40 @@ contains
   end subroutine walk
 
   !> The projection of a point lies outside every facet: it has passed the rim of the surface.
+  !! A point below its facet is projected along a normal that may lean outwards, by less than its
+  !! depth (doc/theory.md, "The rim").
   pure logical function beyond_rim(pair, x, y, host) result(beyond)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
     integer, intent(in) :: host !! facet to start from
     integer :: facet, k
-    real(wp) :: xi(2), gap, n(3)
+    real(wp) :: xi(2), gap, n(3), depth, allowed
 
     facet = host
     call walk(pair, x, y, facet)
     call project_on_master(pair, facet, x, y, xi, gap)
     n = barycentric(xi)
+    depth = max(-gap, 0.0_wp)
     beyond = .false.
     do k = 1, 3
-      if (n(k) < -rim_tolerance .and. pair%neighbours(k, facet) == 0) beyond = .true.
+      if (n(k) >= -rim_tolerance .or. pair%neighbours(k, facet) /= 0) cycle
+      allowed = rim_tolerance + depth/altitude(corners(x, pair%facets(:, facet)), k)
+      if (n(k) < -allowed) beyond = .true.
     end do
   end function beyond_rim
+
+  !> Distance of a corner of a triangle from the opposite edge [length].
+  pure real(wp) function altitude(c, k)
+    real(wp), intent(in) :: c(3, 3) !! corners in columns [length]
+    integer, intent(in) :: k !! the corner
+    real(wp) :: edge(3), side(3)
+
+    edge = c(:, modulo(k + 1, 3) + 1) - c(:, modulo(k, 3) + 1)
+    side = c(:, k) - c(:, modulo(k, 3) + 1)
+    side = side - edge*dot_product(edge, side)/dot_product(edge, edge)
+    altitude = sqrt(dot_product(side, side))
+  end function altitude
 
   !> Looks for a facet under a point that has none; its start tip is the projection of its last
   !! converged position, so that the first touch has the right direction.

@@ -98,6 +98,7 @@ def belt(bench):
         return mu1*mu2/math.sqrt((mu2*c)**2 + (mu1*s)**2)
 
     mean = sum(local(math.pi*(i + 0.5)/1000) for i in range(1000))/1000
+    ratios = []
     for name, friction, mu in (
             ('Coulomb, mu = 0.3', '    FRICtion COULomb 0.3\n', 0.3),
             ('elliptical, lay (1, 0, 1)',
@@ -109,10 +110,13 @@ def belt(bench):
              mu1*mu2/math.hypot(mu2*math.cos(math.pi/6), mu1*math.sin(math.pi/6)))):
         tables = bench.run_text('belt', belt_deck(mesh, parts, friction))
         rows = tables.reactions('pulled')
+        ratios.append((math.exp(mu*math.pi), -rows[-1]['R2']))
         slipping = tables.contact('band')[-1]
         bench.compare(f'T2/T1, {name}', EXACT, math.exp(mu*math.pi), -rows[-1]['R2'], 0.02,
                       known=0.045 if bench.form in ('GTOS', 'GTOS +AUGM') else None)
         bench.compare(f'sticking nodes, {name}', EXACT, 0.0, slipping['stick'], 0.0, scale=1.0)
+    bench.picture('band_on_cylinder', ('exp(mu theta)', 'T2/T1', 'Capstan'), [
+        (bench.form, bench.mark(), *zip(*ratios)), ('exact', 'k-', (1.6, 2.7), (1.6, 2.7))])
     if bench.form in ('GTOS', 'GTOS +AUGM'):
         bench.remark(f'{bench.form}: the points of a flat slave facet lie on no circle; against the '
                      'edges of a flat drum they press unevenly, and T2/T1 is 4 % too large. SMOOth '

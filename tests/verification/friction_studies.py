@@ -14,11 +14,16 @@ def elliptical(mu1, mu2, angle):
 
 def wedge(bench):
     """NAFEMS CGS-4."""
-    slope, weight = 0.1, 10.0
+    slope, weight, found = 0.1, 10.0, []
     for mu in (0.0, 0.1, 0.2, 0.3):
         last = bench.run('wedge/wedge.inp', mu=mu).reactions('back')[-1]
+        found.append(last['R1']/weight)
         bench.compare(f'F/G, mu = {mu}', 'exact (NAFEMS CGS-4)', (slope + mu)/(1 - mu*slope),
                       last['R1']/weight, 1e-3)
+    mus = [k/100 for k in range(31)]
+    bench.picture('wedge', ('mu', 'F/G', 'Wedge (NAFEMS CGS-4)'), [
+        (bench.form, bench.mark(), (0.0, 0.1, 0.2, 0.3), found),
+        ('exact', 'k-', mus, [(slope + mu)/(1 - mu*slope) for mu in mus])])
 
 
 def dead_loads(bench):
@@ -129,6 +134,12 @@ def shear_lag(bench):
     bar = {'young': 1000.0, 'section': 0.04, 'q': 0.1*0.3*0.2}
     rows = bench.run('shear_lag_bar/shear_lag_bar.inp').reactions('pulled')
     pull = bar['q']*36/(2*bar['young']*bar['section'])
+    flexibility = 2*bar['young']*bar['section']*bar['q']
+    pulls = [k*rows[-1]['R1']/50 for k in range(51)]
+    bench.picture('shear_lag_bar', ('u', 'F', 'Bar on a flat base'), [
+        (bench.form, bench.mark(), [pull*max(row['time'] - 1, 0) for row in rows],
+         [row['R1'] for row in rows]),
+        ('bar', 'k-', [force**2/flexibility for force in pulls], pulls)])
     for row in rows[5::5]:
         u = pull*(row['time'] - 1)
         bench.compare(f'u, slip length {6*math.sqrt(row["time"] - 1):.3g} of 10', 'exact (bar)',
@@ -139,6 +150,10 @@ def raous(bench, n=32):
     """SSNV128."""
     points = ((0.0, 2.86e-5), (1.25, 2.72e-5), (5.0, 2.28e-5), (7.5, 1.98e-5), (11.25, 1.50e-5))
     sole = bench.run('raous_plate/raous_plate.inp', n=n).displacements()[-1]
+    bench.picture('raous_plate', ('x [mm]', 'u1 [m]', 'Raous plate (SSNV128)'), [
+        (f'{bench.form}, {n} cells', bench.mark() + '-', [40*k/n for k in range(n + 1)],
+         [sole[1 + k][0] for k in range(n + 1)]),
+        ('Code_Aster', 'k*', *zip(*points))])
     for x, reference in points:
         node = 1 + round(x/40*n)
         bench.compare(f'u1 at {x:g} mm, {n} cells', 'Code_Aster V6.04.128', reference,

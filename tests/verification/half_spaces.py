@@ -30,7 +30,8 @@ def graded(cell, inner, outer, growth):
         growth *= 1.02
         places.append(places[-1] + step)
     scale = outer/places[-1]
-    return places[:count + 1] + [x*(1 + (scale - 1)*(x - places[count])/(places[-1] - places[count]))
+    tail = places[-1] - places[count]
+    return places[:count + 1] + [x*(1 + (scale - 1)*(x - places[count])/tail)
                                  for x in places[count + 1:]]
 
 
@@ -109,8 +110,8 @@ def deck(pair, young, nu, form, mu, moves, tables, batch):
             f'CONTact\n  PAIR 1 caps\n    {side} above below\n    PENAlty {penalty}\n' +
             (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
             ''.join(f'    {option}\n' for option in options) +
-            f'\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n{batch}'
-            'END\nSTOP\n')
+            '\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n' +
+            batch + 'END\nSTOP\n')
 
 
 def boussinesq(x, y, z, shear, nu):

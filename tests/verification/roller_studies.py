@@ -84,7 +84,16 @@ def roller(bench):
         points[x] = load + f[2], area + shares[n]
     top, slope = straight_line([(x*x, (load/area)**2) for x, (load, area) in points.items()
                                 if x < 0.8*b])
+    ellipse = [k/100 for k in range(101)]
+    bench.picture('hertz_roller', ('x/b', 'p/p0', 'Roller on a block (NAFEMS)'), [
+        (bench.form, bench.mark(), [x/b for x in points if x < 2*b],
+         [load/area/p0 for x, (load, area) in points.items() if x < 2*b]),
+        ('Hertz', 'k-', ellipse, [math.sqrt(1 - x*x) for x in ellipse])])
     bench.compare('p0 of the computed force', 'exact (Hertz, NAFEMS)', p0, math.sqrt(top), 0.02)
     bench.compare('half-width b', 'exact (Hertz, NAFEMS)', b, math.sqrt(-top/slope), 0.02)
+    worst = max(abs(load/area - p0*math.sqrt(1 - (x/b)**2)) for x, (load, area) in points.items()
+                if x < 0.8*b)
+    bench.compare('pressure, worst node inside 0.8 b', 'exact (Hertz, NAFEMS)', 0.0, worst/p0, 0.05,
+                  scale=1.0)
     bench.remark(f'force {force:.0f} N/mm (NAFEMS: 35000); facets of {fine/b:.3f} b, '
                  f'{max(x for x, _, _ in mesh.nodes):.0f} mm of the roller to each side')

@@ -156,7 +156,7 @@ def mindlin_rows(bench, size, form, known):
 
 def mindlin(bench):
     """Tangential displacement and radius of the stick zone while a tangential force grows."""
-    known = {0.3: (0.22, 0.15), 0.15: (0.12, 0.06), 0.1: (0.06, 0.06)}
+    known = {0.3: (0.22, 0.15), 0.15: (0.12, 0.06), 0.12: (0.07, 0.06)}
     sizes, curves, profile = tuple(known), [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]

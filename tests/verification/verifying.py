@@ -14,6 +14,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 REACTIONS = 'step time set R1 R2 R3'.split()
 CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
             'max_elastic_slip max_criterion').split()
+MARKS = {'NTOS': 'o', 'GTOS': 's', 'NTOS +AUGM': '+', 'GTOS +AUGM': 'x', 'NTOS +SMOO': '^',
+         'GTOS +SMOO': 'v'}
 
 
 class Trouble(Exception):
@@ -89,8 +91,20 @@ class Bench:
         return error
 
     def picture(self, name, axes, curves, logarithmic=False):
-        """A figure: axes (x, y, title), curves (label, style of matplotlib, xs, ys)."""
-        self.figures.append((name, axes, curves, logarithmic))
+        """A figure: axes (x, y, title), curves (label, style of matplotlib, xs, ys).
+
+        A second one of the same name, for instance of another form, adds what is new to the first.
+        """
+        for other, _, there, _ in self.figures:
+            if other == name:
+                labels = [curve[0] for curve in there]
+                there += [curve for curve in curves if curve[0] not in labels]
+                return
+        self.figures.append((name, axes, list(curves), logarithmic))
+
+    def mark(self):
+        """Style of the points of the form that is studied."""
+        return MARKS.get(self.form, 'D')
 
     def remark(self, text):
         """A line below the table."""
