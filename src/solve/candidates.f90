@@ -179,7 +179,7 @@ contains
     logical :: before(size(candidate))
     integer :: f
 
-    allocate (before(size(candidate)), source=candidate)
+    before = candidate
     do f = 1, size(facets, 2)
       if (any(before(facets(:, f)))) candidate(facets(:, f)) = .true.
     end do

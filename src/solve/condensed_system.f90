@@ -232,7 +232,7 @@ contains
     integer :: k, a, i, outcome
 
     associate (condensed => system%condensed, list => system%contact)
-      allocate (before(size(condensed%candidate)), source=condensed%candidate)
+      before = condensed%candidate
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
