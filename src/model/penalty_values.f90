@@ -44,7 +44,7 @@ contains
       if (.not. found) return
       pair%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
-    if (side%elements == 0 .or. size(pair%epsilon) == 0) return
+    if (side%elements == 0 .or. size(pair%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
     pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
     pair%cell = side%h
   end subroutine set_penalties

@@ -132,8 +132,10 @@ contains
     real(wp), allocatable :: right(:), left(:)
     integer :: i
 
-    right = [(b(body%direction(i), body%node(i)), i=1, size(body%node))]
-    allocate (left(size(right)), source=0.0_wp)
+    allocate (right(size(body%node)), left(size(body%node)), source=0.0_wp)
+    do i = 1, size(right)
+      right(i) = b(body%direction(i), body%node(i))
+    end do
     call solve_symmetric(body%solver, right, left, costs, outcome)
     do i = 1, size(left)
       x(body%direction(i), body%node(i)) = left(i)

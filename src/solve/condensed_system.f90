@@ -41,7 +41,9 @@ contains
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
       end if
       call list_facets(model, condensed%facets)
-      if (.not. allocated(condensed%kept)) condensed%kept = system%contact_force
+      ! A restart does not know the forces of the solver before; neither does a change of solver.
+      if (.not. allocated(condensed%kept)) allocate (condensed%kept(3, model%mesh%nodes), &
+        source=0.0_wp)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
       call condense_all(system, spread(.true., 1, system%bodies), outcome)
       if (outcome == solver_done) call find_influence(model, system, outcome)
