@@ -89,6 +89,7 @@ module contact_types
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
+    logical, allocatable :: at_end(:) !! (corners) the rim turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment

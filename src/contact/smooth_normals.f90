@@ -1,7 +1,7 @@
 !> Smooth masters: normals at the corners of their facets, and the curved patches that these give
 !! (doc/theory, "Smooth surfaces").
 module smooth_normals
-  use kinds, only: wp
+  use kinds, only: wp, pi
   use vectors, only: cross
   use contact_types, only: pair_t
   use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
@@ -13,6 +13,8 @@ module smooth_normals
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
   real(wp), parameter :: sharp_cosine = 0.866024_wp
+  !> Where the facets of a corner at the rim fill less than this angle, the rim turns.
+  real(wp), parameter :: end_angle = 0.75_wp*pi
   !> Most by which the normal at a rim is tilted.
   real(wp), parameter :: most_tilt = 0.3_wp
   !> Directions in which the edges around a corner say less than this share are left alone.
@@ -23,7 +25,7 @@ contains
   !> Sharp edges of the master, and the corners of its facets that share a normal: those that are
   !! around one node without a sharp edge between them.
   subroutine find_corners(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, patch
+    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, at_end, patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, n, facets
     logical :: rim
@@ -51,6 +53,7 @@ contains
       end do
     end do
     pair%at_rim = pair%at_rim(1:n)
+    pair%at_end = pair%at_rim .and. angles_at(pair, x) < end_angle
     allocate (pair%patch(n_patch_values, facets))
     call renew_patches(pair, x)
   end subroutine find_corners
@@ -104,12 +107,40 @@ contains
     end do
   end subroutine renew_patches
 
+  !> Angle of one corner of a facet.
+  pure real(wp) function angle_at(y, k) result(angle)
+    real(wp), intent(in) :: y(3, 3) !! corners [length]
+    integer, intent(in) :: k !! which corner
+    real(wp) :: a(3), b(3)
+
+    a = y(:, mod(k, 3) + 1) - y(:, k)
+    b = y(:, mod(k + 1, 3) + 1) - y(:, k)
+    angle = atan2(norm2(cross(a, b)), dot_product(a, b))
+  end function angle_at
+
+  !> Sum of the angles that the facets have at each corner.
+  pure function angles_at(pair, x) result(angles)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: angles(size(pair%at_rim))
+    integer :: f, k
+
+    angles = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        associate (angle => angles(pair%corner(k, f)))
+          angle = angle + angle_at(x(:, pair%facets(:, f)), k)
+        end associate
+      end do
+    end do
+  end function angles_at
+
   !> Normals at the corners: those of the facets around, weighted with the angles there.
   pure subroutine average_normals(pair, x, normal)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: normal(:, :) !! (3, corners) unit normals
-    real(wp) :: y(3, 3), n(3), a(3), b(3)
+    real(wp) :: y(3, 3), n(3)
     integer :: f, k
 
     normal = 0.0_wp
@@ -117,10 +148,8 @@ contains
       y = corners(x, pair%facets(:, f))
       n = facet_normal(y)
       do k = 1, 3
-        a = y(:, mod(k, 3) + 1) - y(:, k)
-        b = y(:, mod(k + 1, 3) + 1) - y(:, k)
         associate (m => normal(:, pair%corner(k, f)))
-          m = m + atan2(norm2(cross(a, b)), dot_product(a, b))*n
+          m = m + angle_at(y, k)*n
         end associate
       end do
     end do
@@ -158,7 +187,8 @@ contains
   end subroutine tilt_at_rim
 
   !> Adds what an edge with the unit vector d wants of the tilt t of the normal at its end on the
-  !! rim: d . (n + t) = -d . n of the other end.
+  !! rim: d . (n + t) = -d . n of the other end. That end lies within; where the rim turns, it may
+  !! also lie on the rim: along the rim normals are right.
   pure subroutine want_curvature(pair, x, normal, f, here, there, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -173,7 +203,8 @@ contains
 
     i = pair%corner(here, f)
     j = pair%corner(there, f)
-    if (pair%at_rim(j) .or. .not. pair%at_rim(i)) return
+    if (.not. pair%at_rim(i)) return
+    if (pair%at_end(j) .or. (pair%at_rim(j) .and. .not. pair%at_end(i))) return
     way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
     way = way/norm2(way)
     w = matmul(way, tangents(normal(:, i)))
