@@ -12,7 +12,7 @@ module condensed_bodies
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    equilibrium, gather_compliance, apply_compliance, free_condensed
+    find_equilibrium, gather_compliance, apply_compliance, free_condensed
 
 contains
 
@@ -135,9 +135,9 @@ contains
   end subroutine load_candidates
 
   !> Displacements of all candidates in equilibrium with the forces of the iterate.
-  function equilibrium(condensed) result(u)
+  subroutine find_equilibrium(condensed, u)
     type(condensed_t), intent(in) :: condensed !! loaded and force given
-    real(wp), allocatable :: u(:)
+    real(wp), intent(out) :: u(:) !! (n) [length]
     integer :: b, j
 
     u = condensed%loaded
@@ -150,7 +150,7 @@ contains
         end do
       end associate
     end do
-  end function equilibrium
+  end subroutine find_equilibrium
 
   !> Compliance of the live candidates of each body.
   subroutine gather_compliance(condensed)

@@ -11,7 +11,7 @@ module condensed_direction
   use system_types, only: system_t
   implicit none
   private
-  public :: find_condensed_direction, next_condensed_length, defect_energy
+  public :: find_condensed_direction, respond, next_condensed_length, defect_energy
 
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12

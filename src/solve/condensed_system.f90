@@ -11,7 +11,7 @@ module condensed_system
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, solve_all, number_candidates, &
-    load_candidates, equilibrium, gather_compliance, free_condensed
+    load_candidates, find_equilibrium, gather_compliance, free_condensed
   use candidates, only: load_patterns, foresee_candidates, add_ring
   use system_types, only: system_t, state_t
   implicit none
@@ -80,12 +80,12 @@ contains
   !! state under the new loads. Other nodes are carried along.
   subroutine place_starts(system)
     type(system_t), intent(inout) :: system !! left and carried given; both are completed
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     where (system%condensed%place == 0) system%left = system%carried
     call restore_forces(system%condensed)
-    u = equilibrium(system%condensed)
+    call find_equilibrium(system%condensed, u)
     do i = 1, system%condensed%n
       system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
     end do
@@ -104,11 +104,11 @@ contains
   !> How far u is from equilibrium with the forces of the iterate.
   subroutine find_defects(system)
     type(system_t), intent(inout) :: system !! u given; gets defect
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
-      u = equilibrium(condensed)
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
       end do
@@ -155,11 +155,11 @@ contains
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
-      u = equilibrium(condensed)
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         if (condensed%live_place(i) > 0) cycle
         system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%defect(i)
@@ -176,6 +176,7 @@ contains
 
     call extend_candidates(system)
     associate (condensed => system%condensed, list => system%contact)
+      allocate (live(condensed%n))
       live = abs(condensed%force) > 0.0_wp
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
@@ -226,7 +227,7 @@ contains
   !> Condenses anew the bodies of which contact has reached nodes that are not candidates.
   subroutine extend_candidates(system)
     type(system_t), intent(inout) :: system !! condensed may grow
-    logical, allocatable :: wanted(:), before(:)
+    logical :: before(size(system%node_body)), wanted(system%bodies)
     real(wp), allocatable :: force(:, :), u(:)
     integer :: k, a, i, outcome
 
@@ -243,7 +244,7 @@ contains
       call add_ring(condensed%facets, condensed%candidate)
       call add_ring(condensed%facets, condensed%candidate)
       where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
-      wanted = spread(.false., 1, system%bodies)
+      wanted = .false.
       do i = 1, size(before)
         if (before(i) .neqv. condensed%candidate(i)) wanted(system%node_body(i)) = .true.
       end do
@@ -259,7 +260,8 @@ contains
         condensed%force(i) = force(condensed%direction(i), condensed%node(i))
       end do
       call load_candidates(condensed)
-      u = equilibrium(condensed)
+      allocate (u(condensed%n))
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         if (before(condensed%node(i))) then
           condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))

@@ -103,12 +103,10 @@ contains
     tangent%rank = 0
     do e = 1, tangent%elements
       weight = 0.0_wp
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
+      associate (n => tangent%rank, dofs => tangent%dofs(:, tangent%element(e)))
         do i = 1, max_dofs
           if (dofs(i) > 0) weight(i) = root(dofs(i))
         end do
-      end associate
-      associate (n => tangent%rank)
         call peel(tangent%s(:, :, tangent%element(e)), weight, negligible, &
           tangent%u(:, n + 1:n + most_columns), tangent%v(:, n + 1:n + most_columns), rank)
         tangent%owner(n + 1:n + rank) = tangent%element(e)

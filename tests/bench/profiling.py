@@ -10,7 +10,11 @@ import measure
 
 # The first pattern that fits a symbol or its library counts.
 KINDS = (
-    ('dense kernels (OpenBLAS)', r'openblas'),
+    ('dense kernels bound by arithmetic (gemm, trsm, ...)',
+     r'openblas.*(gemm|trsm|syrk|trmm|symm|potr|getr|copy)'),
+    ('dense kernels bound by memory (gemv, symv, axpy, ...)',
+     r'openblas.*(gemv|symv|trsv|trmv|axpy|dot|scal|swap|ger|nrm)'),
+    ('dense kernels without a name (OpenBLAS)', r'openblas'),
     ('ordering (METIS, AMD, COLAMD)', r'metis|libamd|libcolamd|libcamd|libccolamd'),
     ('UMFPACK, beside its kernels', r'umfpack|umf'),
     ('CHOLMOD, beside its kernels', r'cholmod'),
@@ -35,14 +39,17 @@ def kind_of(library, symbol):
 
 def shares(lines):
     """Sums of `percent library symbol` rows by kind, and the rows themselves."""
-    kinds, rows = {}, []
+    kinds, rows = {}, {}
     for line in lines:
         found = re.match(r'\s*([\d.]+)%\s+(\S+)\s+(?:\[[.k]\]\s+)?(\S+)', line)
         if found:
             share, library, symbol = float(found.group(1)), found.group(2), found.group(3)
+            if symbol.startswith('0x'):
+                symbol = '(no name)'
             kinds[kind_of(library, symbol)] = kinds.get(kind_of(library, symbol), 0.0) + share
-            rows.append((share, library, symbol))
-    return dict(sorted(kinds.items(), key=lambda item: -item[1])), sorted(rows, reverse=True)
+            rows[library, symbol] = rows.get((library, symbol), 0.0) + share
+    kinds = dict(sorted(kinds.items(), key=lambda item: -item[1]))
+    return kinds, sorted(((p, *names) for names, p in rows.items()), reverse=True)
 
 
 def tool():
