@@ -134,7 +134,7 @@ contains
     end associate
   end subroutine find_defects
 
-  !> The forces that would hold the defects of the live candidates, each by itself.
+  !> The forces that would hold the defects, each by itself.
   subroutine measure_defects(condensed)
     type(condensed_t), intent(inout) :: condensed !! gets defect_norm
     integer :: b, i
@@ -143,7 +143,6 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         do i = 1, body%m
-          if (condensed%live_place(body%first + i) == 0) cycle
           condensed%defect_norm = hypot(condensed%defect_norm, &
             condensed%defect(body%first + i)/body%compliance(i, i))
         end do
