@@ -92,8 +92,8 @@ def write_other(scene, folder, mode, limit):
         stream.write(calculix.deck(scene, *CCX_MODES[mode], limit))
 
 
-def perform(job, programs, store, seconds):
-    """Runs a job, or takes what is kept of it."""
+def perform(job, programs, store, seconds, run=True):
+    """Takes what is kept of a job, else runs it (or returns None, if it is not to be run)."""
     scene = MAKERS[job.scene](job.size)
     if job.of_calculix():
         command, program = [programs.other, 'run'], programs.other
@@ -109,7 +109,7 @@ def perform(job, programs, store, seconds):
     key = measure.digest(programs.digests[program], ' '.join(command[1:]), text, int(seconds),
                          mesh.nodes.tobytes(), mesh.elements.tobytes())
     result = store.get(key)
-    if result is None:
+    if result is None and run:
         if job.of_calculix():
             result = measure.repeat(
                 command, lambda folder: write_other(scene, folder, job.mode, job.limit), seconds,
