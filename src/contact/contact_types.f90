@@ -81,13 +81,15 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    real(wp) :: relative = 0.0_wp !! AUGMent: epsilon over E/h A, 0 if unknown
+    real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
+    real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
     real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
+    logical, allocatable :: at_end(:) !! (corners) the rim turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment

@@ -7,7 +7,7 @@ module saved_states
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_system, only: couple_as_saved
-  use condensed_system, only: free_condensed
+  use condensed_bodies, only: free_condensed
   use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t
   use results_state, only: save_state
@@ -94,7 +94,7 @@ contains
 
     if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
-        system%condensed%kept = 0.0_wp
+        if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
