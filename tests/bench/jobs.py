@@ -60,6 +60,7 @@ class Programs:
     def versions(self):
         """Name and version of the programs, one line each."""
         lines = self.said('--version').strip().split('\n')
+        lines[0] += f' (digest of the program {self.digests[self.own][:10]})'
         if self.other:
             said = subprocess.run([self.other, '-v'], capture_output=True, text=True, check=False)
             lines.append('CalculiX ' + ''.join(re.findall(r'Version (\S+)', said.stdout)))
@@ -179,7 +180,7 @@ def full_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else []) + (
         [bare.MODE] if programs.bare else [])
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes
-             if n < 32 or not mode.startswith('N2S')]
+             if n < 32 or mode != 'N2S default']
     if 'REDU' in solvers:
         jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15, 25, 30)]
     else:
