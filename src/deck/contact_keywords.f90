@@ -14,7 +14,7 @@ contains
     call add_command(t, table_mesh, 'CONTact', '', 'contact pairs')
     call add_word(t, 'PAIR', 'p:number [w:name]', 'starts a pair')
     call add_word(t, 'NTOS', 'w:slave w:master', 'nodes of a set or surface against a surface')
-    call add_word(t, 'GTOS', 'w:slave w:master [p:points]', &
+    call add_word(t, 'GTOS', 'w:slave w:master SEGMent | w:slave w:master [p:points]', &
                   'quadrature points of the facets of a surface against a surface')
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
                   'per slave point, per area, or from the stiffness')
