@@ -71,14 +71,18 @@ contains
     logical, intent(in) :: counts(:) !! (points) they count
     real(wp), intent(in) :: value(:, :) !! (3, points) their values
     type(linear_field_t), intent(out) :: field !! the field
-    real(wp) :: xi(2, size(cells))
-    integer :: p, list(count(counts))
+    real(wp) :: xi(2, size(cells)), area(size(cells)), counted(3, size(cells))
+    integer :: p, n
 
+    n = 0
     do p = 1, size(cells)
-      xi(:, p) = cells(p)%weight(1:2)
+      if (.not. counts(p)) cycle
+      n = n + 1
+      xi(:, n) = cells(p)%weight(1:2)
+      area(n) = cells(p)%area
+      counted(:, n) = value(:, p)
     end do
-    list = pack([(p, p=1, size(cells))], counts)
-    call fit_field(xi(:, list), cells(list)%area, value(:, list), field)
+    call fit_field(xi(:, :n), area(:n), counted(:, :n), field)
   end subroutine fit_closed
 
   !> Position of a point of a cell.

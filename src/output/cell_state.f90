@@ -38,18 +38,20 @@ contains
     type(cell_t), intent(in) :: cells(:) !! (points) the cells
     integer, intent(in) :: slot !! place of the state in the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: weight(3, size(cells)), place(2, size(cells))
-    integer :: p
+    real(wp) :: weight(3, size(cells)), place(2, size(cells)), area(size(cells))
+    integer :: slave(size(cells)), p
 
     do p = 1, size(cells)
+      slave(p) = cells(p)%slave
+      area(p) = cells(p)%area
       weight(:, p) = cells(p)%weight
       place(:, p) = cells(p)%place
     end do
-    call write_block(file, group//'/slave', cells%slave, slot, error)
+    call write_block(file, group//'/slave', slave, slot, error)
     if (allocated(error)) return
     call write_block(file, group//'/weight', weight, slot, error)
     if (allocated(error)) return
-    call write_block(file, group//'/area', cells%area, slot, error)
+    call write_block(file, group//'/area', area, slot, error)
     if (allocated(error)) return
     call write_block(file, group//'/place', place, slot, error)
   end subroutine write_cells
