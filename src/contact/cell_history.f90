@@ -4,7 +4,7 @@ module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
   use facet_geometry, only: project_on_facet, facet_frame, barycentric, unfold
-  use linear_fields, only: linear_field_t, fit_field, field_at
+  use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
   public :: fit_slip, fit_multipliers, place_tip, multiplier_at
@@ -124,7 +124,7 @@ contains
     associate (corners => x(:, pair%facets(:, path(n))))
       call project_on_facet(corners, position(pair, cell, x), tip, gap)
       slip = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
-                    field_at(field, cell%weight(1:2)))
+                    bounded_field_at(field, cell%weight(1:2)))
       call project_on_facet(corners, corners(:, 3) + slip, way, gap)
       tip = tip - way
     end associate

@@ -8,7 +8,7 @@ module contact_points
   use facet_quadrature, only: make_rule
   implicit none
   private
-  public :: count_points, point_position, point_text, make_node_points, &
+  public :: count_points, used_points, point_position, point_text, make_node_points, &
     make_facet_points, coupling, most_coupled, coupled_nodes
 
 contains
@@ -19,6 +19,14 @@ contains
 
     n = size(pair%point_nodes, 2)
   end function count_points
+
+  !> Number of points in use, without further slots.
+  pure integer function used_points(pair) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    n = count_points(pair)/pair%slots
+    if (pair%segmented) n = count(pair%cell%slave > 0)
+  end function used_points
 
   !> x_S = sum M_b x_b.
   pure function point_position(pair, p, x) result(y)

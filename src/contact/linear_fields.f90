@@ -3,7 +3,7 @@ module linear_fields
   use kinds, only: wp
   implicit none
   private
-  public :: linear_field_t, fit_field, field_at
+  public :: linear_field_t, fit_field, field_at, bounded_field_at
 
   !> Points that lie closer to a line than this share of their extent give no slope.
   real(wp), parameter :: flat = 1.0e-6_wp
@@ -51,13 +51,21 @@ contains
     field%slope(:, 2) = (right(:, 2)*a(1, 1) - right(:, 1)*a(1, 2))/det
   end subroutine fit_field
 
-  !> The field at a point, within the range of the values it was fitted to.
+  !> The field at a point.
   pure function field_at(field, xi) result(value)
     type(linear_field_t), intent(in) :: field !! the field
     real(wp), intent(in) :: xi(2) !! where
     real(wp) :: value(size(field%mean))
 
     value = field%mean + matmul(field%slope, xi - field%center)
-    value = min(field%high, max(field%low, value))
   end function field_at
+
+  !> The field at a point, within the range of the values it was fitted to.
+  pure function bounded_field_at(field, xi) result(value)
+    type(linear_field_t), intent(in) :: field !! the field
+    real(wp), intent(in) :: xi(2) !! where
+    real(wp) :: value(size(field%mean))
+
+    value = min(field%high, max(field%low, field_at(field, xi)))
+  end function bounded_field_at
 end module linear_fields

@@ -251,6 +251,7 @@ contains
     if (pair%n_slaves > 1) point_noun = 'point'
     call set_penalties(model, pair, found)
     if (found) then
+      if (pair%segmented) return
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
         to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
