@@ -81,7 +81,7 @@ contains
       if (status /= 0) exit
       if (index(line, name) /= 1) cycle
       read (line(len(name) + 1:), *, iostat=status) bytes
-      bytes = kilobyte*bytes
+      if (status == 0) bytes = kilobyte*bytes
       exit
     end do
     close (unit)
@@ -99,6 +99,7 @@ contains
     read (unit, '(a)', iostat=status) line
     if (status == 0 .and. verify(trim(line), '0123456789') == 0 .and. len_trim(line) > 0) then
       read (line, *, iostat=status) number
+      if (status /= 0) number = -1.0_wp
     end if
     close (unit)
   end function number_in

@@ -55,12 +55,12 @@ contains
     end if
     points = room_for(pair, x)
     deallocate (pair%point_nodes, pair%point_weights, pair%area)
-    allocate (pair%cell(points), pair%old_cell(points))
+    allocate (pair%cells(points), pair%old_cells(points))
     allocate (pair%point_nodes(3, points), pair%point_weights(3, points), pair%area(points))
     if (allocated(pair%epsilon)) deallocate (pair%epsilon)
     allocate (pair%epsilon(points), source=0.0_wp)
     do f = 1, size(pair%slave_facets, 2)
-      pair%cell(f)%slave = f
+      pair%cells(f)%slave = f
     end do
     call show_cells(pair)
   end subroutine prepare_cells
@@ -103,8 +103,8 @@ contains
   pure subroutine clear_cells(pair)
     type(pair_t), intent(inout) :: pair !! gets cell, old_cell, new, old
 
-    pair%cell = cell_t()
-    pair%old_cell = cell_t()
+    pair%cells = cell_t()
+    pair%old_cells = cell_t()
     pair%new = contact_point_t()
     pair%old = contact_point_t()
   end subroutine clear_cells
@@ -114,8 +114,8 @@ contains
     type(pair_t), intent(inout) :: pair !! cell given
     integer :: p
 
-    do p = 1, size(pair%cell)
-      associate (cell => pair%cell(p))
+    do p = 1, size(pair%cells)
+      associate (cell => pair%cells(p))
         pair%point_nodes(:, p) = pair%slave_facets(:, max(1, cell%slave))
         pair%point_weights(:, p) = cell%weight
         pair%area(p) = cell%area
@@ -129,7 +129,7 @@ contains
     type(pair_t), intent(inout) :: pair !! old and old_cell become new and cell
 
     pair%new = pair%old
-    pair%cell = pair%old_cell
+    pair%cells = pair%old_cells
     call show_cells(pair)
   end subroutine begin_cells
 
@@ -149,7 +149,7 @@ contains
 
     if (count_points(pair) == 0) return
     call fit_tree(pair%tree, pair%facets, x)
-    cells = pair%cell
+    cells = pair%cells
     points = pair%new
     allocate (fresh%near(size(pair%facets, 2)))
     allocate (fresh%cell(cell_points*(size(pair%facets, 2) + 1)), &
@@ -166,11 +166,11 @@ contains
       stays = stays .and. last - first < room
       if (stays) then
         fresh%n = last - first + 1
-        pair%cell(n + 1:n + fresh%n) = cells(first:last)
+        pair%cells(n + 1:n + fresh%n) = cells(first:last)
         pair%new(n + 1:n + fresh%n) = points(first:last)
       else
         call fit_in(room, fresh)
-        pair%cell(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
+        pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
         if (tolerance > 0.0_wp) pair%moves(f) = pair%moves(f) + 1
         changes = changes + fresh%n
@@ -178,7 +178,7 @@ contains
       n = n + fresh%n
       first = last + 1
     end do
-    pair%cell(n + 1:) = cell_t()
+    pair%cells(n + 1:) = cell_t()
     pair%new(n + 1:) = contact_point_t()
     call show_cells(pair)
   end subroutine follow_cells
@@ -323,10 +323,10 @@ contains
     integer :: first, last, p
     real(wp) :: area
 
-    first = findloc(pair%old_cell%slave, f, 1)
+    first = findloc(pair%old_cells%slave, f, 1)
     if (first == 0) first = 1
-    last = last_of(pair%old_cell, first, f)
-    call fit_slip(pair, f, pair%old_cell(first:last), pair%old(first:last), x_old, slip)
+    last = last_of(pair%old_cells, first, f)
+    call fit_slip(pair, f, pair%old_cells(first:last), pair%old(first:last), x_old, slip)
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)
     area = sum(fresh%cell(:fresh%n)%area)
     do p = 1, fresh%n
@@ -361,6 +361,6 @@ contains
       end associate
     end do
     pair%old = pair%new
-    pair%old_cell = pair%cell
+    pair%old_cells = pair%cells
   end subroutine settle_cells
 end module contact_cells

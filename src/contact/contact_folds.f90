@@ -10,7 +10,7 @@ module contact_folds
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
   use smooth_normals, only: project_on_master
-  use facet_geometry, only: barycentric, facet_normal, is_fold
+  use facet_geometry, only: corners, barycentric, facet_normal, is_fold
   use facet_tree, only: facets_near
   implicit none
   private
@@ -128,8 +128,9 @@ contains
       other = slot*n + mod(p - 1, n) + 1
       if (other == p) cycle
       if (pair%new(other)%host == 0) cycle
-      taken = pair%new(other)%host == facet .or. dot_product(facet_normal(x(:, pair%facets(:, &
-        facet))), facet_normal(x(:, pair%facets(:, pair%new(other)%host)))) > same_face
+      taken = pair%new(other)%host == facet .or. &
+        dot_product(facet_normal(corners(x, pair%facets(:, facet))), &
+        facet_normal(corners(x, pair%facets(:, pair%new(other)%host)))) > same_face
       if (taken) return
     end do
   end function is_taken

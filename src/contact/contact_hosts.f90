@@ -13,7 +13,7 @@ module contact_hosts
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: unfold, unfold_vector, barycentric, kink_sine, facet_size
+  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -78,7 +78,7 @@ contains
 
     h = 0.0_wp
     do f = 1, size(pair%facets, 2)
-      h = max(h, facet_size(x(:, pair%facets(:, f))))
+      h = max(h, facet_size(corners(x, pair%facets(:, f))))
     end do
   end function longest_facet
 
@@ -237,7 +237,7 @@ contains
 
     d = point_parameters(pair, p, point%host)
     e%xl(:, 1) = point_position(pair, p, x)
-    e%xl(:, 2:4) = x(:, pair%facets(:, point%host))
+    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
     call element_routine(pair_routine(pair), task_residual, d, e)
@@ -281,7 +281,7 @@ contains
     integer, intent(in) :: host !! a facet
     integer, intent(in) :: across !! its neighbour
 
-    kink = kink_sine(x(:, pair%facets(:, host)), x(:, pair%facets(:, across)))
+    kink = kink_sine(corners(x, pair%facets(:, host)), corners(x, pair%facets(:, across)))
     if (is_smooth(pair, host, across)) kink = left_by_patches*kink
   end function kink
 

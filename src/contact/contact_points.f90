@@ -25,7 +25,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     n = count_points(pair)/pair%slots
-    if (pair%segmented) n = count(pair%cell%slave > 0)
+    if (pair%segmented) n = count(pair%cells%slave > 0)
   end function used_points
 
   !> x_S = sum M_b x_b.
@@ -54,7 +54,7 @@ contains
     integer, intent(in) :: host !! its facet
 
     coupling = host
-    if (pair%segmented) coupling = host + (pair%cell(p)%slave - 1)*size(pair%facets, 2)
+    if (pair%segmented) coupling = host + (pair%cells(p)%slave - 1)*size(pair%facets, 2)
   end function coupling
 
   !> The largest of these numbers.

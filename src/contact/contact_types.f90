@@ -93,15 +93,17 @@ module contact_types
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) if segmented: their corners
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
     real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
-    type(cell_t), allocatable :: old_cell(:) !! (points) if segmented: where `old` is
-    type(cell_t), allocatable :: cell(:) !! (points) if segmented: where `new` is
-    real(wp) :: relative = 0.0_wp !! AUGMent: epsilon over E/h A, 0 if unknown
+    type(cell_t), allocatable :: old_cells(:) !! (points) if segmented: where `old` is
+    type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
+    real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
+    real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
     real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
+    logical, allocatable :: at_end(:) !! (corners) the rim turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment

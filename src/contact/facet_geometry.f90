@@ -4,8 +4,8 @@ module facet_geometry
   use vectors, only: cross
   implicit none
   private
-  public :: project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, facet_size, &
-    facet_normal, facet_frame, unfold_vector, is_fold
+  public :: corners, project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, &
+    facet_size, facet_normal, facet_frame, unfold_vector, is_fold
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
@@ -29,6 +29,18 @@ contains
     gap = dot_product(z, n)
     xi = [dot_product(cross(a2, n), z), dot_product(cross(n, a1), z)]/size_n
   end subroutine project_on_facet
+
+  !> Positions of the corners of a facet; x(:, nodes) as an argument would be copied to the heap.
+  pure function corners(x, nodes) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: nodes(3) !! corner nodes
+    real(wp) :: y(3, 3)
+    integer :: k
+
+    do k = 1, 3
+      y(:, k) = x(:, nodes(k))
+    end do
+  end function corners
 
   !> The three shape functions at (xi, eta).
   pure function barycentric(xi) result(n)

@@ -4,7 +4,7 @@
 !! fitted anew, n. A query visits about log n boxes.
 module facet_tree
   use kinds, only: wp
-  use facet_geometry, only: distance_to_facet, project_on_facet
+  use facet_geometry, only: corners, distance_to_facet, project_on_facet
   implicit none
   private
   public :: facet_tree_t, build_tree, fit_tree, nearest_facet, facets_near
@@ -165,9 +165,9 @@ contains
         n = n + 2
       else
         do k = tree%first(b), tree%first(b) + tree%n(b) - 1
-          d = distance_to_facet(x(:, facets(:, tree%order(k))), y)
+          d = distance_to_facet(corners(x, facets(:, tree%order(k))), y)
           if (d > distance*(1.0_wp + same_distance)) cycle
-          call project_on_facet(x(:, facets(:, tree%order(k))), y, xi, gap)
+          call project_on_facet(corners(x, facets(:, tree%order(k))), y, xi, gap)
           if (d >= distance*(1.0_wp - same_distance)) then
             if (gap < highest - same_distance*d) cycle
             if (gap <= highest + same_distance*d .and. tree%order(k) > facet) cycle

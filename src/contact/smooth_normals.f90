@@ -1,10 +1,10 @@
 !> Smooth masters: normals at the corners of their facets, and the curved patches that these give
 !! (doc/theory, "Smooth surfaces").
 module smooth_normals
-  use kinds, only: wp
+  use kinds, only: wp, pi
   use vectors, only: cross
   use contact_types, only: pair_t
-  use facet_geometry, only: facet_normal, facet_size, project_on_facet
+  use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
   implicit none
@@ -13,19 +13,19 @@ module smooth_normals
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
   real(wp), parameter :: sharp_cosine = 0.866024_wp
+  !> Where the facets of a corner at the rim fill less than this angle, the rim turns.
+  real(wp), parameter :: end_angle = 0.75_wp*pi
   !> Most by which the normal at a rim is tilted.
   real(wp), parameter :: most_tilt = 0.3_wp
   !> Directions in which the edges around a corner say less than this share are left alone.
   real(wp), parameter :: least_share = 0.05_wp
-  !> Weight of an edge whose other end lies at a rim, too.
-  real(wp), parameter :: weight_at_rim = 1.0e-6_wp
 
 contains
 
   !> Sharp edges of the master, and the corners of its facets that share a normal: those that are
   !! around one node without a sharp edge between them.
   subroutine find_corners(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, patch
+    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, at_end, patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, n, facets
     logical :: rim
@@ -35,8 +35,8 @@ contains
     do f = 1, facets
       do k = 1, 3
         if (pair%neighbours(k, f) == 0) cycle
-        pair%sharp(k, f) = dot_product(facet_normal(x(:, pair%facets(:, f))), facet_normal( &
-          x(:, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
+        pair%sharp(k, f) = dot_product(facet_normal(corners(x, pair%facets(:, f))), facet_normal( &
+          corners(x, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
       end do
     end do
     pair%corner = spread([0, 0, 0], 2, facets)
@@ -53,6 +53,7 @@ contains
       end do
     end do
     pair%at_rim = pair%at_rim(1:n)
+    pair%at_end = pair%at_rim .and. angles_at(pair, x) < end_angle
     allocate (pair%patch(n_patch_values, facets))
     call renew_patches(pair, x)
   end subroutine find_corners
@@ -101,28 +102,54 @@ contains
     call average_normals(pair, x, normal)
     if (any(pair%at_rim)) call tilt_at_rim(pair, x, normal)
     do f = 1, size(pair%facets, 2)
-      pair%patch(:, f) = patch_values(patch_of(x(:, pair%facets(:, f)), &
+      pair%patch(:, f) = patch_values(patch_of(corners(x, pair%facets(:, f)), &
                                                normal(:, pair%corner(:, f))))
     end do
   end subroutine renew_patches
+
+  !> Angle of one corner of a facet.
+  pure real(wp) function angle_at(y, k) result(angle)
+    real(wp), intent(in) :: y(3, 3) !! corners [length]
+    integer, intent(in) :: k !! which corner
+    real(wp) :: a(3), b(3)
+
+    a = y(:, mod(k, 3) + 1) - y(:, k)
+    b = y(:, mod(k + 1, 3) + 1) - y(:, k)
+    angle = atan2(norm2(cross(a, b)), dot_product(a, b))
+  end function angle_at
+
+  !> Sum of the angles that the facets have at each corner.
+  pure function angles_at(pair, x) result(angles)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: angles(size(pair%at_rim))
+    integer :: f, k
+
+    angles = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        associate (angle => angles(pair%corner(k, f)))
+          angle = angle + angle_at(x(:, pair%facets(:, f)), k)
+        end associate
+      end do
+    end do
+  end function angles_at
 
   !> Normals at the corners: those of the facets around, weighted with the angles there.
   pure subroutine average_normals(pair, x, normal)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: normal(:, :) !! (3, corners) unit normals
-    real(wp) :: y(3, 3), n(3), a(3), b(3)
+    real(wp) :: y(3, 3), n(3)
     integer :: f, k
 
     normal = 0.0_wp
     do f = 1, size(pair%facets, 2)
-      y = x(:, pair%facets(:, f))
+      y = corners(x, pair%facets(:, f))
       n = facet_normal(y)
       do k = 1, 3
-        a = y(:, mod(k, 3) + 1) - y(:, k)
-        b = y(:, mod(k + 1, 3) + 1) - y(:, k)
         associate (m => normal(:, pair%corner(k, f)))
-          m = m + atan2(norm2(cross(a, b)), dot_product(a, b))*n
+          m = m + angle_at(y, k)*n
         end associate
       end do
     end do
@@ -144,7 +171,6 @@ contains
     b = 0.0_wp
     do f = 1, size(pair%facets, 2)
       do k = 1, 3
-        if (pair%sharp(k, f)) cycle
         first = mod(k, 3) + 1
         last = mod(k + 1, 3) + 1
         call want_curvature(pair, x, normal, f, first, last, a, b)
@@ -155,14 +181,15 @@ contains
       if (.not. pair%at_rim(k)) cycle
       tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
       if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
-      normal(:, k) = normal(:, k) + tilt
+      normal(:, k) = normal(:, k) + tilt/sqrt(1.0_wp - dot_product(tilt, tilt))
       normal(:, k) = normal(:, k)/norm2(normal(:, k))
     end do
   end subroutine tilt_at_rim
 
-  !> Adds what one edge wants of the tilt t of the normal at its end on the rim, with the unit
-  !! vector d along the edge: d . (n + t) = -d . n of the other end.
-  subroutine want_curvature(pair, x, normal, f, here, there, a, b)
+  !> Adds what an edge with the unit vector d wants of the tilt t of the normal at its end on the
+  !! rim: d . (n + t) = -d . n of the other end. That end lies within; where the rim turns, it may
+  !! also lie on the rim: along the rim normals are right.
+  pure subroutine want_curvature(pair, x, normal, f, here, there, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
@@ -171,19 +198,18 @@ contains
     integer, intent(in) :: there !! the other end
     real(wp), intent(inout) :: a(:, :) !! (3, corners) normal equations: 11, 22, 12
     real(wp), intent(inout) :: b(:, :) !! (2, corners) their right-hand sides
-    real(wp) :: way(3), w(2), weight
+    real(wp) :: way(3), w(2)
     integer :: i, j
 
     i = pair%corner(here, f)
     j = pair%corner(there, f)
     if (.not. pair%at_rim(i)) return
-    weight = 1.0_wp
-    if (pair%at_rim(j)) weight = weight_at_rim
+    if (pair%at_end(j) .or. (pair%at_rim(j) .and. .not. pair%at_end(i))) return
     way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
     way = way/norm2(way)
     w = matmul(way, tangents(normal(:, i)))
-    a(:, i) = a(:, i) + weight*[w(1)*w(1), w(2)*w(2), w(1)*w(2)]
-    b(:, i) = b(:, i) - weight*dot_product(way, normal(:, i) + normal(:, j))*w
+    a(:, i) = a(:, i) + [w(1)*w(1), w(2)*w(2), w(1)*w(2)]
+    b(:, i) = b(:, i) - dot_product(way, normal(:, i) + normal(:, j))*w
   end subroutine want_curvature
 
   !> Two unit vectors across a unit vector.
@@ -259,7 +285,7 @@ contains
         now = patch_from_values(pair%patch(:, host))
         then = patch_from_values(before(:, host))
         change = max(change, maxval(abs(now%edge(3, :) - then%edge(3, :))) &
-          /facet_size(x(:, pair%facets(:, host))))
+          /facet_size(corners(x, pair%facets(:, host))))
       end associate
     end do
   end function patch_change
@@ -274,10 +300,10 @@ contains
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
     if (pair%smooth) then
-      call project_on_patch(x(:, pair%facets(:, facet)), patch_from_values(pair%patch(:, facet)), &
-        y, xi, gap)
+      call project_on_patch(corners(x, pair%facets(:, facet)), &
+        patch_from_values(pair%patch(:, facet)), y, xi, gap)
     else
-      call project_on_facet(x(:, pair%facets(:, facet)), y, xi, gap)
+      call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
     end if
   end subroutine project_on_master
 

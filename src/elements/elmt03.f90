@@ -189,7 +189,7 @@ contains
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(cone_t), intent(in) :: c !! cone at its new tip
     type(element_t), intent(inout) :: e !! gets s
-    real(wp) :: b(3, 12), dg(3, 12), row(12)
+    real(wp) :: b(3, 12), b_transposed(12, 3), dg(3, 12), row(12)
     integer :: k
 
     if (e%status /= status_slip) then
@@ -198,14 +198,16 @@ contains
     end if
     b = gap_operator(c%tip)
     dg = gap_derivative(c, e%h1)
-    e%s(1:12, 1:12) = matmul(transpose(b), dg)
+    b_transposed = transpose(b)
+    e%s(1:12, 1:12) = matmul(b_transposed, dg)
     if (c%shifted) dg = dg - shift_derivative(c)
-    row = matmul(c%d1, b - dg)
+    b = b - dg
+    row = matmul(c%d1, b)
     do k = 1, 3
       e%s(3 + k, 1:12) = e%s(3 + k, 1:12) - c%g_new(k)*row
       e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
     end do
-    row = matmul(c%d2, b - dg)
+    row = matmul(c%d2, b)
     do k = 1, 3
       e%s(6 + k, 1:12) = e%s(6 + k, 1:12) - c%g_new(k)*row
       e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
@@ -218,17 +220,18 @@ contains
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(cone_t), intent(in) :: c !! facet and shift
     type(element_t), intent(inout) :: e !! gets s
-    real(wp) :: b(3, 12)
+    real(wp) :: b(3, 12), b_transposed(12, 3)
 
     if (e%status == status_open) then
       e%s(1:12, 1:12) = 0.0_wp
       return
     end if
     b = gap_operator(e%h1)
+    b_transposed = transpose(b)
     if (c%shifted) then
-      e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b + shift_derivative(c))
+      e%s(1:12, 1:12) = epsilon*matmul(b_transposed, b + shift_derivative(c))
     else
-      e%s(1:12, 1:12) = epsilon*matmul(transpose(b), b)
+      e%s(1:12, 1:12) = epsilon*matmul(b_transposed, b)
     end if
   end subroutine stick_tangent
 

@@ -277,6 +277,10 @@ contains
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
           'write GTOS slave master, or NTOS slave master')
       end if
+      if (pair%smooth .and. pair%adjusted) then
+        call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &
+          'delete one of them: ADJUst moves nodes onto the flat facets')
+      end if
       do k = 1, i - 1
         if (drafts(k)%pair%number == pair%number) then
           call report_error(diagnostics, pair%at, 'pair '//to_text(pair%number)// &

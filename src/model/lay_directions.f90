@@ -37,8 +37,9 @@ contains
     p = v - dot_product(v, e)*e
     lay = 0.0_wp
     shortest = 0.0_wp
-    if (pair%direction == direction_circumferential .or. pair%direction == direction_radial) &
+    if (pair%direction == direction_circumferential .or. pair%direction == direction_radial) then
       shortest = normal_limit*max(norm2(x(:, 1) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
+    end if
     fault = lay_nowhere
     if (norm2(v) <= shortest) return
     fault = lay_normal

@@ -249,13 +249,21 @@ contains
 
     point_noun = 'node'
     if (pair%n_slaves > 1) point_noun = 'point'
+    if (pair%augmented .and. pair%n_slaves > 1) call report_note(diagnostics, pair%at, 'pair '// &
+      pair%name//': AUGMent at the points of GTOS asks more of the surfaces than their nodes '// &
+      'can follow; where they do not match, NTOS or a stiff penalty alone is better')
     call set_penalties(model, pair, found)
     if (found) then
-      if (pair%segmented) return
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
+      if (pair%segmented) then
+        call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
+          to_text(pair%epsilon(1)/pair%area(1))//' force per length and area'// &
+          expected_penetration(pair))
+        return
+      end if
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
         to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
-        ' force per length and '//point_noun)
+        ' force per length and '//point_noun//expected_penetration(pair))
     else if (pair%penalty_kind == penalty_area) then
       call report_error(diagnostics, pair%slave_at, 'slave '// &
         point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &
@@ -266,4 +274,18 @@ contains
         ' has no elastic side to take its penalty from', 'write PENAlty and a value')
     end if
   end subroutine take_penalties
+
+  !> What the penalty means: over E/h, and how deep an ordinary pressure goes.
+  pure function expected_penetration(pair) result(t)
+    type(pair_t), intent(in) :: pair !! penalties set
+    character(:), allocatable :: t
+
+    t = ''
+    if (pair%relative <= 0.0_wp) return
+    t = ', '//to_text(pair%relative, 3)//' E/h with h = '//to_text(pair%cell, 3)// &
+      '; a pressure of E/1000 penetrates by '// &
+      to_text(1.0e-3_wp*pair%cell/pair%relative, 2)//' [length]'
+    if (pair%augmented) t = ', '//to_text(pair%relative, 3)//' E/h with h = '// &
+      to_text(pair%cell, 3)//'; AUGMent closes the gap it leaves'
+  end function expected_penetration
 end module pair_builder

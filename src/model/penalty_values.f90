@@ -44,8 +44,9 @@ contains
       if (.not. found) return
       pair%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
-    if (side%elements > 0 .and. size(pair%epsilon) > 0) pair%relative = &
-      maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
+    if (side%elements == 0 .or. size(pair%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
+    pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
+    pair%cell = side%h
   end subroutine set_penalties
 
   !> E/h A of each point.

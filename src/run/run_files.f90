@@ -282,14 +282,14 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
-    if (system%condensed%active) then
+    if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
     end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
-      if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%old_cell
+      if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%old_cells
       saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
         system%first_point(k + 1) - 1)
     end do

@@ -8,7 +8,7 @@ module saved_states
   use system_types, only: system_t, state_t
   use contact_cells, only: begin_cells
   use contact_system, only: couple_as_saved
-  use condensed_system, only: free_condensed
+  use condensed_bodies, only: free_condensed
   use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t
   use results_state, only: save_state
@@ -82,7 +82,7 @@ contains
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points
       if (model%pairs(k)%segmented) then
-        model%pairs(k)%old_cell = saved%pairs(k)%cells
+        model%pairs(k)%old_cells = saved%pairs(k)%cells
         call begin_cells(model%pairs(k))
       end if
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
@@ -99,7 +99,7 @@ contains
 
     if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
-        system%condensed%kept = 0.0_wp
+        if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then

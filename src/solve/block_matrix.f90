@@ -242,13 +242,16 @@ contains
     type(block_matrix_t), intent(in) :: matrix !! A
     real(wp), intent(in) :: x(:, :) !! (3, nodes)
     real(wp), intent(out) :: y(:, :) !! (3, nodes)
+    real(wp) :: size_x(3)
     integer :: j, k
 
     y = 0.0_wp
     do j = 1, matrix%nodes
+      size_x = abs(x(:, j))
       do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
         associate (i => matrix%row(k))
-          y(:, i) = y(:, i) + matmul(abs(matrix%val(:, :, k)), abs(x(:, j)))
+          y(:, i) = y(:, i) + (abs(matrix%val(:, 1, k))*size_x(1) &
+            + abs(matrix%val(:, 2, k))*size_x(2) + abs(matrix%val(:, 3, k))*size_x(3))
         end associate
       end do
     end do

@@ -176,7 +176,7 @@ contains
   pure subroutine add_ring(facets, candidate)
     integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
     logical, intent(inout) :: candidate(:) !! (nodes) marked
-    logical, allocatable :: before(:)
+    logical :: before(size(candidate))
     integer :: f
 
     before = candidate

@@ -2,13 +2,14 @@
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
 module condensation
   use kinds, only: wp, long
-  use costs, only: cost_t
+  use memory, only: memory_left
+  use costs, only: cost_t, count_cost, cost_compliance
   use lapack_interface, only: dpotri
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
-  use umfpack_solver, only: solver_done, solver_failed
-  use cholmod_solver, only: cholmod_t, analyse_symmetric, factorise_symmetric, solve_symmetric, &
-    free_cholmod, factor_order, trailing_block
+  use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
+  use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
+    factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block
   use condensed_types, only: condensed_body_t
   implicit none
   private
@@ -25,6 +26,7 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in cholmod_solver
     integer(long), allocatable :: order(:)
+    real(wp) :: left, needed
     integer :: i, k
 
     if (.not. allocated(body%matrix%ptr)) then
@@ -44,9 +46,23 @@ contains
     call order_equations(blocks, equation, candidate, body, costs, order, outcome)
     if (outcome == solver_done) call analyse_symmetric(body%solver, body%matrix, costs, outcome, &
       order)
+    if (outcome == solver_done) then
+      left = memory_left()
+      call estimate_bytes(body, needed)
+      if (needed > left) outcome = solver_out_of_memory
+    end if
     if (outcome == solver_done) call factorise_symmetric(body%solver, body%matrix, costs, outcome)
     if (outcome == solver_done) call invert_trailing_block(body, outcome)
+    if (outcome == solver_done) call count_cost(costs, cost_compliance, body%m)
   end subroutine condense_body
+
+  !> Memory that the factor and the compliance of a body will take [byte].
+  subroutine estimate_bytes(body, bytes)
+    type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
+    real(wp), intent(out) :: bytes !! the estimate
+
+    bytes = symmetric_factor_bytes(body%solver) + 8.0_wp*real(body%m, wp)**2
+  end subroutine estimate_bytes
 
   !> The order of elimination: the graph of the other nodes by METIS, their equations together;
   !! then the candidates.
@@ -116,8 +132,10 @@ contains
     real(wp), allocatable :: right(:), left(:)
     integer :: i
 
-    right = [(b(body%direction(i), body%node(i)), i=1, size(body%node))]
-    allocate (left(size(right)), source=0.0_wp)
+    allocate (right(size(body%node)), left(size(body%node)), source=0.0_wp)
+    do i = 1, size(right)
+      right(i) = b(body%direction(i), body%node(i))
+    end do
     call solve_symmetric(body%solver, right, left, costs, outcome)
     do i = 1, size(left)
       x(body%direction(i), body%node(i)) = left(i)

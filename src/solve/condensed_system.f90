@@ -2,22 +2,23 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
+  use element_types, only: max_dofs
   use elmlib, only: routine_none
-  use lapack_interface, only: dsymv
   use loads, only: load_factor
   use model_types, only: model_t
   use block_matrix, only: multiply
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
-  use condensation, only: condense_body, solve_body, free_body
+  use condensed_bodies, only: condense_all, find_influence, solve_all, number_candidates, &
+    load_candidates, find_equilibrium, gather_compliance, free_condensed
   use candidates, only: load_patterns, foresee_candidates, add_ring
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
-    apply_compliance, keep_forces, free_condensed
+    keep_forces
 
 contains
 
@@ -40,7 +41,6 @@ contains
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
       end if
       call list_facets(model, condensed%facets)
-      if (.not. allocated(condensed%kept)) condensed%kept = system%contact_force
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
       call condense_all(system, spread(.true., 1, system%bodies), outcome)
       if (outcome == solver_done) call find_influence(model, system, outcome)
@@ -56,113 +56,6 @@ contains
     system%condensed%active = .true.
   end subroutine start_condensed
 
-  !> Condenses the bodies that are marked.
-  subroutine condense_all(system, wanted, outcome)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
-    logical, intent(in) :: wanted(:) !! (bodies) those to condense
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    integer, allocatable :: equation(:, :)
-    integer :: b, i, k, n
-
-    outcome = solver_done
-    allocate (equation(3, size(system%node_body)))
-    do b = 1, system%bodies
-      if (.not. wanted(b)) cycle
-      equation = 0
-      n = 0
-      do i = 1, size(system%node_body)
-        if (system%node_body(i) /= b) cycle
-        do k = 1, 3
-          if (system%equation(k, i) == 0) cycle
-          n = n + 1
-          equation(k, i) = n
-        end do
-      end do
-      if (n == 0) cycle
-      call condense_body(system%bulk_matrix, equation, system%condensed%candidate, &
-        system%condensed%bodies(b), system%costs, outcome)
-      if (outcome /= solver_done) return
-    end do
-  end subroutine condense_all
-
-  !> Displacements for a unit of each proportional load, no contact.
-  subroutine find_influence(model, system, outcome)
-    type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(inout) :: system !! bodies of condensed given; gets influence
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    real(wp), allocatable :: force(:, :)
-    integer :: k
-
-    outcome = solver_done
-    allocate (force(3, model%mesh%nodes))
-    associate (condensed => system%condensed, conditions => model%conditions)
-      allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
-      do k = 1, size(condensed%patterns)
-        associate (u => condensed%influence(:, :, k), mine => conditions%load == &
-          condensed%patterns(k))
-          where (system%equation == 0 .and. mine) u = conditions%displacement
-          call multiply(system%bulk_matrix, u, force)
-          force = -force
-          where (system%equation > 0 .and. mine) force = force + conditions%force
-          call solve_all(system, force, u, outcome)
-        end associate
-        if (outcome /= solver_done) return
-      end do
-    end associate
-  end subroutine find_influence
-
-  !> Displacements of the free degrees of freedom under forces.
-  subroutine solve_all(system, force, u, outcome)
-    type(system_t), intent(inout) :: system !! bodies of condensed
-    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    integer :: b
-
-    outcome = solver_done
-    do b = 1, system%bodies
-      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
-      call solve_body(system%condensed%bodies(b), force, u, system%costs, outcome)
-      if (outcome /= solver_done) return
-    end do
-  end subroutine solve_all
-
-  !> Numbers the candidates body after body; forces and defects start at zero.
-  subroutine number_candidates(system)
-    type(system_t), intent(inout) :: system !! bodies of condensed given
-    integer :: b, j, n
-
-    associate (condensed => system%condensed)
-      condensed%place = 0
-      n = 0
-      do b = 1, size(condensed%bodies)
-        condensed%bodies(b)%first = n
-        n = n + condensed%bodies(b)%m
-      end do
-      condensed%n = n
-      condensed%n_live = 0
-      condensed%live = [integer ::]
-      condensed%node = spread(0, 1, n)
-      condensed%direction = condensed%node
-      condensed%live_place = condensed%node
-      do b = 1, size(condensed%bodies)
-        associate (body => condensed%bodies(b))
-          body%n_live = 0
-          do j = 1, body%m
-            n = body%first + j
-            condensed%node(n) = body%node(body%equation(j))
-            condensed%direction(n) = body%direction(body%equation(j))
-            condensed%place(condensed%direction(n), condensed%node(n)) = n
-          end do
-        end associate
-      end do
-      condensed%loaded = spread(0.0_wp, 1, condensed%n)
-      condensed%force = condensed%loaded
-      condensed%force_change = condensed%loaded
-      condensed%defect = condensed%loaded
-    end associate
-  end subroutine number_candidates
-
   !> Displacements of the candidates without contact at `time`.
   subroutine begin_condensed(model, system, state, time)
     type(model_t), intent(in) :: model !! loads
@@ -175,49 +68,41 @@ contains
       condensed%factors = [(load_factor(model%loads, condensed%patterns(i), time), i=1, &
         size(condensed%patterns))]
       condensed%reactions = norm2(state%reaction)
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
+      if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
     end associate
   end subroutine begin_condensed
 
-  !> Displacements of the candidates without contact.
-  subroutine load_candidates(condensed)
-    type(condensed_t), intent(inout) :: condensed !! factors given; gets loaded
-    integer :: i
+  !> Contact forces of a state that another solver has found: what balances the bulk.
+  subroutine find_forces(model, system, state)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(inout) :: system !! gets kept of condensed
+    type(state_t), intent(in) :: state !! last converged state
+    integer :: i, k
 
-    do i = 1, condensed%n
-      condensed%loaded(i) = dot_product(condensed%factors, &
-        condensed%influence(condensed%direction(i), condensed%node(i), :))
+    allocate (system%condensed%kept(3, model%mesh%nodes), source=0.0_wp)
+    if (all(abs(state%u) <= 0.0_wp)) return
+    call multiply(system%bulk_matrix, state%u, system%bulk_force)
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
+        system%condensed%kept(k, i) = load_factor(model%loads, model%conditions%load(k, i), &
+          state%time)*model%conditions%force(k, i) - system%bulk_force(k, i)
+      end do
     end do
-  end subroutine load_candidates
-
-  !> Displacements of all candidates in equilibrium with the forces of the iterate.
-  function equilibrium(condensed) result(u)
-    type(condensed_t), intent(in) :: condensed !! loaded and force given
-    real(wp), allocatable :: u(:)
-    integer :: b, j
-
-    u = condensed%loaded
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        do j = 1, body%m
-          if (abs(condensed%force(body%first + j)) <= 0.0_wp) cycle
-          u(body%first + 1:body%first + body%m) = u(body%first + 1:body%first + body%m) &
-            - condensed%force(body%first + j)*body%compliance(:, j)
-        end do
-      end associate
-    end do
-  end function equilibrium
+  end subroutine find_forces
 
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
   !! state under the new loads. Other nodes are carried along.
   subroutine place_starts(system)
     type(system_t), intent(inout) :: system !! left and carried given; both are completed
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     where (system%condensed%place == 0) system%left = system%carried
     call restore_forces(system%condensed)
-    u = equilibrium(system%condensed)
+    call find_equilibrium(system%condensed, u)
     do i = 1, system%condensed%n
       system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
     end do
@@ -236,11 +121,11 @@ contains
   !> How far u is from equilibrium with the forces of the iterate.
   subroutine find_defects(system)
     type(system_t), intent(inout) :: system !! u given; gets defect
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
-      u = equilibrium(condensed)
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
       end do
@@ -249,7 +134,7 @@ contains
     end associate
   end subroutine find_defects
 
-  !> The forces that would hold the defects of the live candidates, each by itself.
+  !> The forces that would hold the defects, each by itself.
   subroutine measure_defects(condensed)
     type(condensed_t), intent(inout) :: condensed !! gets defect_norm
     integer :: b, i
@@ -258,7 +143,6 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         do i = 1, body%m
-          if (condensed%live_place(body%first + i) == 0) cycle
           condensed%defect_norm = hypot(condensed%defect_norm, &
             condensed%defect(body%first + i)/body%compliance(i, i))
         end do
@@ -287,11 +171,11 @@ contains
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
-    real(wp), allocatable :: u(:)
+    real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
-      u = equilibrium(condensed)
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         if (condensed%live_place(i) > 0) cycle
         system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%defect(i)
@@ -308,6 +192,7 @@ contains
 
     call extend_candidates(system)
     associate (condensed => system%condensed, list => system%contact)
+      allocate (live(condensed%n))
       live = abs(condensed%force) > 0.0_wp
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
@@ -318,7 +203,10 @@ contains
           end do
         end do
       end do
-      if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) return
+      if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) then
+        call place_elements(system)
+        return
+      end if
       system%du = 0.0_wp
       condensed%live = pack([(i, i=1, condensed%n)], live)
       condensed%n_live = size(condensed%live)
@@ -326,38 +214,36 @@ contains
       condensed%live_place(condensed%live) = [(i, i=1, condensed%n_live)]
       call gather_compliance(condensed)
       call measure_defects(condensed)
+      call place_elements(system)
     end associate
   end subroutine couple_condensed
 
-  !> Compliance of the live candidates of each body.
-  subroutine gather_compliance(condensed)
-    type(condensed_t), intent(inout) :: condensed !! live given
-    integer, allocatable :: mine(:)
-    integer :: b, j, first
+  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more.
+  subroutine place_elements(system)
+    type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
+    integer :: k, a, i, n
 
-    first = 0
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        mine = pack(condensed%live, condensed%live > body%first .and. &
-          condensed%live <= body%first + body%m) - body%first
-        body%first_live = first
-        body%n_live = size(mine)
-        first = first + body%n_live
-        if (allocated(body%live)) deallocate (body%live)
-        allocate (body%live(body%n_live, body%n_live))
-        do j = 1, body%n_live
-          body%live(:, j) = body%compliance(mine, mine(j))
+    associate (condensed => system%condensed, tangent => system%condensed%tangent, &
+               list => system%contact)
+      if (allocated(tangent%status)) deallocate (tangent%status)
+      if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(max_dofs, list%n))
+      tangent%dofs = 0
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        do a = 1, list%nel(k)
+          do i = 1, 3
+            n = condensed%place(i, list%ix(a, k))
+            if (n > 0) tangent%dofs(3*(a - 1) + i, k) = condensed%live_place(n)
+          end do
         end do
-      end associate
-    end do
-    condensed%right = spread(0.0_wp, 1, condensed%n_live)
-    condensed%change = condensed%right
-  end subroutine gather_compliance
+      end do
+    end associate
+  end subroutine place_elements
 
   !> Condenses anew the bodies of which contact has reached nodes that are not candidates.
   subroutine extend_candidates(system)
     type(system_t), intent(inout) :: system !! condensed may grow
-    logical, allocatable :: wanted(:), before(:)
+    logical :: before(size(system%node_body)), wanted(system%bodies)
     real(wp), allocatable :: force(:, :), u(:)
     integer :: k, a, i, outcome
 
@@ -374,7 +260,7 @@ contains
       call add_ring(condensed%facets, condensed%candidate)
       call add_ring(condensed%facets, condensed%candidate)
       where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
-      wanted = spread(.false., 1, system%bodies)
+      wanted = .false.
       do i = 1, size(before)
         if (before(i) .neqv. condensed%candidate(i)) wanted(system%node_body(i)) = .true.
       end do
@@ -390,7 +276,8 @@ contains
         condensed%force(i) = force(condensed%direction(i), condensed%node(i))
       end do
       call load_candidates(condensed)
-      u = equilibrium(condensed)
+      allocate (u(condensed%n))
+      call find_equilibrium(condensed, u)
       do i = 1, condensed%n
         if (before(condensed%node(i))) then
           condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
@@ -432,22 +319,6 @@ contains
     condensed%defect_share = 1.0_wp
   end subroutine take_condensed
 
-  !> y = C x on the live candidates.
-  subroutine apply_compliance(condensed, x, y)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    real(wp), intent(in) :: x(:) !! (n_live) [force]
-    real(wp), intent(inout) :: y(:) !! (n_live) [length]
-    integer :: b
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%n_live == 0) cycle
-        call dsymv('L', body%n_live, 1.0_wp, body%live, body%n_live, x(body%first_live + 1:), 1, &
-          0.0_wp, y(body%first_live + 1:), 1)
-      end associate
-    end do
-  end subroutine apply_compliance
-
   !> Displacements of all nodes and the forces of the bulk from the forces of the iterate.
   subroutine recover_interior(system)
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
@@ -480,16 +351,4 @@ contains
       condensed%kept(condensed%direction(i), condensed%node(i)) = condensed%force(i)
     end do
   end subroutine keep_forces
-
-  !> Releases all factors.
-  subroutine free_condensed(system)
-    type(system_t), intent(inout) :: system !! condensed is emptied
-    integer :: b
-
-    if (.not. allocated(system%condensed%bodies)) return
-    do b = 1, size(system%condensed%bodies)
-      call free_body(system%condensed%bodies(b))
-    end do
-    system%condensed = condensed_t()
-  end subroutine free_condensed
 end module condensed_system

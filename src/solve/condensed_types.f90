@@ -27,13 +27,17 @@ module condensed_types
     integer :: elements = 0 !! closed contact elements
     integer :: rank = 0 !! columns of U and V
     integer, allocatable :: element(:) !! (elements) place in the list of contact elements
-    integer, allocatable :: dofs(:, :) !! (max_dofs, elements) live candidates, or 0
-    real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, elements) element matrices
-    integer, allocatable :: owner(:) !! (rank) element, counted as above, of each column
+    integer, allocatable :: dofs(:, :) !! (max_dofs, list) live candidates, 0 for none
+    real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, list) element matrices, their rest
+    integer :: resting = 0 !! elements with a rest, in element
+    integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
+    integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
     real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
     real(wp), allocatable :: cu(:, :) !! (live, rank) C U
     real(wp), allocatable :: small(:, :) !! (rank, rank) I + V^T C U, factorised
     integer, allocatable :: pivot(:) !! (rank) of its factor
+    real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
+    real(wp), allocatable :: shares(:, :) !! (rank, most) of the columns for each of them
   end type contact_tangent_t
 
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
@@ -46,7 +50,7 @@ module condensed_types
     integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
     integer, allocatable :: patterns(:) !! numbers of the proportional loads in use
     real(wp), allocatable :: factors(:) !! (patterns) their factors at the end of the increment
-    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of a unit load [length]
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of unit loads [length]
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]

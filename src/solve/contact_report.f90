@@ -120,7 +120,7 @@ contains
         point = p
       end do
     end do
-    if (model%pairs(pair)%segmented) point = max(1, findloc(model%pairs(pair)%cell%slave, point, 1))
+    if (model%pairs(pair)%segmented) point = max(1, findloc(model%pairs(pair)%cells%slave, point, 1))
     associate (contact => model%pairs(pair))
       t = 'pair '//contact%name//', slave '//point_text(contact, point) &
         //', facet of nodes '//host_text(contact, contact%new(point)%host) &

@@ -11,7 +11,7 @@ module newton
     estimate_round_off
   use supports, only: drop_bodies
   use line_search, only: search_line, approach
-  use condensed_direction, only: form_condensed_tangent, find_condensed_direction, defect_energy
+  use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -40,6 +40,8 @@ module newton
   real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
+  !> The same in the condensed form, where another iteration costs next to nothing.
+  real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
@@ -107,6 +109,7 @@ contains
     norm = residual_norm(system)
     floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
       system%contact%n > 0)
+    if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
@@ -178,10 +181,8 @@ contains
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
     if (system%condensed%active) then
-      outcome = system%condensed%failed
-      if (outcome == solver_done) call form_condensed_tangent(system, x, outcome)
+      call find_condensed_direction(system, x, outcome)
       system%contact%slip_before = system%contact%slip
-      if (outcome == solver_done) call find_condensed_direction(system)
       return
     end if
     call form_tangent(system, x)

@@ -23,7 +23,8 @@ contains
     real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) in: prescribed values set; out: all [length]
     real(wp) :: motion(6), center(3), size_x
-    integer :: body, i
+    real(wp) :: turned(3)
+    integer :: body, i, k
 
     center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
     size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
@@ -32,8 +33,10 @@ contains
       if (all(abs(motion) <= 0.0_wp)) cycle
       do i = 1, size(x, 2)
         if (node_body(i) /= body) cycle
-        where (equation(:, i) > 0) u(:, i) = u_old(:, i) + motion(1:3) &
-          + cross(motion(4:6), (x(:, i) - center)/size_x)
+        turned = cross(motion(4:6), (x(:, i) - center)/size_x)
+        do k = 1, 3
+          if (equation(k, i) > 0) u(k, i) = u_old(k, i) + motion(k) + turned(k)
+        end do
       end do
     end do
   end subroutine carry_bodies

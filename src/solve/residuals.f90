@@ -128,8 +128,8 @@ contains
   subroutine estimate_round_off(system, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp) :: terms
-    integer :: k, n
+    real(wp) :: terms, largest
+    integer :: k, n, last
 
     if (system%condensed%active) then
       terms = norm2(system%condensed%force)
@@ -141,11 +141,14 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) <= status_open .and. is_weak(system, k)) cycle
-      n = system%contact%nel(k)
-      associate (nodes => system%contact%ix(1:n, k))
-        terms = hypot(terms, system%contact%d(d03_epsilon, k) &
-          *maxval(abs(x(:, nodes) - spread(x(:, nodes(n)), 2, n)) + abs(system%u(:, nodes))))
-      end associate
+      largest = 0.0_wp
+      last = system%contact%ix(system%contact%nel(k), k)
+      do n = 1, system%contact%nel(k)
+        associate (node => system%contact%ix(n, k))
+          largest = max(largest, maxval(abs(x(:, node) - x(:, last)) + abs(system%u(:, node))))
+        end associate
+      end do
+      terms = hypot(terms, system%contact%d(d03_epsilon, k)*largest)
     end do
     system%round_off = machine_epsilon*terms
   end subroutine estimate_round_off

@@ -8,7 +8,8 @@ module solver_choice
   use monitors, only: monitor_t
   use linear_solver, only: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
     solver_reduced
-  use condensed_system, only: start_condensed, free_condensed
+  use condensed_bodies, only: free_condensed
+  use condensed_system, only: start_condensed
   use system_types, only: system_t
   implicit none
   private

@@ -60,7 +60,8 @@ def run(program, scene, seconds):
     """What it took; `tip_error` as of the other programs."""
     def read(folder, spent):
         with open(os.path.join(folder, 'standard_output'), encoding='ascii') as stream:
-            return {'tip_error': float(stream.read())/scene.known['tip'] - 1, 'iterations': 1,
-                    'increments': 1}
+            tip, operations, time = map(float, stream.read().split())
+        return {'tip_error': tip/scene.known['tip'] - 1, 'iterations': 1, 'increments': 1,
+                'gflops': 1e-9*operations/max(time, 1e-9)}
 
     return measure.repeat([program], lambda folder: write(scene, folder), seconds, read)

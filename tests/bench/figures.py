@@ -6,7 +6,8 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
-COLOURS = {'bare CHOLMOD': '#555555', 'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
+COLOURS = {'bare CHOLMOD': '#555555',
+           'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
            'mfec CHOL': '#66a61e', 'mfec AUTO GTOS': '#e7a100', 'CalculiX N2S default': '#a6341b',
            'CalculiX N2S iterative': '#e0765c', 'CalculiX S2S default': '#3b5b92',
            'CalculiX S2S iterative': '#8aa6d6'}

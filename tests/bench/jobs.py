@@ -16,6 +16,7 @@ CUBE, HERTZ, CANTILEVER = 'cube', 'hertz', 'cantilever'
 CCX_MODES = {'N2S default': ('N2S', 'default'), 'N2S iterative': ('N2S', 'iterative'),
              'S2S default': ('S2S', 'default'), 'S2S iterative': ('S2S', 'iterative')}
 STOPPED = 255  # ended with exit code 0, but before the last increment
+SOLVERS = ('AUTO', 'UMFP', 'CHOL', 'REDU')
 MAKERS = {
     CUBE: scenes.sliding_cube,
     'cube_smooth': lambda n: scenes.sliding_cube(n, friction=0.0),
@@ -47,9 +48,9 @@ class Programs:
     def __init__(self, own, folder):
         self.own = os.path.abspath(own)
         self.other, self.bare = shutil.which('ccx'), bare.build(folder)
-        self.solvers = solvers_of(self.said('--help'))
-        self.digests = {path: measure.file_digest(path) for path in (self.own, self.other, self.bare)
-                        if path}
+        self.solvers = [name for name in SOLVERS if self.accepts(scenes.sliding_cube(2), name)]
+        self.digests = {path: measure.file_digest(path)
+                        for path in (self.own, self.other, self.bare) if path}
 
     def said(self, option):
         """What mfec prints for an option."""
@@ -64,20 +65,17 @@ class Programs:
             lines.append('CalculiX ' + ''.join(re.findall(r'Version (\S+)', said.stdout)))
         return lines
 
-    def accepts(self, scene):
-        """Whether mfec reads the deck of a scene (a law, a contact method may be missing)."""
+    def accepts(self, scene, solver='AUTO', method='NTOS'):
+        """Whether mfec takes the deck of a scene and a solver (some may be missing)."""
+        scene.contact.own_method = method
+
         def files(folder):
             write_own(scene, folder, 0)
 
-        done = measure.repeat([self.own, 'run.inp', '--check', '--quiet'], files, 60,
+        done = measure.repeat([self.own, 'run.inp', '--check', '--quiet', '--solver', solver],
+                              files, 60,
                               lambda folder, run: {}, repeats=1)
         return done['code'] == 0
-
-
-def solvers_of(text):
-    """The solvers that the line of --solver names, as the option takes them."""
-    found = re.search(r'^\s*--solver S\s+(.*)$', text, re.M)
-    return re.findall(r'[A-Z]{4}', found.group(1)) if found else []
 
 
 def write_own(scene, folder, limit):
@@ -133,11 +131,12 @@ def cube_jobs(solvers, other, sizes, largest):
     """The sliding cube. `largest` is the last size that runs through, by mode."""
     jobs = []
     for n in sizes:
-        for mode in solvers:
-            jobs.append(Job(CUBE, n, mode, 0 if n <= largest.get(mode, 99) else 1))
+        jobs.append(Job(CUBE, n, 'AUTO'))
+        if 'UMFP' in solvers:
+            jobs.append(Job(CUBE, n, 'UMFP', 0 if n <= largest['UMFP'] else 1))
         for mode in CCX_MODES if other else ():
             last = largest[mode]
-            if n <= abs(last) or mode == 'N2S default':
+            if n <= last or mode == 'N2S default':
                 jobs.append(Job(CUBE, n, mode, 0 if n <= last else 1))
     return jobs
 
@@ -146,11 +145,13 @@ def quick_jobs(programs):
     """A few minutes at most."""
     other, solvers = bool(programs.other), programs.solvers
     jobs = cube_jobs(solvers, other, (4, 8), {
-        'N2S default': 8, 'N2S iterative': 8, 'S2S default': 4, 'S2S iterative': 4})
+        'UMFP': 8, 'N2S default': 8, 'N2S iterative': 8, 'S2S default': 4, 'S2S iterative': 4})
     jobs += [Job('cube_smooth', 8, 'AUTO'), Job('cube_once', 8, 'AUTO'), Job(CUBE, 12, 'AUTO')]
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
     jobs += [Job(CUBE, 12, 'N2S iterative')] if other else []
     jobs += [Job(HERTZ, h, mode) for h in (0.4, 0.3) for mode in modes]
+    if programs.accepts(MAKERS[CUBE](2), method='GTOS'):
+        jobs += [Job(HERTZ, h, 'AUTO', method='GTOS') for h in (0.4, 0.3)]
     modes += [bare.MODE] if programs.bare else []
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16) for mode in modes
              if n < 16 or not mode.startswith('N2S')]
@@ -158,11 +159,14 @@ def quick_jobs(programs):
 
 
 def full_jobs(programs):
-    """Everything; the longest last, so that the rest is there if it is stopped."""
+    """Everything."""
     other, solvers = bool(programs.other), programs.solvers
     jobs = cube_jobs(solvers, other, (4, 8, 12, 16, 20), {
-        'UMFP': 16, 'N2S default': 12, 'N2S iterative': 20, 'S2S default': 12,
-        'S2S iterative': 16})
+        'UMFP': 12, 'N2S default': 12, 'N2S iterative': 20, 'S2S default': 12,
+        'S2S iterative': 12})
+    quadrature = programs.accepts(MAKERS[CUBE](2), method='GTOS')
+    if quadrature:
+        jobs += [Job(CUBE, n, 'AUTO', method='GTOS') for n in (4, 8, 12)]
     jobs += [Job('cube_smooth', n, 'AUTO') for n in (8, 12, 16, 20)]
     jobs += [Job('cube_once', n, 'AUTO') for n in (4, 8, 12)]
     if programs.accepts(MAKERS['cube_neo'](2)):
@@ -171,11 +175,12 @@ def full_jobs(programs):
     modes = ['AUTO'] + (['N2S default', 'N2S iterative', 'S2S iterative'] if other else [])
     for h in (0.4, 0.3, 0.2, 0.15, 0.1):
         jobs += [Job(HERTZ, h, mode) for mode in modes if h > 0.12 or mode != 'N2S default']
+        jobs += [Job(HERTZ, h, 'AUTO', method='GTOS')] if quadrature else []
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else []) + (
         [bare.MODE] if programs.bare else [])
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes
-             if n < 32 or mode != 'N2S default']
-    if any(s in solvers for s in ('REDU',)):
+             if n < 32 or not mode.startswith('N2S')]
+    if 'REDU' in solvers:
         jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15, 25, 30)]
     else:
         jobs += [Job(CUBE, n, 'AUTO') for n in (10, 15)]

@@ -1,28 +1,45 @@
 """Writes benchmark.md, bench/results.csv and the figures."""
 import csv
+import dataclasses
 import os
 import time
 
+import bare
 import figures
 import measure
 import targets
 
 COLUMNS = ('scene', 'size', 'program', 'complete', 'dofs', 'elements', 'cpu', 'wall', 'memory',
            'runs', 'increments', 'iterations', 'cuts', 'code', 'T/N_error', 'force_error',
-           'pressure_error', 'largest_error', 'tip_error', 'date', 'load')
+           'pressure_error', 'largest_error', 'tip_error', 'chosen', 'date', 'load')
+CUBES = {'cube': 'friction', 'cube_smooth': 'no friction', 'cube_once': 'slide in one increment',
+         'cube_neo': 'neo-Hooke'}
 
 
-def write(folder, found, programs, started, machine_limits, quick):
-    """Everything, from the results of the runs alone."""
+@dataclasses.dataclass
+class Measured:
+    """Everything that was measured: results by job, start-up, limits of the machine, profile."""
+
+    found: dict
+    programs: object
+    started: dict
+    limits: dict
+    profile: dict
+    quick: bool
+
+
+def write(folder, measured):
+    """All files, from what was measured alone."""
     inner = os.path.join(folder, 'bench')
     os.makedirs(inner, exist_ok=True)
-    write_csv(os.path.join(inner, 'results.csv'), found)
-    figures.draw(inner, found)
-    rows = targets.rows(found, started)
-    text = head(programs, machine_limits, found, quick) + target_table(rows)
-    text += cube_table(found) + scaling_table(found) + hertz_table(found) + tip_table(found)
+    write_csv(os.path.join(inner, 'results.csv'), measured.found)
+    figures.draw(inner, measured.found)
+    found = measured.found
+    text = ''.join([head(measured), target_table(targets.rows(found, measured.started)),
+                    cube_table(found), scaling_table(found), hertz_table(found), tip_table(found),
+                    where_it_goes(measured)])
     with open(os.path.join(folder, 'benchmark.md'), 'w', encoding='utf-8') as stream:
-        stream.write(text)
+        stream.write(text.rstrip('\n') + '\n')
 
 
 def write_csv(path, found):
@@ -41,22 +58,25 @@ def show(value):
     return '' if value is None else f'{value:.6g}' if isinstance(value, float) else value
 
 
-def head(programs, limits, found, quick):
+def head(measured):
     """What was measured, where, and how."""
-    machine = measure.machine()
-    loads = [r['load'] for r in found.values()]
+    machine, limits = measure.machine(), measured.limits
+    loads = [r['load'] for r in measured.found.values()]
+    dates = sorted({r['date'] for r in measured.found.values()})
+    command = 'make bench-quick' if measured.quick else 'make bench'
+    versions = '; '.join(line for line in measured.programs.versions() if line)
     return f'''# Benchmark: how long until the answer is there
 
-Written by `make bench{"-quick" if quick else ""}` (`tests/bench/bench`); no number here was written by hand. All runs: [bench/results.csv](bench/results.csv).
+Written by `{command}` (`tests/bench/bench`); no number here was written by hand. All runs: [bench/results.csv](bench/results.csv).
 
-- Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["memory"]} GB, {machine["system"]}; {time.strftime("%d %B %Y")}.
-- In one thread its dgemm does {limits["dgemm"]:.0f} GFlop/s, a copy moves {limits["copy"]:.0f} GB/s.
-- Programs: {"; ".join(programs.versions())}.
-- One thread each (`OPENBLAS_NUM_THREADS=1`, `OMP_NUM_THREADS=1`, `OPENBLAS_CORETYPE` unset). *CPU* is user and system time of the whole process, from start to exit, median of up to {measure.REPEATS} runs (one, where it takes more than {measure.ENOUGH:g} s). The machine was shared: load {min(loads):.1f} to {max(loads):.1f}, so wall time says little and even CPU times vary by a tenth or two.
-- Both programs read the same mesh file (nodes, linear tetrahedra, sets, surfaces), take the same increments and the same pressure per penetration, with the same stiffness of stick. Neither writes fields, except the contact pressures where they are judged.
-- mfec iterates to its default tolerance (energy 1e-16); CalculiX to its own (0.5 % of the mean force).
+- Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["memory"]} GB, {machine["system"]}. In one thread its dgemm does {limits["dgemm"]:.0f} GFlop/s, a copy moves {limits["copy"]:.0f} GB/s.
+- Runs of {" to ".join(dates[::max(1, len(dates) - 1)])}; this file {time.strftime("%Y-%m-%d %H:%M")}.
+- Programs: {versions}.
+- One thread each (`OPENBLAS_NUM_THREADS=1`, `OMP_NUM_THREADS=1`, `OPENBLAS_CORETYPE` unset). *CPU* is user and system time of the whole process, from start to exit, median of up to {measure.REPEATS} runs (one, where they take more than {measure.ENOUGH:g} s together). The load of the machine was {min(loads):.1f} to {max(loads):.1f} on {machine["cores"]} cores: where that is above the number of cores, wall time says nothing and CPU time is too long by some tenths, for both programs.
+- Both programs read the same mesh file (nodes, linear tetrahedra, sets, surfaces), take the same increments and the same pressure for a penetration, with the same stiffness of stick. Neither writes fields, except contact pressures where they are judged.
+- mfec iterates to its default tolerance (relative energy 1e-16), CalculiX to its own (0.5 % of the mean force).
 - CalculiX *default* is SPOOLES, *iterative* is `SOLVER=ITERATIVE SCALING`; N2S node to surface, S2S surface to surface.
-- "about": only the first increment was run; the time of an iteration is taken times the iterations of the complete run on the same mesh (CalculiX with its iterative solver, mfec with AUTO).
+- "about": only the first increment was run; the time of one iteration is taken times the iterations of the complete run on the same mesh (CalculiX with its iterative solver; mfec with AUTO).
 
 ![time and memory against size](bench/time_size.png)
 
@@ -73,36 +93,18 @@ def table(columns, rows):
 
 def target_table(rows):
     """The targets and what was measured."""
-    return '## Targets\n\nRatios of CPU time, larger is better for mfec. The last column says where mfec\'s time goes in the run that decides the row.\n\n' + table(
-        ('target', 'wanted', 'measured', 'met', 'what limits it'),
-        [(r.what, r.wanted, r.measured, r.verdict(), r.limit) for r in rows])
+    met = sum(r.met is True for r in rows)
+    missed = sum(r.met is False for r in rows)
+    return (f'## Targets\n\n{met} met, {missed} missed, {len(rows) - met - missed} not measured. '
+            'Ratios of CPU time; larger is better for mfec. The last column says where mfec\'s time '
+            'goes in the run that decides the row.\n\n' + table(
+                ('target', 'wanted', 'measured', 'target met', 'what limits it'),
+                [(r.what, r.wanted, r.measured, r.verdict(), r.limit) for r in rows]))
 
 
 def percent(value):
     """An error in percent."""
     return '' if value is None else f'{100*value:+.2f}'
-
-
-def cube_table(found):
-    """The sliding cube, one row a run, with the ratio to mfec's own choice."""
-    rows = []
-    for job, r in sorted(found.items(), key=lambda item: (item[0].scene, item[0].size)):
-        if not job.scene.startswith('cube'):
-            continue
-        own = targets.Runs(found).get(job.scene, job.size, 'AUTO')
-        time_of, guess = targets.Runs(found).cpu(job.scene, job.size, job.mode)
-        ratio = f'{time_of/own["cpu"]:.2g}' if own and time_of else ''
-        each = f'{r["cpu"]/r["iterations"]:.3g}' if r.get('iterations') else ''
-        name = {'cube': 'friction', 'cube_smooth': 'no friction', 'cube_once': 'slide in one increment',
-                'cube_neo': 'neo-Hooke'}[job.scene]
-        rows.append((name, f'{job.size:g}', f'{r["dofs"]:,}', figures.label(job),
-                     outcome(job, r), f'{r["wall"]:.3g}', each, f'{r["memory"]:.0f}',
-                     f'{r.get("iterations", "")}', f'{r.get("cuts", "")}', percent(r.get('T/N_error')),
-                     ('about ' if guess else '') + ratio))
-    return ('## Sliding cube\n\nAn elastic cube of n cells an edge is pressed by 1/200 of its edge (2 increments) on an elastic block of 3 x 2 x 0.5 edges and moved by half an edge (20 increments), mu = 0.1. '
-            '*T/N*: error of the mean of tangential over normal force once the cube slides as a whole.\n\n'
-            + table(('scene', 'n', 'dofs', 'program', 'CPU [s]', 'wall [s]', 'CPU an iteration [s]',
-                     'memory [MB]', 'iterations', 'cuts', 'T/N [%]', 'CPU against mfec AUTO'), rows))
 
 
 def outcome(job, result):
@@ -111,7 +113,35 @@ def outcome(job, result):
         return f'{result["cpu"]:.3g} (first increment)'
     if result['late']:
         return f'over {result["cpu"]:.0f}'
-    return f'{result["cpu"]:.3g}' + ('' if result['code'] == 0 else f' (exit code {result["code"]})')
+    if result['code']:
+        return f'{result["cpu"]:.3g} (exit code {result["code"]})'
+    return f'{result["cpu"]:.3g}'
+
+
+def cube_row(runs, job, result):
+    """One run of the sliding cube."""
+    own = runs.get(job.scene, job.size, 'AUTO')
+    time_of, guess = runs.cpu(job.scene, job.size, job.mode)
+    ratio = f'{"about " if guess else ""}{time_of/own["cpu"]:.2g}' if own and time_of else ''
+    each = f'{result["cpu"]/result["iterations"]:.3g}' if result.get('iterations') else ''
+    return (CUBES[job.scene], f'{job.size:g}', f'{result["dofs"]:,}', figures.label(job),
+            outcome(job, result), f'{result["wall"]:.3g}', each, f'{result["memory"]:.0f}',
+            f'{result.get("iterations", "")}', f'{result.get("cuts", "")}',
+            percent(result.get('T/N_error')), ratio)
+
+
+def cube_table(found):
+    """The sliding cube, one row a run, with the ratio to mfec's own choice."""
+    runs = targets.Runs(found)
+    rows = [cube_row(runs, job, r)
+            for job, r in sorted(found.items(), key=lambda item: (item[0].scene, item[0].size))
+            if job.scene in CUBES]
+    return '''## Sliding cube
+
+An elastic cube of n cells an edge is pressed by 1/200 of its edge (2 increments) on an elastic block of 3 x 2 x 0.5 edges and moved by half an edge (20 increments), mu = 0.1. *T/N*: error of the mean of tangential over normal force from time 1.2 on, where the cube slides as a whole.
+
+''' + table(('scene', 'n', 'dofs', 'program', 'CPU [s]', 'wall [s]', 'CPU an iteration [s]',
+             'memory [MB]', 'iterations', 'cuts', 'T/N [%]', 'CPU against mfec AUTO'), rows)
 
 
 def scaling_table(found):
@@ -121,18 +151,21 @@ def scaling_table(found):
         r = targets.Runs(found).get('cube', n, 'AUTO')
         if not r:
             continue
-        factor = targets.factorisation(r)
-        slope = ''
+        factor, power = targets.factorisation(r), ''
         if before:
-            slope = f'{targets.math.log(r["cpu"]/before["cpu"])/targets.math.log(r["dofs"]/before["dofs"]):.2f}'
+            power = f'{targets.power(before, r):.2f}'
         rows.append((str(n), f'{r["dofs"]:,}', f'{r["cpu"]:.3g}', f'{factor:.3g}',
-                     f'{100*factor/r["cpu"]:.0f}', f'{r["cpu"] - factor:.3g}', f'{r["memory"]:.0f}', slope))
+                     f'{100*factor/r["cpu"]:.0f}', f'{r["cpu"] - factor:.3g}',
+                     f'{r["memory"]:.0f}', power))
         before = r
     if not rows:
         return ''
-    return '## Cost against size\n\nmfec AUTO on the sliding cube with friction. The last column is the power p of CPU ~ dofs^p from the row above.\n\n' + table(
-        ('n', 'dofs', 'CPU [s]', 'factorisation [s]', 'share [%]', 'the rest [s]', 'memory [MB]', 'growth p'),
-        rows)
+    return '''## Cost against size
+
+mfec AUTO on the sliding cube with friction. The last column is the power p of CPU ~ dofs^p from the row above.
+
+''' + table(('n', 'dofs', 'CPU [s]', 'factorisation [s]', 'share [%]', 'the rest [s]',
+             'memory [MB]', 'growth p'), rows)
 
 
 def hertz_table(found):
@@ -142,10 +175,12 @@ def hertz_table(found):
              percent(r.get('pressure_error')), percent(r.get('largest_error')))
             for job, r in sorted(found.items(), key=lambda item: -item[0].size)
             if job.scene == 'hertz']
-    return ('## Hertz\n\nA paraboloid on a plate, both elastic, a quarter, no friction, 4 increments; the far faces move as those of half-spaces. *h/a*: facet over radius of contact. *force*: against Hertz at the given approach. '
-            '*p0*: peak pressure, from a parabola through the pressures at the nodes, against Hertz for the computed force; *largest*: the largest value at a node, likewise.\n\n'
-            + table(('h/a', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'iterations', 'force [%]',
-                     'p0 [%]', 'largest [%]'), rows))
+    return '''## Hertz
+
+A paraboloid on a plate, both elastic, a quarter, no friction, 4 increments; the far faces move as those of half-spaces. *h/a*: facet over radius of contact. *force*: against Hertz at the given approach. *p0*: peak pressure, from the parabola of p^2 through the pressures at the nodes within 0.8 a, against Hertz for the computed force; *largest*: the largest value at a node, likewise.
+
+''' + table(('h/a', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'iterations', 'force [%]',
+             'p0 [%]', 'largest [%]'), rows)
 
 
 def tip_table(found):
@@ -154,5 +189,54 @@ def tip_table(found):
              f'{r["memory"]:.0f}', percent(r.get('tip_error')))
             for job, r in sorted(found.items(), key=lambda item: item[0].size)
             if job.scene == 'cantilever']
-    return ('## Cantilever\n\nPure bending, 2n x n x n cells, no contact, one increment; the error is that of the deflection of the tip (exact solution).\n\n'
-            + table(('n', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'tip [%]'), rows))
+    return '''## Cantilever
+
+Pure bending, 2n x n x n cells, no contact, one increment; the error is that of the deflection of the tip (exact solution). *bare CHOLMOD* is `tests/bench/bare_cholmod.c`: it reads the mesh in binary, assembles, factorises and solves once, nothing else.
+
+''' + table(('n', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'tip [%]'), rows)
+
+
+def where_it_goes(measured):
+    """Profile, cost table and the speed of the factorisation."""
+    text = '## Where the time goes\n\n'
+    speeds = [(job.size, r['gflops']) for job, r in measured.found.items()
+              if job.mode == bare.MODE and r.get('gflops')]
+    if speeds:
+        size, speed = max(speeds)
+        share = 100*speed/measured.limits['dgemm']
+        text += (f'CHOLMOD\'s factorisation alone (bare program, cantilever n={size:g}) runs at '
+                 f'{speed:.1f} GFlop/s, {share:.0f} % of the dgemm of this machine.\n\n')
+    if measured.profile:
+        text += (f'Samples of {measured.profile["tool"]}, {measured.profile["job"]} '
+                 '(`tests/bench/profile`):\n\n')
+        text += table(('work', 'share of CPU [%]'), [
+            (name, f'{share:.1f}') for name, share in measured.profile['kinds'].items()
+            if share >= 0.05])
+        text += table(('largest symbols', 'library', '[%]'), [
+            (f'`{symbol}`', library, f'{share:.1f}')
+            for share, library, symbol in measured.profile['rows']])
+    return text + cost_table(measured.found)
+
+
+def cost_table(found):
+    """The cost tables of the logs, in percent, of the largest runs."""
+    runs = []
+    for scene in ('cube', 'cube_smooth', 'hertz', 'cantilever'):
+        done = [(r['dofs'], job, r) for job, r in found.items() if job.scene == scene and
+                job.mode == 'AUTO' and r['code'] == 0 and not job.limit and r.get('costs')]
+        if done:
+            _, job, r = max(done, key=lambda item: item[0])
+            runs.append((f'{job.scene} {job.size:g}', r))
+    if not runs:
+        return ''
+    names = [n for n in runs[0][1]['costs'] if n != 'whole run']
+    rows = []
+    for name in names:
+        cells = []
+        for _, r in runs:
+            share = 100*r['costs'].get(name, 0.0)/max(r['costs']['whole run'], 1e-9)
+            cells.append(f'{share:.1f} ({r["counts"].get(name, 0)})')
+        rows.append((name, *cells))
+    return ('The cost tables of the logs of mfec (AUTO), largest size of each scene: share of the '
+            'whole run in percent, and how often.\n\n'
+            + table(('cost', *(name for name, _ in runs)), rows))

@@ -52,21 +52,24 @@ def own_log(log):
             values['costs'][found.group(1)] = float(found.group(3))
             if found.group(2):
                 values['counts'][found.group(1)] = int(found.group(2))
-    chosen = re.findall(r'^solver +(.*)', log, re.M)
-    values['chosen'] = chosen[0].strip() if chosen else ''
+    for name in ('processor time of all threads', 'peak memory, MB'):
+        values['costs'].pop(name, None)
+    chosen = re.findall(r'^solver: (\w+)', log, re.M)
+    values['chosen'] = chosen[0] if chosen else ''
     return values
 
 
 def own_pressures(scene, folder):
-    """Normal force of each slave node over its share of the surface."""
+    """Normal force of each slave node over its share of the surface; the force of a quadrature
+    point belongs to the nodes of its facet by its weights."""
     import h5py
     shares = scene.mesh.shares(scene.contact.slave)
     with h5py.File(os.path.join(folder, 'run.h5'), 'r') as results:
         group = results['contact/1']
-        nodes, force = group['node'][()], group['traction'][-1]
-    total = {}
-    for node, f in zip(nodes.tolist(), force.tolist()):
-        total[node] = total.get(node, 0.0) + f[2]
+        nodes, force = group['node'][()], group['traction'][-1][:, 2]
+        weights = group['weight'][()] if nodes.ndim == 2 else np.ones((len(nodes), 1))
+    total = np.bincount(nodes.ravel(), (weights*force[:, None]).ravel())
+    total = {int(n): float(total[n]) for n in np.unique(nodes) if total[n]}
     return {node: f/shares[node] for node, f in total.items() if f}
 
 

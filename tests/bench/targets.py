@@ -61,7 +61,6 @@ def largest_cost(result):
     """Where the time of a run goes, from its cost table."""
     costs = {k: v for k, v in (result or {}).get('costs', {}).items() if k != 'whole run'}
     whole = (result or {}).get('costs', {}).get('whole run', 0.0)
-    costs.pop('processor time of all threads', None)
     if not costs or not whole:
         return ''
     parts = sorted(costs.items(), key=lambda item: -item[1])[:2]
@@ -122,7 +121,7 @@ def part(result, names):
 def newton_seconds(result):
     """Time of the nonlinear part: all but reading, the bulk's tangent and factor, and output."""
     apart = ('reading and meshing', 'bulk tangent', 'output', 'symmetric factorisation',
-             'symbolic factorisation')
+             'symbolic factorisation', *(n for n in result['costs'] if 'compliance' in n))
     if result.get('counts', {}).get('symmetric factorisation', 0) > 3:
         apart = apart[:3]  # factored in each iteration: that is the nonlinear part
     return result['cpu'] - part(result, apart)
@@ -182,8 +181,8 @@ def hertz(runs):
     ours, theirs = least(True), least(False)
     if ours and theirs:
         ratio = theirs[0]/ours[0]
-        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at {ours[1].size:g}; CalculiX {theirs[1].mode} '
-                        f'{theirs[0]:.3g} s at {theirs[1].size:g})')
+        row.measured = (f'{ratio:.3g}x ({ours[0]:.3g} s at h/a = {ours[1].size:g}, {ours[1].method}; '
+                        f'CalculiX {theirs[1].mode} {theirs[0]:.3g} s at {theirs[1].size:g})')
         row.met, row.missed = ratio >= 10, f'by {10/ratio:.2g}x'
         row.limit = largest_cost(runs.found[ours[1]])
     return row
@@ -208,6 +207,11 @@ def growth(runs):
         row.met, row.missed = power <= 1.0, f'power {power:.2f} instead of 1'
         row.limit = largest_cost(last)
     return row
+
+
+def power(small, large):
+    """p of CPU ~ dofs^p between two runs."""
+    return math.log(large['cpu']/small['cpu'])/math.log(large['dofs']/small['dofs'])
 
 
 def factorisation(result):
@@ -248,11 +252,15 @@ def neo(runs):
 
 
 def start(started):
-    """The start of the program."""
+    """The start of the program: by the clock, unless others use the machine."""
     row = Row('start-up: a deck of 10 elements', 'under 50 ms')
-    row.measured = f'{1e3*started["wall"]:.0f} ms (wall, best of 15), {1e3*started["cpu"]:.0f} ms of CPU'
-    row.met = started['code'] == 0 and started['wall'] < 0.05
-    row.missed = f'{1e3*started["wall"]:.0f} ms'
+    busy = started['load'] > started['cores']
+    seconds = started['cpu'] if busy else started['wall']
+    row.measured = (f'{1e3*started["wall"]:.0f} ms by the clock (least of 15), '
+                    f'{1e3*started["cpu"]:.0f} ms of CPU (median)'
+                    + ('; the machine was busy: CPU counts' if busy else ''))
+    row.met = started['code'] == 0 and seconds < 0.05
+    row.missed = f'{1e3*seconds:.0f} ms'
     return row
 
 

@@ -1,4 +1,4 @@
-"""Meshes of mapped boxes, cut into tetrahedra and written once for both programs (Abaqus format)."""
+"""Meshes of mapped boxes, cut into tetrahedra; both programs read the same file (Abaqus format)."""
 import numpy as np
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))

@@ -69,6 +69,17 @@ def slide(bench):
                   scale=1.0)
 
 
+def stuck(bench):
+    """A block held by contact alone under dead loads below the limit rests where it is."""
+    for factor in PENALTIES:
+        last = bench.run_text(f'stuck_{factor}', augmented(
+            'tests/verification/block_dead_loads/block_dead_loads.inp', factor)).contact('sole')[-1]
+        bench.compare(f'Ft/N, penalty {factor} E/h', EXACT, 0.115, last['Ft']/100, 1e-3)
+        bench.compare(f'slipping nodes, penalty {factor} E/h', EXACT, 0.0, last['slip'], 0.0, scale=1.0)
+        bench.compare(f'penetration and elastic slip, {factor} E/h', EXACT, 0.0, deepest([last]), 1e-7,
+                      scale=1.0)
+
+
 def edge(bench):
     """A tip over a kinked edge: penalties per node, the multiplier turns with the facet."""
     forces, depths = [], []

@@ -1,0 +1,207 @@
+!> The bodies of a condensed system: all of them condensed, numbered, loaded and solved
+!! (doc/theory, "Condensed contact").
+module condensed_bodies
+  use kinds, only: wp
+  use lapack_interface, only: dsymv
+  use model_types, only: model_t
+  use block_matrix, only: multiply
+  use umfpack_solver, only: solver_done
+  use condensed_types, only: condensed_t
+  use condensation, only: condense_body, solve_body, free_body
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
+    find_equilibrium, gather_compliance, apply_compliance, free_condensed
+
+contains
+
+  !> Condenses the bodies that are marked.
+  subroutine condense_all(system, wanted, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, allocatable :: equation(:, :)
+    integer :: b, i, k, n
+
+    outcome = solver_done
+    allocate (equation(3, size(system%node_body)))
+    do b = 1, system%bodies
+      if (.not. wanted(b)) cycle
+      equation = 0
+      n = 0
+      do i = 1, size(system%node_body)
+        if (system%node_body(i) /= b) cycle
+        do k = 1, 3
+          if (system%equation(k, i) == 0) cycle
+          n = n + 1
+          equation(k, i) = n
+        end do
+      end do
+      if (n == 0) cycle
+      call condense_body(system%bulk_matrix, equation, system%condensed%candidate, &
+        system%condensed%bodies(b), system%costs, outcome)
+      if (outcome /= solver_done) return
+    end do
+  end subroutine condense_all
+
+  !> Displacements for a unit of each proportional load, no contact.
+  subroutine find_influence(model, system, outcome)
+    type(model_t), intent(in) :: model !! conditions
+    type(system_t), intent(inout) :: system !! bodies of condensed given; gets influence
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    real(wp), allocatable :: force(:, :)
+    integer :: k
+
+    outcome = solver_done
+    allocate (force(3, model%mesh%nodes))
+    associate (condensed => system%condensed, conditions => model%conditions)
+      allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
+      do k = 1, size(condensed%patterns)
+        associate (u => condensed%influence(:, :, k), mine => conditions%load == &
+          condensed%patterns(k))
+          where (system%equation == 0 .and. mine) u = conditions%displacement
+          call multiply(system%bulk_matrix, u, force)
+          force = -force
+          where (system%equation > 0 .and. mine) force = force + conditions%force
+          call solve_all(system, force, u, outcome)
+        end associate
+        if (outcome /= solver_done) return
+      end do
+    end associate
+  end subroutine find_influence
+
+  !> Displacements of the free degrees of freedom under forces.
+  subroutine solve_all(system, force, u, outcome)
+    type(system_t), intent(inout) :: system !! bodies of condensed
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer :: b
+
+    outcome = solver_done
+    do b = 1, system%bodies
+      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
+      call solve_body(system%condensed%bodies(b), force, u, system%costs, outcome)
+      if (outcome /= solver_done) return
+    end do
+  end subroutine solve_all
+
+  !> Numbers the candidates body after body; forces and defects start at zero.
+  subroutine number_candidates(system)
+    type(system_t), intent(inout) :: system !! bodies of condensed given
+    integer :: b, j, n
+
+    associate (condensed => system%condensed)
+      condensed%place = 0
+      n = 0
+      do b = 1, size(condensed%bodies)
+        condensed%bodies(b)%first = n
+        n = n + condensed%bodies(b)%m
+      end do
+      condensed%n = n
+      condensed%n_live = 0
+      condensed%live = [integer ::]
+      condensed%node = spread(0, 1, n)
+      condensed%direction = condensed%node
+      condensed%live_place = condensed%node
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          body%n_live = 0
+          do j = 1, body%m
+            n = body%first + j
+            condensed%node(n) = body%node(body%equation(j))
+            condensed%direction(n) = body%direction(body%equation(j))
+            condensed%place(condensed%direction(n), condensed%node(n)) = n
+          end do
+        end associate
+      end do
+      condensed%loaded = spread(0.0_wp, 1, condensed%n)
+      condensed%force = condensed%loaded
+      condensed%force_change = condensed%loaded
+      condensed%defect = condensed%loaded
+    end associate
+  end subroutine number_candidates
+
+  !> Displacements of the candidates without contact.
+  subroutine load_candidates(condensed)
+    type(condensed_t), intent(inout) :: condensed !! factors given; gets loaded
+    integer :: i
+
+    do i = 1, condensed%n
+      condensed%loaded(i) = dot_product(condensed%factors, &
+        condensed%influence(condensed%direction(i), condensed%node(i), :))
+    end do
+  end subroutine load_candidates
+
+  !> Displacements of all candidates in equilibrium with the forces of the iterate.
+  subroutine find_equilibrium(condensed, u)
+    type(condensed_t), intent(in) :: condensed !! loaded and force given
+    real(wp), intent(out) :: u(:) !! (n) [length]
+    integer :: b, j
+
+    u = condensed%loaded
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        do j = 1, body%m
+          if (abs(condensed%force(body%first + j)) <= 0.0_wp) cycle
+          u(body%first + 1:body%first + body%m) = u(body%first + 1:body%first + body%m) &
+            - condensed%force(body%first + j)*body%compliance(:, j)
+        end do
+      end associate
+    end do
+  end subroutine find_equilibrium
+
+  !> Compliance of the live candidates of each body.
+  subroutine gather_compliance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! live given
+    integer, allocatable :: mine(:)
+    integer :: b, j, first
+
+    first = 0
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        mine = pack(condensed%live, condensed%live > body%first .and. &
+          condensed%live <= body%first + body%m) - body%first
+        body%first_live = first
+        body%n_live = size(mine)
+        first = first + body%n_live
+        if (allocated(body%live)) deallocate (body%live)
+        allocate (body%live(body%n_live, body%n_live))
+        do j = 1, body%n_live
+          body%live(:, j) = body%compliance(mine, mine(j))
+        end do
+      end associate
+    end do
+    condensed%right = spread(0.0_wp, 1, condensed%n_live)
+    condensed%change = condensed%right
+  end subroutine gather_compliance
+
+  !> y = C x on the live candidates.
+  subroutine apply_compliance(condensed, x, y)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    real(wp), intent(in) :: x(:) !! (n_live) [force]
+    real(wp), intent(inout) :: y(:) !! (n_live) [length]
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%n_live == 0) cycle
+        call dsymv('L', body%n_live, 1.0_wp, body%live, body%n_live, x(body%first_live + 1:), 1, &
+          0.0_wp, y(body%first_live + 1:), 1)
+      end associate
+    end do
+  end subroutine apply_compliance
+
+  !> Releases all factors.
+  subroutine free_condensed(system)
+    type(system_t), intent(inout) :: system !! condensed is emptied
+    integer :: b
+
+    if (.not. allocated(system%condensed%bodies)) return
+    do b = 1, size(system%condensed%bodies)
+      call free_body(system%condensed%bodies(b))
+    end do
+    system%condensed = condensed_t()
+  end subroutine free_condensed
+end module condensed_bodies

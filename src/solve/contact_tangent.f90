@@ -1,0 +1,261 @@
+!> The tangent of contact in the condensed form: element matrices, their leading part U V^T, and
+!! the factor of I + V^T C U (doc/theory, "Condensed contact").
+module contact_tangent
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor
+  use element_types, only: task_tangent, max_dofs, status_open
+  use elmlib, only: routine_none
+  use lapack_interface, only: dgetrf, dgetrs, dgemv
+  use low_rank, only: peel
+  use assembly, only: assemble
+  use umfpack_solver, only: solver_done, solver_singular
+  use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_system, only: gather_condensed
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading, &
+    add_leading
+
+  !> Element matrix entries times compliance that are left to the iteration.
+  real(wp), parameter :: negligible = 0.03_wp
+  !> Columns that an element matrix may have.
+  integer, parameter :: most_columns = 6
+
+contains
+
+  !> Element matrices at u.
+  subroutine form_element_matrices(system, x)
+    type(system_t), intent(inout) :: system !! gets tangent of condensed, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call begin_cost(system%costs, cost_contact_tangent)
+    associate (tangent => system%condensed%tangent)
+      if (.not. allocated(tangent%s)) allocate (tangent%s(max_dofs, max_dofs, system%contact%n))
+      system%contact_force = 0.0_wp
+      call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
+      call gather_condensed(system, 0.0_wp)
+      call list_elements(system, tangent)
+    end associate
+    call end_cost(system%costs, cost_contact_tangent)
+  end subroutine form_element_matrices
+
+  !> Lists the closed elements, and clears what of their matrices belongs to no live candidate.
+  subroutine list_elements(system, tangent)
+    type(system_t), intent(in) :: system !! contact elements, condensed
+    type(contact_tangent_t), intent(inout) :: tangent !! gets element; s loses dead rows
+    integer :: k, i
+
+    if (.not. allocated(tangent%element)) allocate (tangent%element(system%contact%n))
+    tangent%elements = 0
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      if (system%contact%status(k) <= status_open) cycle
+      tangent%elements = tangent%elements + 1
+      tangent%element(tangent%elements) = k
+      do i = 1, max_dofs
+        if (tangent%dofs(i, k) > 0) cycle
+        tangent%s(i, :, k) = 0.0_wp
+        tangent%s(:, i, k) = 0.0_wp
+      end do
+    end do
+  end subroutine list_elements
+
+  !> Factor of the leading part of the element matrices at hand.
+  subroutine factorise_tangent(system, outcome)
+    type(system_t), intent(inout) :: system !! gets the factor in tangent of condensed
+    integer, intent(out) :: outcome !! done or singular
+    integer :: info
+
+    outcome = solver_done
+    call begin_cost(system%costs, cost_dense_factor)
+    associate (condensed => system%condensed, tangent => system%condensed%tangent)
+      call peel_elements(condensed, tangent)
+      call form_small(condensed, tangent)
+      tangent%status = system%contact%status
+      info = 0
+      if (tangent%rank > 0) call dgetrf(tangent%rank, tangent%rank, tangent%small, &
+        size(tangent%small, 1), tangent%pivot, info)
+      if (info /= 0) outcome = solver_singular
+    end associate
+    call end_cost(system%costs, cost_dense_factor)
+  end subroutine factorise_tangent
+
+  !> Takes the leading columns of each element matrix.
+  subroutine peel_elements(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
+    real(wp) :: weight(max_dofs), root(condensed%n_live)
+    integer :: e, i, b, rank
+
+    if (.not. allocated(tangent%owner)) then
+      allocate (tangent%owner(most_columns*size(tangent%element)), &
+        tangent%u(max_dofs, most_columns*size(tangent%element)), &
+        tangent%v(max_dofs, most_columns*size(tangent%element)))
+    end if
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        do i = 1, body%n_live
+          root(body%first_live + i) = sqrt(body%live(i, i))
+        end do
+      end associate
+    end do
+    tangent%rank = 0
+    do e = 1, tangent%elements
+      weight = 0.0_wp
+      associate (n => tangent%rank, dofs => tangent%dofs(:, tangent%element(e)))
+        do i = 1, max_dofs
+          if (dofs(i) > 0) weight(i) = root(dofs(i))
+        end do
+        call peel(tangent%s(:, :, tangent%element(e)), weight, negligible, &
+          tangent%u(:, n + 1:n + most_columns), tangent%v(:, n + 1:n + most_columns), rank)
+        tangent%owner(n + 1:n + rank) = tangent%element(e)
+        n = n + rank
+      end associate
+    end do
+  end subroutine peel_elements
+
+  !> C U and I + V^T C U.
+  subroutine form_small(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
+    integer :: j, k, i, room
+    real(wp) :: total
+
+    room = 0
+    if (allocated(tangent%small)) then
+      room = size(tangent%small, 1)
+      if (size(tangent%cu, 1) /= condensed%n_live) room = 0
+    end if
+    if (room < max(1, tangent%rank)) then
+      if (allocated(tangent%small)) deallocate (tangent%small, tangent%cu, tangent%pivot)
+      room = 1 + tangent%rank + tangent%rank/4
+      allocate (tangent%small(room, room), tangent%cu(condensed%n_live, room), &
+        tangent%pivot(room))
+    end if
+    do j = 1, tangent%rank
+      call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
+        tangent%cu(:, j))
+    end do
+    do j = 1, tangent%rank
+      do k = 1, tangent%rank
+        total = 0.0_wp
+        associate (dofs => tangent%dofs(:, tangent%owner(k)))
+          do i = 1, max_dofs
+            if (dofs(i) > 0) total = total + tangent%v(i, k)*tangent%cu(dofs(i), j)
+          end do
+        end associate
+        tangent%small(k, j) = total
+      end do
+      tangent%small(j, j) = tangent%small(j, j) + 1.0_wp
+    end do
+  end subroutine form_small
+
+  !> y = C u for a u that few degrees of freedom have.
+  subroutine add_columns(condensed, dofs, u, y)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    integer, intent(in) :: dofs(:) !! (max_dofs) live candidates, 0 for none
+    real(wp), intent(in) :: u(:) !! (max_dofs) values
+    real(wp), intent(out) :: y(:) !! (n_live) C u
+    integer :: b, i
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        y(body%first_live + 1:body%first_live + body%n_live) = 0.0_wp
+        do i = 1, size(dofs)
+          if (dofs(i) <= body%first_live .or. dofs(i) > body%first_live + body%n_live) cycle
+          y(body%first_live + 1:body%first_live + body%n_live) = &
+            y(body%first_live + 1:body%first_live + body%n_live) &
+            + u(i)*body%live(:, dofs(i) - body%first_live)
+        end do
+      end associate
+    end do
+  end subroutine add_columns
+
+  !> What U V^T leaves of the element matrices; the factor may be older than these.
+  subroutine form_rest(system)
+    type(system_t), intent(inout) :: system !! tangent of condensed: s becomes the rest
+    integer :: k, j
+
+    associate (tangent => system%condensed%tangent)
+      tangent%resting = 0
+      do k = 1, system%contact%n
+        if (system%contact%routine(k) == routine_none) cycle
+        if (max(system%contact%status(k), tangent%status(k)) <= status_open) cycle
+        if (system%contact%status(k) <= status_open) tangent%s(:, :, k) = 0.0_wp
+        tangent%resting = tangent%resting + 1
+        tangent%element(tangent%resting) = k
+      end do
+      do j = 1, tangent%rank
+        associate (s => tangent%s(:, :, tangent%owner(j)))
+          do k = 1, max_dofs
+            s(:, k) = s(:, k) - tangent%u(:, j)*tangent%v(k, j)
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine form_rest
+
+  !> y = k' x with the rest of the element matrices.
+  subroutine apply_rest(tangent, x, y)
+    type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
+    real(wp), intent(in) :: x(:) !! (live) [length]
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp) :: local(max_dofs), force(max_dofs)
+    integer :: e, i
+
+    y = 0.0_wp
+    do e = 1, tangent%resting
+      associate (dofs => tangent%dofs(:, tangent%element(e)))
+        local = 0.0_wp
+        do i = 1, max_dofs
+          if (dofs(i) > 0) local(i) = x(dofs(i))
+        end do
+        force = matmul(tangent%s(:, :, tangent%element(e)), local)
+        do i = 1, max_dofs
+          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + force(i)
+        end do
+      end associate
+    end do
+  end subroutine apply_rest
+
+  !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
+  !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.
+  subroutine answer_leading(tangent, d, z, t)
+    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank) the force is U z
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    integer :: j, i, info
+
+    t = d
+    if (tangent%rank == 0) return
+    do j = 1, tangent%rank
+      z(j) = 0.0_wp
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, max_dofs
+          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
+        end do
+      end associate
+    end do
+    call dgetrs('N', tangent%rank, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, &
+      tangent%rank, info)
+    call dgemv('N', size(d), tangent%rank, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+  end subroutine answer_leading
+
+  !> Adds U z to y.
+  pure subroutine add_leading(tangent, z, y)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: z(:) !! (rank)
+    real(wp), intent(inout) :: y(:) !! (live) [force]
+    integer :: j, i
+
+    do j = 1, tangent%rank
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, max_dofs
+          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
+        end do
+      end associate
+    end do
+  end subroutine add_leading
+end module contact_tangent
