@@ -133,7 +133,7 @@ contains
     call find_nodes(mesh, name, nodes, found)
     if (found) then
       call report_error(diagnostics, at, 'the '//side//' '''//name//''' is no surface', &
-        'define one: SURFace name FROM '//name)
+        'define one: SURFace name FROM '//name//'; only the slave of NTOS may be a set')
     else
       call report_unknown_name(mesh, at, name, diagnostics)
     end if

@@ -15,7 +15,7 @@ module run_log
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
   private
-  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_note, log_warning, &
+  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
     log_iteration, log_increment, log_cut, log_error, log_costs, close_log
 
   !> A log open for writing.
@@ -84,7 +84,7 @@ contains
     end do
     do i = 1, size(model%notes)
       if (allocated(error)) return
-      call log_note(log, model%notes(i)%s, error)
+      call log_line(log, model%notes(i)%s, error)
     end do
     if (allocated(error)) return
     call log_line(log, '', error)
@@ -157,15 +157,6 @@ contains
     if (allocated(error)) return
     call flush_text_file(log%file, error)
   end subroutine log_line
-
-  !> Writes a remark.
-  subroutine log_note(log, message, error)
-    type(log_t), intent(inout) :: log !! the log
-    character(*), intent(in) :: message !! the remark
-    type(error_t), allocatable, intent(out) :: error !! disk full
-
-    call log_line(log, 'note: '//message, error)
-  end subroutine log_note
 
   !> Writes a warning and counts it.
   subroutine log_warning(log, message, error)
