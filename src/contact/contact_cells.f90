@@ -169,6 +169,7 @@ contains
         pair%cells(n + 1:n + fresh%n) = cells(first:last)
         pair%new(n + 1:n + fresh%n) = points(first:last)
       else
+        if (fresh%n > room) pair%crowded = .true.
         call fit_in(room, fresh)
         pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)

@@ -93,6 +93,8 @@ module contact_types
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) if segmented: their corners
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
     real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
+    logical :: crowded = .false. !! if segmented: cells have found no room for all their points
+    logical :: crowd_told = .false. !! and the user has been told
     type(cell_t), allocatable :: old_cells(:) !! (points) if segmented: where `old` is
     type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
