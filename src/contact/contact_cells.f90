@@ -10,8 +10,8 @@ module contact_cells
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points
   use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
-  use facet_geometry, only: project_on_facet, facet_normal
-  use facet_tree, only: fit_tree, facets_near
+  use facet_geometry, only: project_on_facet, facet_normal, facet_size
+  use facet_tree, only: build_tree, fit_tree, facets_near
   use cell_history, only: fit_slip, fit_multipliers, place_tip, multiplier_at
   use linear_fields, only: linear_field_t
   implicit none
@@ -42,7 +42,7 @@ contains
 
   !> Room for the points of a pair with three fixed points in each slave facet, whose penalty gives
   !! the density.
-  pure subroutine prepare_cells(x, pair)
+  subroutine prepare_cells(x, pair)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(pair_t), intent(inout) :: pair !! points given; gets cells, density, room for points
     integer :: f, points
@@ -53,7 +53,7 @@ contains
     if (allocated(pair%epsilon)) then
       if (size(pair%epsilon) > 0) pair%density = pair%epsilon(1)/pair%area(1)
     end if
-    points = room_for(pair, x)
+    points = max(room_for(pair, x), nint(reserve*real(points_at(pair, x), wp)))
     deallocate (pair%point_nodes, pair%point_weights, pair%area)
     allocate (pair%cells(points), pair%old_cells(points))
     allocate (pair%point_nodes(3, points), pair%point_weights(3, points), pair%area(points))
@@ -65,8 +65,41 @@ contains
     call show_cells(pair)
   end subroutine prepare_cells
 
+  !> Number of points at the start.
+  integer function points_at(pair, x) result(n)
+    type(pair_t), intent(in) :: pair !! slave facets, areas, master facets
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(pair_t) :: trial
+    type(fresh_t) :: fresh
+    integer :: f
+
+    n = 0
+    trial%facets = pair%facets
+    trial%slave_facets = pair%slave_facets
+    trial%slave_area = pair%slave_area
+    trial%search_radius = pair%search_radius
+    if (trial%search_radius <= 0.0_wp) trial%search_radius = maxval([(facet_size(x(:, &
+      pair%facets(:, f))), f=1, size(pair%facets, 2))])
+    call build_tree(trial%tree, trial%facets, x)
+    call make_fresh(size(pair%facets, 2), fresh)
+    do f = 1, size(pair%slave_facets, 2)
+      call cut_facet(trial, f, x, fresh)
+      n = n + fresh%n
+    end do
+  end function points_at
+
+  !> Room for the points of one slave facet.
+  pure subroutine make_fresh(facets, fresh)
+    integer, intent(in) :: facets !! number of master facets
+    type(fresh_t), intent(out) :: fresh !! gets its arrays
+
+    allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
+              fresh%host(cell_points*(facets + 1)))
+  end subroutine make_fresh
+
   !> The expected number of points and a reserve: a convex body at random over a mesh of others of
-  !! mean area A and circumference L meets 1 + (a + l L/2 pi)/A of them.
+  !! mean area A and circumference L meets 1 + (a + l L/2 pi)/A of them. The means are geometric,
+  !! for a few large facets mean little.
   pure integer function room_for(pair, x) result(room)
     type(pair_t), intent(in) :: pair !! slave facets, areas, master facets
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -74,8 +107,9 @@ contains
     integer :: f, n
 
     n = size(pair%facets, 2)
-    area = sum([(twice_area(x(:, pair%facets(:, f))), f=1, n)])/real(2*max(1, n), wp)
-    length = sum([(circumference(x(:, pair%facets(:, f))), f=1, n)])/real(max(1, n), wp)
+    area = 0.5_wp*exp(sum([(log(max(tiny(area), twice_area(x(:, &
+      pair%facets(:, f))))), f=1, n)])/real(max(1, n), wp))
+    length = exp(sum([(log(circumference(x(:, pair%facets(:, f)))), f=1, n)])/real(max(1, n), wp))
     cells = 0.0_wp
     do f = 1, size(pair%slave_facets, 2)
       cells = cells + 2.0_wp
@@ -151,9 +185,7 @@ contains
     call fit_tree(pair%tree, pair%facets, x)
     cells = pair%cells
     points = pair%new
-    allocate (fresh%near(size(pair%facets, 2)))
-    allocate (fresh%cell(cell_points*(size(pair%facets, 2) + 1)), &
-              fresh%host(cell_points*(size(pair%facets, 2) + 1)))
+    call make_fresh(size(pair%facets, 2), fresh)
     n = 0
     first = 1
     do f = 1, size(pair%slave_facets, 2)
