@@ -9,7 +9,7 @@ module run_log
   use text, only: to_text, count_noun
   use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
-  use contact_points, only: count_points
+  use contact_points, only: used_points
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
@@ -120,15 +120,17 @@ contains
     character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
-      count_noun(count_points(pair), 'point')//' against '// &
+      count_noun(used_points(pair), 'point')//' against '// &
       count_noun(size(pair%facets, 2), 'facet')//', penalty '
-    if (size(pair%epsilon) > 0) then
+    if (pair%segmented) then
+      line = line//to_text(pair%density)//' force/length^3 times the area of a point'
+    else if (size(pair%epsilon) > 0) then
       line = line//to_text(minval(pair%epsilon))
       if (maxval(pair%epsilon) > minval(pair%epsilon)) then
         line = line//' to '//to_text(maxval(pair%epsilon))
       end if
     end if
-    line = line//' force/length a point'
+    if (.not. pair%segmented) line = line//' force/length a point'
     select case (pair%penalty_kind)
     case (penalty_nodal)
     case (penalty_area)

@@ -6,6 +6,7 @@ module saved_states
   use kinds, only: wp
   use model_types, only: model_t
   use system_types, only: system_t, state_t
+  use contact_cells, only: begin_cells
   use contact_system, only: couple_as_saved
   use condensed_bodies, only: free_condensed
   use linear_solver, only: solver_unknown
@@ -80,6 +81,10 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points
+      if (model%pairs(k)%segmented) then
+        model%pairs(k)%old_cells = saved%pairs(k)%cells
+        call begin_cells(model%pairs(k))
+      end if
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)

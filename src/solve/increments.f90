@@ -52,8 +52,23 @@ contains
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
+    if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
+
+  !> Says once that a segmented pair has fewer points than its cells want.
+  subroutine tell_crowded(model, monitor)
+    type(model_t), intent(inout) :: model !! pairs: what has been told
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%crowd_told .or. .not. model%pairs(k)%crowded) cycle
+      model%pairs(k)%crowd_told = .true.
+      call monitor%warning('pair '//model%pairs(k)%name//': more cells than there is room for; '// &
+        'the last facets have fewer points')
+    end do
+  end subroutine tell_crowded
 
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
