@@ -278,7 +278,7 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
-    if (system%condensed%active) then
+    if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
     end if

@@ -94,7 +94,7 @@ contains
 
     if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
-        system%condensed%kept = 0.0_wp
+        if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then

@@ -2,7 +2,7 @@
 import math
 
 import meshing
-from sphere_studies import spacing, straight_line
+from half_spaces import graded, straight_line
 
 
 def slices(radius, fine, cells, growth, layers):

@@ -1,198 +1,221 @@
-"""Equal spheres pressed together: a quarter of two caps, meshed finer towards the contact."""
+"""Equal spheres pressed together, pushed sideways and twisted: Hertz, Cattaneo-Mindlin, Lubkin."""
 import math
 
+import half_spaces
 import meshing
 
-
-def spacing(fine, cells, growth, layers):
-    """Coordinates from 0: equal cells, then layers that grow."""
-    places = [fine*i for i in range(cells + 1)]
-    step = fine
-    for _ in range(layers):
-        step *= growth
-        places.append(places[-1] + step)
-    return places
+SIZES = (0.3, 0.15, 0.075)
+OTHERS = ('NTOS +AUGM', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
+CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
-def caps(radius, fine, cells, growth, layers):
-    """Quarter caps of two spheres that touch at the origin; sets of their faces."""
-    across = spacing(fine, cells, growth, layers)
-    depth = spacing(fine, cells//2, growth, layers + 1)
-    mesh, parts = meshing.Mesh(), {}
-    for name, sign in (('upper', 1), ('lower', -1)):
-        levels = [sign*z for z in depth] if sign > 0 else [-z for z in reversed(depth)]
-
-        def place(i, j, k, levels=levels, sign=sign):
-            x, y = across[i], across[j]
-            rise = radius - math.sqrt(radius**2 - x*x - y*y)
-            share = 1 - abs(levels[k])/depth[-1]
-            return x, y, levels[k] + sign*rise*share
-
-        n, m = len(across) - 1, len(depth) - 1
-        number = mesh.box((n, n, m), place)
-        near, far = (0, m) if sign > 0 else (m, 0)
-        grid = [(i, j) for j in range(n + 1) for i in range(n + 1)]
-        parts[name] = [number(i, j, near) for i, j in grid]
-        parts[name + '_far'] = [number(i, j, far) for i, j in grid]
-    return mesh, parts
+def ramp(steps):
+    """BATCh of one increment up to time 1 and one for each further unit of time."""
+    return f'  DT,,1\n  STEP,,{steps}\n'
 
 
-def hertz_deck(mesh, parts, young, nu, approach, eps):
-    """The deck: the far face of the upper cap comes down, that of the lower one is held."""
-    sets = ''.join(meshing.node_set(name, numbers) for name, numbers in parts.items())
-    return ('MFEC * * Hertz: two equal spheres\n\n' + meshing.solid(1, young, nu) +
-            mesh.records() + sets + f'''SURFace above FROM upper
-SURFace below FROM lower
-
-EBOUndary
-  1 0  1 0 0
-  2 0  0 1 0
-
-BOUNdary
-  upper_far 0 0 1
-  lower_far 0 0 1
-
-DISPlacement
-  upper_far 0 0 {-approach!r}
-
-PROPortional 1
-  0 0
-  1 1
-
-CONTact
-  PAIR 1 caps
-    NTOS above below
-    PENAlty AREA {eps!r}
-
-OUTPut
-  REACtions upper_far
-  FIELds contact
-
-END
-BATCh
-  DT,,0.5
-  STEP,,2
-END
-STOP
-''')
+def growth(size):
+    """Growth of the cells away from the contact: half the facet, half of all cells."""
+    return 1.5**(size/0.3)
 
 
-def straight_line(points):
-    """Least squares: value at 0 and slope."""
-    n = len(points)
-    sx, sy = sum(x for x, _ in points), sum(y for _, y in points)
-    slope = (n*sum(x*y for x, y in points) - sx*sy)/(n*sum(x*x for x, _ in points) - sx*sx)
-    return (sy - slope*sx)/n, slope
+class Hertz:
+    """One run: quarter bodies, the far field of the elastic half-space on their outer faces."""
+
+    radius, young, nu, a = 50.0, 20000.0, 0.3, 1.5
+
+    def __init__(self, bench, size, form):
+        stiff = self.young/(2*(1 - self.nu**2))
+        shear = self.young/(2*(1 + self.nu))
+        approach = self.a**2/(self.radius/2)
+        self.target = 4*stiff*self.a**3/(3*self.radius/2)
+        pair = half_spaces.Pair(self.radius, self.a, size*self.a, (True, True), 8*self.a,
+                                growth(size))
+        moves = {}
+        for node in pair.parts['upper_far'] + pair.parts['lower_far']:
+            x, y, z, sign = pair.local(node)
+            u = [self.target*v for v in half_spaces.boussinesq(x, y, z, shear, self.nu)]
+            moves[node] = u[0], u[1], sign*(u[2] - approach/2)
+        text = half_spaces.deck(pair, self.young, self.nu, form, 0.0,
+                                meshing.vectors('DISPlacement', moves),
+                                half_spaces.table(1, ((0, 0), (1, 1))), ramp(1))
+        tables = bench.run_text('hertz', text)
+        self.nodes = len(pair.mesh.nodes)
+        self.force = 4*abs(tables.contact('caps')[-1]['F3'])
+        self.p0 = (6*self.force*stiff**2/(math.pi**3*(self.radius/2)**2))**(1/3)
+        self.width = (3*self.force*self.radius/2/(4*stiff))**(1/3)
+        self.points = [(r, abs(p), area) for r, p, area in half_spaces.Traction(pair, tables).pressures()]
+        self.top = half_spaces.top_of(self.points, self.width)
+        self.reach = half_spaces.radius_of(self.points)
+        self.worst = max(abs(p - self.p0*math.sqrt(1 - (r/self.width)**2))/self.p0
+                         for r, p, _ in self.points if r < 0.8*self.width)
+
+
+def hertz_rows(bench, size, form, known):
+    """Rows of one run; known: largest errors of force, p0 and a that are known to miss."""
+    run = Hertz(bench, size, form)
+    text, source = f'facet {size} a', 'exact (Hertz)'
+    errors = (
+        bench.compare(f'F of the approach, {text}', source, run.target, run.force, 0.01,
+                      form=form, known=known[0]),
+        bench.compare(f'p0 of the computed force, {text}', source, run.p0, run.top, 0.02,
+                      form=form, known=known[1]),
+        bench.compare(f'radius of contact, one facet, {text}', source, run.width, run.reach, size,
+                      form=form))
+    return run, errors
 
 
 def hertz(bench):
-    """Pressure and radius of contact against Hertz for the computed force."""
-    radius, young, nu, fine = 50.0, 20000.0, 0.3, 0.3
-    mesh, parts = caps(radius, fine, 8, 1.5, 5)
-    tables = bench.run_text('hertz', hertz_deck(mesh, parts, young, nu, 0.13, 2e6))
-    force = 4*abs(tables.reactions('upper_far')[-1]['R3'])
-    stiff = young/(2*(1 - nu**2))
-    p0 = (6*force*stiff**2/(math.pi**3*(radius/2)**2))**(1/3)
-    a = (3*force*radius/2/(4*stiff))**(1/3)
-    shares = mesh.shares(parts['upper'])
-    points = [(mesh.nodes[n - 1][0]**2 + mesh.nodes[n - 1][1]**2, (f[2]/shares[n])**2)
-              for n, f in tables.forces().items()]
-    top, slope = straight_line([(r2, p2) for r2, p2 in points if r2 < (0.8*a)**2])
-    bench.compare('p0 of the computed force', 'exact (Hertz)', p0, math.sqrt(top), 0.02)
-    bench.compare('radius of contact, one facet', 'exact (Hertz)', a, math.sqrt(-top/slope),
-                  fine/a)
-    bench.remark(f'{len(mesh.nodes)} nodes, facets of {fine/a:.2f} of the radius of contact; p0 and '
-                 'the radius from a straight line of p^2 (nodal force over tributary area) over r^2')
+    """Force, pressure and radius of contact over the facet size, NTOS and GTOS side by side."""
+    known = {0.3: (0.1, 0.06), 0.15: (0.05, 0.03), 0.075: (None, None)}
+    curves, profile = [], []
+    for form, style in (('NTOS', 'o'), ('GTOS', 's')):
+        runs = [hertz_rows(bench, size, form, known[size]) for size in SIZES]
+        force, peak = ([errors[k] for _, errors in runs] for k in (0, 1))
+        curves += [(f'{form}: F', style + '-', SIZES, force),
+                   (f'{form}: p0', style + '--', SIZES, peak)]
+        report(bench, form, runs, force, peak)
+        run = runs[1][0]
+        profile.append((form, style, [r/run.width for r, _, _ in run.points],
+                        [p/run.p0 for _, p, _ in run.points]))
+    curves.append(('CalculiX T4, node to surface: F', '^:', *zip(*CALCULIX)))
+    for form in OTHERS:
+        run, _ = hertz_rows(bench, 0.15, form, known[0.15])
+        bench.remark(f'{form}, facet 0.15 a: pressure, worst point {100*run.worst:.1f} % of p0')
+    bench.picture('hertz_convergence', ('facet size / radius of contact', 'relative error',
+                                        'Hertz, two equal spheres'), curves, True)
+    ellipse = [k/100 for k in range(101)]
+    bench.picture('hertz_pressure', ('r/a', 'p/p0', 'Hertz: pressure, facets of 0.15 a'),
+                  profile + [('Hertz', 'k-', ellipse, [math.sqrt(1 - x*x) for x in ellipse])])
 
 
-def half_caps(radius, fine, cells, growth, layers):
-    """Halves (y >= 0) of two caps that touch at the origin; sets of their faces."""
-    right = spacing(fine, cells, growth, layers)
-    along = [-x for x in reversed(right[1:])] + right
-    depth = spacing(fine, cells//2, growth, layers)
-    mesh, parts = meshing.Mesh(), {}
-    for name, sign in (('upper', 1), ('lower', -1)):
-        levels = depth if sign > 0 else [-z for z in reversed(depth)]
-
-        def place(i, j, k, levels=levels, sign=sign):
-            x, y = along[i], right[j]
-            rise = radius - math.sqrt(radius**2 - x*x - y*y)
-            return x, y, levels[k] + sign*rise*(1 - abs(levels[k])/depth[-1])
-
-        counts = len(along) - 1, len(right) - 1, len(depth) - 1
-        number = mesh.box(counts, place)
-        near, far = (0, counts[2]) if sign > 0 else (counts[2], 0)
-        grid = [(i, j) for j in range(counts[1] + 1) for i in range(counts[0] + 1)]
-        parts[name] = [number(i, j, near) for i, j in grid]
-        parts[name + '_far'] = [number(i, j, far) for i, j in grid]
-    return mesh, parts
+def report(bench, form, runs, force, peak):
+    """Rates and worst points of one form, below the table."""
+    text = '; '.join(f'facet {size} a ({run.nodes} nodes): F {100*f:.2f} %, p0 {100*p:.2f} %, '
+                     f'worst point {100*run.worst:.1f} %'
+                     for size, (run, _), f, p in zip(SIZES, runs, force, peak))
+    orders = (', '.join(f'{rate:.1f}' for rate in half_spaces.rates(SIZES, errors))
+              for errors in (force, peak))
+    bench.remark(f'{form}: {text}. Rates: F {next(orders)}; p0 {next(orders)}')
 
 
-def mindlin_deck(mesh, parts, approach, way, steps):
-    """The deck: the upper cap is pressed onto the lower (time 1), then its head moves along x."""
-    sets = ''.join(meshing.node_set(name, numbers) for name, numbers in parts.items())
-    return ('MFEC * * Cattaneo-Mindlin\n\n' + meshing.solid(1, 2000.0, 0.0) + mesh.records() +
-            sets + f'''SURFace above FROM upper
-SURFace below FROM lower
+class Mindlin:
+    """One run: half bodies in a box of 60 radii of contact; pressed, then pushed in four steps."""
 
-SET mirror
-  PLANe 2 0
+    radius, young, mu, a = 20.0, 2000.0, 0.3, 0.53132928
+    ways = (0.001478051, 0.003133984, 0.005108271, 0.006644664)
 
-BOUNdary
-  upper_far 1 1 1
-  lower_far 1 1 1
-  mirror    0 1 0
+    def __init__(self, bench, size, form):
+        pair = half_spaces.Pair(self.radius, self.a, size*self.a, (False, True), 60*self.a,
+                                growth(size))
+        approach = self.a**2/(self.radius/2)
+        moves = (f'DISPlacement\n  upper_far 1 0 {-approach!r}\n\n'
+                 'FPROportional\n  upper_far 2 1 1\n\n')
+        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
+            2, [(1, 0)] + [(2 + k, way) for k, way in enumerate(self.ways)])
+        run = bench.run_text('mindlin', half_spaces.deck(
+            pair, self.young, 0.0, form, self.mu, moves, tables, ramp(1 + len(self.ways))))
+        self.nodes = len(pair.mesh.nodes)
+        traction = half_spaces.Traction(pair, run)
+        self.rows = [self.one(row, traction, k)
+                     for k, row in enumerate(run.contact('caps')) if k > 0]
 
-DISPlacement
-  upper_far {way!r} 0 {-approach!r}
+    def one(self, row, traction, when):
+        """Q/(mu F); u_t and c/a that belong to it, and those found."""
+        force = 2*abs(row['F3'])
+        share = 2*abs(row['F1'])/(self.mu*force)
+        a = (3*force*self.radius/2/(4*self.young/2))**(1/3)
+        shear = self.young/2
+        way = 3*self.mu*force*4/(16*a*shear)*(1 - (1 - share)**(2/3))
+        c = a*(1 - share)**(1/3)
+        found = half_spaces.radius_of(traction.deficits(self.mu, when))
+        return share, way, self.ways[when - 1], c/a, found/a
 
-FPROportional
-  upper_far 2 1 1
 
-PROPortional 1
-  0 0
-  1 1
-
-PROPortional 2
-  1 0
-  2 1
-
-CONTact
-  PAIR 1 caps
-    NTOS above below
-    PENAlty AREA 1e6
-    FRICtion COULomb 0.3
-
-OUTPut
-  REACtions upper_far
-  FIELds contact
-
-END
-BATCh
-  DT,,1
-  STEP,,1
-  DT,,{1/steps!r}
-  STEP,,{steps}
-END
-STOP
-''')
+def mindlin_rows(bench, size, form, known):
+    """Rows of one run and its largest errors of u_t and c/a."""
+    run = Mindlin(bench, size, form)
+    source, errors = 'exact (Cattaneo, Mindlin)', []
+    for share, way, applied, c, found in run.rows:
+        text = f'Q/(mu F) = {share:.3f}, facet {size} a'
+        errors.append((
+            bench.compare(f'u_t at {text}', source, way, applied, 0.03, form=form, known=known[0]),
+            bench.compare(f'c/a at {text}', source, c, found, 0.03, form=form, known=known[1])))
+    return run, [max(column) for column in zip(*errors)]
 
 
 def mindlin(bench):
-    """Radius of the stick zone while a tangential force grows."""
-    radius, mu, fine = 20.0, 0.3, 0.085
-    mesh, parts = half_caps(radius, fine, 8, 1.7, 4)
-    tables = bench.run_text('mindlin', mindlin_deck(mesh, parts, 0.024, 0.006, 3))
-    shares = mesh.shares(parts['upper'])
-    for row, state in zip(tables.reactions('upper_far')[1:], tables.states()[1:]):
-        share = abs(row['R1']/(mu*row['R3']))
-        areas = [sum(shares[n] for n, status in state.items() if status in wanted)
-                 for wanted in ((1,), (1, 2))]
-        bench.compare(f'c/a at the computed Q/(mu F) = {share:.3f}', 'exact (Cattaneo, Mindlin)',
-                      (1 - share)**(1/3), math.sqrt(areas[0]/areas[1]), 0.03, known=0.07)
-    a = (3*2*abs(row['R3'])*radius/2/(4*1000.0))**(1/3)
-    bench.remark(f'{len(mesh.nodes)} nodes; c and a are the radii of circles with the tributary '
-                 f'area of the nodes that stick and that touch. A node is either, and a facet is '
-                 f'{fine/a:.2f} a: one ring of nodes more or less is 5 %. With caps of 4.9 a '
-                 'instead of 4.1 a the errors were 1.9, 4.7 and 6.8 %, so this mesh confirms c/a '
-                 'to about 7 %, not to 3 %')
+    """Tangential displacement and radius of the stick zone while a tangential force grows."""
+    known = {0.3: (0.1, 0.2), 0.15: (None, 0.1), 0.1: (None, 0.05)}
+    sizes, curves, profile = tuple(known), [], []
+    for form, style in (('NTOS', 'o'), ('GTOS', 's')):
+        runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]
+        for k, (name, line) in enumerate((('u_t', '-'), ('c/a', '--'))):
+            errors = [worst[k] for _, worst in runs]
+            curves.append((f'{form}: {name}', style + line, sizes, errors))
+            bench.remark(f'{form}: largest error of {name} ' + ', '.join(
+                f'{100*e:.2f} % (facet {size} a)' for size, e in zip(sizes, errors)) + '; rates ' +
+                ', '.join(f'{rate:.1f}' for rate in half_spaces.rates(sizes, errors)))
+        profile.append((form, style, [row[2] for row in runs[-1][0].rows],
+                        [row[0] for row in runs[-1][0].rows]))
+    for form in OTHERS:
+        mindlin_rows(bench, 0.15, form, known[0.15])
+    bench.picture('mindlin_convergence', ('facet size / radius of contact', 'largest relative error',
+                                          'Cattaneo-Mindlin'), curves, True)
+    exact = [k/100 for k in range(100)]
+    top = Mindlin.ways[-1]/(1 - 0.1**(2/3))
+    bench.picture('mindlin_force', ('u_t', 'Q/(mu F)', 'Cattaneo-Mindlin'), profile + [
+        ('exact', 'k-', [top*(1 - (1 - q)**(2/3)) for q in exact], exact)])
+    bench.remark('the outer faces at 60 a are rigid: what lies beyond them would add about '
+                 '0.6/60 = 1 % to u_t. c is that of the traction: (mu p - q)^2 is a straight line '
+                 'over r^2 in the stick zone, and 0 at c')
+
+
+class Lubkin:
+    """One run: whole bodies in a box of 8 radii of contact; pressed, then twisted in four steps."""
+
+    radius, young, mu, a = 20.0, 2000.0, 0.3, 0.53132928
+    twists = (0.08066328, 0.16633520, 0.35947642, 0.76564791)
+    moments = (0.17634538, 0.31052730, 0.48047998, 0.57686804)
+
+    def __init__(self, bench, size, form):
+        pair = half_spaces.Pair(self.radius, self.a, size*self.a, (False, False), 8*self.a,
+                                growth(size))
+        shear, approach = self.young/2, self.a**2/(self.radius/2)
+        p0 = 2*shear*self.a/(math.pi*self.radius/2)
+        angles = [2*x*self.mu*p0/shear for x in self.twists]
+        moves = {n: (-pair.mesh.nodes[n - 1][1], pair.mesh.nodes[n - 1][0], -approach)
+                 for n in pair.parts['upper_far']}
+        text = meshing.vectors('DISPlacement', moves) + 'FPROportional\n  upper_far 2 2 1\n\n'
+        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
+            2, [(1, 0)] + [(2 + k, angle) for k, angle in enumerate(angles)])
+        run = bench.run_text('lubkin', half_spaces.deck(
+            pair, self.young, 0.0, form, self.mu, text, tables, ramp(1 + len(angles))))
+        self.nodes, self.rows = len(pair.mesh.nodes), []
+        for row, angle in zip(run.contact('caps')[1:], angles):
+            force = abs(row['F3'])
+            a = (3*force*self.radius/2/(4*shear))**(1/3)
+            x = angle/2*shear/(self.mu*3*force/(2*math.pi*a*a))
+            self.rows.append((x, self.exact(x), abs(row['M3'])/(self.mu*force*a)))
+
+    def exact(self, x):
+        """The published moment, carried to a twist nearby by a straight line of the logarithms."""
+        low = max(0, min(2, sum(x > t for t in self.twists) - 1))
+        (x0, x1), (m0, m1) = self.twists[low:low + 2], self.moments[low:low + 2]
+        return m0*(x/x0)**(math.log(m1/m0)/math.log(x1/x0))
+
+
+def lubkin(bench):
+    """Moment over the twist."""
+    profile = []
+    for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +AUGM', 'x')):
+        run = Lubkin(bench, 0.2, form)
+        for x, exact, moment in run.rows:
+            bench.compare(f'M/(mu F a) at beta G/(mu p0) = {x:.4f}', 'paper (Lubkin)', exact, moment,
+                          0.03, form=form)
+        profile.append((form, style, [row[0] for row in run.rows], [row[2] for row in run.rows]))
+    bench.picture('lubkin', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [
+        ('Lubkin', 'k*', Lubkin.twists, Lubkin.moments)])
+    bench.remark(f'{run.nodes} nodes, facets of 0.2 a; beta is the rotation of one of two equal '
+                 'spheres. The computed force moves the twist by a little: the published moment is '
+                 'carried there along the chord of the logarithms')

@@ -23,8 +23,8 @@ class Trouble(Exception):
 class Row:
     """One line of the table: what was compared with what."""
 
-    def __init__(self, case, quantity, source, reference, reached, error, wanted, known):
-        self.case, self.quantity, self.source = case, quantity, source
+    def __init__(self, case, form, quantity, source, reference, reached, error, wanted, known):
+        self.case, self.form, self.quantity, self.source = case, form, quantity, source
         self.reference, self.reached, self.error = reference, reached, error
         self.wanted, self.known = wanted, known
 
@@ -40,30 +40,40 @@ class Bench:
 
     def __init__(self, program, folder, seconds=200.0):
         self.program, self.folder, self.seconds = program, folder, seconds
-        self.rows, self.remarks, self.spent = [], [], {}
-        self.case = ''
+        self.rows, self.remarks, self.figures, self.spent = [], [], [], {}
+        self.case, self.form = '', ''
         self.runs = 0
 
-    def study(self, name, work):
-        """Runs one study; a run that fails becomes a row of its own."""
-        self.case = name
+    def study(self, name, work, form='NTOS'):
+        """Runs one study; a run that fails becomes a row of its own.
+
+        form: the form of contact of its rows, unless a row names its own.
+        """
+        self.case, self.form = name, form
         start, first = time.time(), len(self.rows)
         try:
             work(self)
         except (Trouble, OSError, ValueError, IndexError, KeyError, ArithmeticError) as fault:
             text = ' '.join(str(fault).split()) or type(fault).__name__
-            self.rows.append(Row(name, text, '', math.nan, math.nan, math.inf, 0.0, None))
+            self.rows.append(Row(name, self.form, text, '', math.nan, math.nan, math.inf, 0.0, None))
         self.spent[name] = time.time() - start
         return self.rows[first:]
 
-    def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None):
-        """A row: the error is relative to the reference, or to `scale`.
+    def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None,
+                form=None):
+        """A row: the error is relative to the reference, or to `scale`; the error.
 
         known: largest error of a case that is known to miss what is wanted.
         """
         error = abs(reached - reference)/(abs(reference) if scale is None else scale)
         error = error if math.isfinite(error) else math.inf
-        self.rows.append(Row(self.case, quantity, source, reference, reached, error, wanted, known))
+        self.rows.append(Row(self.case, form or self.form, quantity, source, reference, reached,
+                             error, wanted, known))
+        return error
+
+    def picture(self, name, axes, curves, logarithmic=False):
+        """A figure: axes (x, y, title), curves (label, style of matplotlib, xs, ys)."""
+        self.figures.append((name, axes, curves, logarithmic))
 
     def remark(self, text):
         """A line below the table."""
@@ -154,6 +164,15 @@ class Tables:
             group = file['contact/1']
             return {int(n): tuple(float(x) for x in f)
                     for n, f in zip(group['node'][:], group['traction'][-1])}
+
+    def points(self):
+        """Points of pair 1: nodes and weights of each, forces at each time (h5py)."""
+        with self.results() as file:
+            group = file['contact/1']
+            nodes = group['node'][:]
+            nodes = nodes.reshape(len(nodes), -1).tolist()
+            weights = group['weight'][:].tolist() if 'weight' in group else [[1.0]]*len(nodes)
+            return nodes, weights, group['traction'][:].tolist()
 
     def states(self):
         """Status of the slave nodes of pair 1 (0 open, 1 stick, 2 slip) at each time (h5py)."""
