@@ -10,7 +10,7 @@ module run_log
   use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: count_points
-  use contact_types, only: pair_t, penalty_nodal, penalty_area, form_quadrature_to_surface
+  use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
@@ -142,7 +142,7 @@ contains
     else
       line = line//', frictionless'
     end if
-    if (pair%form == form_quadrature_to_surface) line = line//', GTOS'
+    if (pair%n_slaves > 1) line = line//', GTOS'
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
