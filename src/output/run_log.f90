@@ -144,6 +144,9 @@ contains
     else
       line = line//', frictionless'
     end if
+    if (pair%n_slaves > 1) line = line//', GTOS'
+    if (pair%augmented) line = line//', AUGMent'
+    if (pair%smooth) line = line//', SMOOth'
   end function pair_line
 
   !> Writes one line (or several) and hands it to the system.

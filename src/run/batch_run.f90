@@ -4,12 +4,11 @@ module batch_run
   use errors, only: error_t
   use text, only: to_text
   use costs, only: wall_seconds
-  use contact_system, only: load_contact, couple, move_hosts
+  use contact_system, only: load_contact, couple
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
     outcome_stopped
-  use increments, only: begin_at, choose_start, accept
-  use residuals, only: estimate_round_off
-  use condensed_system, only: refresh_candidates
+  use increments, only: begin_at, choose_start, follow_solution, accept
+  use residuals, only: estimate_round_off, form_residual
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
@@ -272,6 +271,7 @@ contains
     run%started = .false.
     run%progress = newton_t()
     run%augmentation = augmentation_t()
+    run%renewals = 0
     if (.not. is_passing(run%position)) call begin_at(context%model, context%system, &
       context%state, run%pending_time)
   end subroutine prepare
@@ -282,7 +282,6 @@ contains
     type(run_state_t), intent(inout) :: run !! the pending increment
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! singular, out of memory, stopped
-    integer :: changes
     if (.not. run%pending) then
       run%pending_time = run%position%clock
       call prepare(run, context)
@@ -312,13 +311,11 @@ contains
       end if
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
-      if (system%condensed%active) call refresh_candidates(system)
-      system%x_now = model%mesh%x + system%u
-      call move_hosts(model, system, run%settings%extrapolation, changes)
-      if (changes == 0) return
-      run%converged = .false.
+      call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
+      if (run%converged) return
       call load_contact(model, system)
       call couple(system)
+      call form_residual(system, model%mesh%x)
     end associate
   end subroutine run_tangent
 

@@ -2,6 +2,7 @@
 module saved_states
   use errors, only: error_t
   use text, only: string_t
+  use string_lists, only: append_string
   use version, only: program_version
   use kinds, only: wp
   use model_types, only: model_t
@@ -116,20 +117,8 @@ contains
   subroutine note_passed(states, name)
     type(saved_states_t), intent(inout) :: states !! gets the name
     character(*), intent(in) :: name !! name of the state, may be empty
-    type(string_t), allocatable :: longer(:)
-    integer :: i
 
-    if (is_passed(states, name)) return
-    if (.not. allocated(states%passed)) allocate (states%passed(8))
-    if (states%n_passed == size(states%passed)) then
-      allocate (longer(2*states%n_passed))
-      do i = 1, states%n_passed
-        call move_alloc(states%passed(i)%s, longer(i)%s)
-      end do
-      call move_alloc(longer, states%passed)
-    end if
-    states%n_passed = states%n_passed + 1
-    states%passed(states%n_passed)%s = name
+    if (.not. is_passed(states, name)) call append_string(states%passed, states%n_passed, name)
   end subroutine note_passed
 
   !> Whether a SAVE of this name was passed over.
