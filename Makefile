@@ -174,7 +174,7 @@ test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/releas
 
 verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
-	  --markdown build/verification.md
+	  --markdown build/verification.md --figures build/verification
 
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo

@@ -110,7 +110,12 @@ def belt(bench):
         tables = bench.run_text('belt', belt_deck(mesh, parts, friction))
         rows = tables.reactions('pulled')
         slipping = tables.contact('band')[-1]
-        bench.compare(f'T2/T1, {name}', EXACT, math.exp(mu*math.pi), -rows[-1]['R2'], 0.02)
+        bench.compare(f'T2/T1, {name}', EXACT, math.exp(mu*math.pi), -rows[-1]['R2'], 0.02,
+                      known=0.045 if bench.form in ('GTOS', 'GTOS +AUGM') else None)
         bench.compare(f'sticking nodes, {name}', EXACT, 0.0, slipping['stick'], 0.0, scale=1.0)
+    if bench.form in ('GTOS', 'GTOS +AUGM'):
+        bench.remark(f'{bench.form}: the points of a flat slave facet lie on no circle; against the '
+                     'edges of a flat drum they press unevenly, and T2/T1 is 4 % too large. SMOOth '
+                     'takes that away')
     bench.remark('120 facets; the error is one of facets: 7.1, 2.4, 0.8 and 0.2 % with 30, 60, 120 and '
                  '240 of them (Coulomb)')

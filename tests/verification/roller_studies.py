@@ -2,7 +2,7 @@
 import math
 
 import meshing
-from half_spaces import graded, straight_line
+from half_spaces import spacing, straight_line
 
 
 def slices(radius, fine, cells, growth, layers):

@@ -5,13 +5,24 @@ import half_spaces
 import meshing
 
 SIZES = (0.3, 0.15, 0.075)
-OTHERS = ('NTOS +AUGM', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
+OTHERS = ('NTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
+BOTH, OVER = 'GTOS +AUGM', (
+    'does not converge here: a quadrature point each demands a gap of zero, and there are more of '
+    'them than nodes, so that on curved surfaces whose meshes do not match not all can have it')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
-def ramp(steps):
-    """BATCh of one increment up to time 1 and one for each further unit of time."""
-    return f'  DT,,1\n  STEP,,{steps}\n'
+PRESS = 8
+
+
+def pressed(values):
+    """Loads of two phases: pressed on until the radius of contact has grown evenly to time 1, then
+    moved through values at times 2, 3, ...; and BATCh. An increment each for the points of a ring
+    that come to touch: a point slips by (gap at its begin) (slope of the surface) without cause.
+    """
+    return (half_spaces.table(1, [(k/PRESS, (k/PRESS)**2) for k in range(PRESS + 1)]) +
+            half_spaces.table(2, [(1, 0)] + [(2 + k, value) for k, value in enumerate(values)]),
+            f'  DT,,{1/PRESS!r}\n  STEP,,{PRESS}\n  DT,,1\n  STEP,,{len(values)}\n')
 
 
 def growth(size):
@@ -38,7 +49,7 @@ class Hertz:
             moves[node] = u[0], u[1], sign*(u[2] - approach/2)
         text = half_spaces.deck(pair, self.young, self.nu, form, 0.0,
                                 meshing.vectors('DISPlacement', moves),
-                                half_spaces.table(1, ((0, 0), (1, 1))), ramp(1))
+                                half_spaces.table(1, ((0, 0), (1, 1))), '  DT,,1\n  STEP,,1\n')
         tables = bench.run_text('hertz', text)
         self.nodes = len(pair.mesh.nodes)
         self.force = 4*abs(tables.contact('caps')[-1]['F3'])
@@ -67,7 +78,7 @@ def hertz_rows(bench, size, form, known):
 
 def hertz(bench):
     """Force, pressure and radius of contact over the facet size, NTOS and GTOS side by side."""
-    known = {0.3: (0.1, 0.06), 0.15: (0.05, 0.03), 0.075: (None, None)}
+    known = {0.3: (0.08, 0.11), 0.15: (0.03, 0.03), 0.075: (None, None)}
     curves, profile = [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [hertz_rows(bench, size, form, known[size]) for size in SIZES]
@@ -82,6 +93,7 @@ def hertz(bench):
     for form in OTHERS:
         run, _ = hertz_rows(bench, 0.15, form, known[0.15])
         bench.remark(f'{form}, facet 0.15 a: pressure, worst point {100*run.worst:.1f} % of p0')
+    bench.attempt(BOTH, lambda: hertz_rows(bench, 0.15, BOTH, known[0.15]), OVER)
     bench.picture('hertz_convergence', ('facet size / radius of contact', 'relative error',
                                         'Hertz, two equal spheres'), curves, True)
     ellipse = [k/100 for k in range(101)]
@@ -111,14 +123,12 @@ class Mindlin:
         approach = self.a**2/(self.radius/2)
         moves = (f'DISPlacement\n  upper_far 1 0 {-approach!r}\n\n'
                  'FPROportional\n  upper_far 2 1 1\n\n')
-        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
-            2, [(1, 0)] + [(2 + k, way) for k, way in enumerate(self.ways)])
         run = bench.run_text('mindlin', half_spaces.deck(
-            pair, self.young, 0.0, form, self.mu, moves, tables, ramp(1 + len(self.ways))))
+            pair, self.young, 0.0, form, self.mu, moves, *pressed(self.ways)))
         self.nodes = len(pair.mesh.nodes)
-        traction = half_spaces.Traction(pair, run)
+        traction = half_spaces.Traction(pair, run, range(PRESS, PRESS + len(self.ways)))
         self.rows = [self.one(row, traction, k)
-                     for k, row in enumerate(run.contact('caps')) if k > 0]
+                     for k, row in enumerate(run.contact('caps')[PRESS:])]
 
     def one(self, row, traction, when):
         """Q/(mu F); u_t and c/a that belong to it, and those found."""
@@ -129,7 +139,7 @@ class Mindlin:
         way = 3*self.mu*force*4/(16*a*shear)*(1 - (1 - share)**(2/3))
         c = a*(1 - share)**(1/3)
         found = half_spaces.radius_of(traction.deficits(self.mu, when))
-        return share, way, self.ways[when - 1], c/a, found/a
+        return share, way, self.ways[when], c/a, found/a
 
 
 def mindlin_rows(bench, size, form, known):
@@ -146,7 +156,7 @@ def mindlin_rows(bench, size, form, known):
 
 def mindlin(bench):
     """Tangential displacement and radius of the stick zone while a tangential force grows."""
-    known = {0.3: (0.1, 0.2), 0.15: (None, 0.1), 0.1: (None, 0.05)}
+    known = {0.3: (0.22, 0.15), 0.15: (0.12, 0.06), 0.1: (0.06, 0.06)}
     sizes, curves, profile = tuple(known), [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]
@@ -160,6 +170,7 @@ def mindlin(bench):
                         [row[0] for row in runs[-1][0].rows]))
     for form in OTHERS:
         mindlin_rows(bench, 0.15, form, known[0.15])
+    bench.attempt(BOTH, lambda: mindlin_rows(bench, 0.3, BOTH, known[0.3]), OVER)
     bench.picture('mindlin_convergence', ('facet size / radius of contact', 'largest relative error',
                                           'Cattaneo-Mindlin'), curves, True)
     exact = [k/100 for k in range(100)]
@@ -187,12 +198,10 @@ class Lubkin:
         moves = {n: (-pair.mesh.nodes[n - 1][1], pair.mesh.nodes[n - 1][0], -approach)
                  for n in pair.parts['upper_far']}
         text = meshing.vectors('DISPlacement', moves) + 'FPROportional\n  upper_far 2 2 1\n\n'
-        tables = half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(
-            2, [(1, 0)] + [(2 + k, angle) for k, angle in enumerate(angles)])
         run = bench.run_text('lubkin', half_spaces.deck(
-            pair, self.young, 0.0, form, self.mu, text, tables, ramp(1 + len(angles))))
+            pair, self.young, 0.0, form, self.mu, text, *pressed(angles)))
         self.nodes, self.rows = len(pair.mesh.nodes), []
-        for row, angle in zip(run.contact('caps')[1:], angles):
+        for row, angle in zip(run.contact('caps')[PRESS:], angles):
             force = abs(row['F3'])
             a = (3*force*self.radius/2/(4*shear))**(1/3)
             x = angle/2*shear/(self.mu*3*force/(2*math.pi*a*a))
@@ -205,17 +214,27 @@ class Lubkin:
         return m0*(x/x0)**(math.log(m1/m0)/math.log(x1/x0))
 
 
+def lubkin_rows(bench, size, form):
+    """Rows of one run."""
+    run = Lubkin(bench, size, form)
+    for x, exact, moment in run.rows:
+        bench.compare(f'M/(mu F a) at beta G/(mu p0) = {x:.4f}', 'paper (Lubkin)', exact, moment,
+                      0.03, form=form, known=0.06)
+    return run
+
+
 def lubkin(bench):
     """Moment over the twist."""
-    profile = []
-    for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +AUGM', 'x')):
-        run = Lubkin(bench, 0.2, form)
-        for x, exact, moment in run.rows:
-            bench.compare(f'M/(mu F a) at beta G/(mu p0) = {x:.4f}', 'paper (Lubkin)', exact, moment,
-                          0.03, form=form)
+    profile, size = [], 0.15
+    for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +SMOO', 'x')):
+        run = lubkin_rows(bench, size, form)
         profile.append((form, style, [row[0] for row in run.rows], [row[2] for row in run.rows]))
+    bench.attempt(BOTH, lambda: lubkin_rows(bench, 0.3, BOTH), OVER)
     bench.picture('lubkin', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [
         ('Lubkin', 'k*', Lubkin.twists, Lubkin.moments)])
-    bench.remark(f'{run.nodes} nodes, facets of 0.2 a; beta is the rotation of one of two equal '
+    bench.remark(f'{run.nodes} nodes, facets of {size} a; beta is the rotation of one of two equal '
                  'spheres. The computed force moves the twist by a little: the published moment is '
-                 'carried there along the chord of the logarithms')
+                 'carried there along the chord of the logarithms. While most of it sticks the '
+                 'moment goes with a^3, and the contact found is 1 to 1.5 % too small for its force; '
+                 'that is the error of the first two rows. With facets of 0.2 a: 8.5, 4.2, 2.7, '
+                 '2.3 % (NTOS, penalty four times as high)')

@@ -38,26 +38,43 @@ class Row:
 class Bench:
     """Where the studies run their decks and leave their rows."""
 
-    def __init__(self, program, folder, seconds=200.0):
+    def __init__(self, program, folder, seconds=900.0):
         self.program, self.folder, self.seconds = program, folder, seconds
         self.rows, self.remarks, self.figures, self.spent = [], [], [], {}
-        self.case, self.form = '', ''
+        self.case, self.form, self.variant = '', '', None
         self.runs = 0
 
-    def study(self, name, work, form='NTOS'):
+    def study(self, name, work, form='NTOS', variant=False, stops=''):
         """Runs one study; a run that fails becomes a row of its own.
 
-        form: the form of contact of its rows, unless a row names its own.
+        form: the form of contact of its rows, unless a row names its own;
+        variant: whether to change its decks, which have NTOS, to that form;
+        stops: why a run of it is known not to converge.
         """
-        self.case, self.form = name, form
+        self.case, self.form, self.variant = name, form, form if variant else None
         start, first = time.time(), len(self.rows)
         try:
             work(self)
         except (Trouble, OSError, ValueError, IndexError, KeyError, ArithmeticError) as fault:
-            text = ' '.join(str(fault).split()) or type(fault).__name__
-            self.rows.append(Row(name, self.form, text, '', math.nan, math.nan, math.inf, 0.0, None))
+            self.broken(form, fault, stops)
         self.spent[name] = time.time() - start
         return self.rows[first:]
+
+    def attempt(self, form, work, why):
+        """Does a piece of a study that is known not to converge, and why."""
+        try:
+            work()
+        except Trouble as fault:
+            self.broken(form, fault, why)
+
+    def broken(self, form, fault, why):
+        """A row for a run that failed."""
+        text = ' '.join(str(fault).split()) or type(fault).__name__
+        if why:
+            self.remark(f'{form}: {why}')
+            text = text[:90]
+        self.rows.append(Row(self.case, form, text.replace('|', '/'), '', math.nan, math.nan, math.inf,
+                             0.0, math.inf if why else None))
 
     def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None,
                 form=None):
@@ -100,6 +117,8 @@ class Bench:
         self.runs += 1
         out = os.path.join(self.folder, f'run{self.runs}')
         os.mkdir(out)
+        if self.variant:
+            arguments = [changed(arguments[0], self.variant, out)] + arguments[1:]
         done = decks.run(self.program, arguments + ['--out', out, '--quiet'], out, self.seconds)
         fault = done.crash()
         if not fault and done.code != code:
@@ -108,6 +127,24 @@ class Bench:
             raise Trouble(f'{os.path.basename(arguments[0])}: {fault}')
         return Tables(os.path.join(out, os.path.basename(arguments[0])[:-4]),
                       done.code)
+
+
+def changed(path, form, folder):
+    """A copy of a deck whose pair NTOS has another form, for instance GTOS +AUGM."""
+    side, *options = form.split(' +')
+    with open(path, encoding='ascii') as stream:
+        lines = stream.read().split('\n')
+    pairs = [k for k, line in enumerate(lines) if line.split()[:1] == ['NTOS']]
+    if len(pairs) != 1:
+        raise ValueError(f'{path} has no pair to change')
+    lines[pairs[0]] = '\n'.join([lines[pairs[0]].replace('NTOS', side, 1)] + options)
+    for k, line in enumerate(lines):
+        if line.split()[:1] == ['INCLude']:
+            lines[k] = f'INCLude "{os.path.join(os.path.dirname(path), line.split()[1])}"'
+    copy = os.path.join(folder, os.path.basename(path))
+    with open(copy, 'w', encoding='ascii') as stream:
+        stream.write('\n'.join(lines))
+    return copy
 
 
 def settings(values):
@@ -158,12 +195,19 @@ class Tables:
             stress = group['CellData']['stress'][offset:offset + cells]
         return [tuple(float(x) for x in row) for row in stress]
 
-    def forces(self):
-        """Forces on the slave nodes of pair 1 at the last time, as {node: (f1, f2, f3)} (h5py)."""
-        with self.results() as file:
-            group = file['contact/1']
-            return {int(n): tuple(float(x) for x in f)
-                    for n, f in zip(group['node'][:], group['traction'][-1])}
+    def forces(self, when=-1):
+        """Forces on the slave nodes of pair 1, as {node: [f1, f2, f3]} (h5py).
+
+        The force of a quadrature point goes to the nodes of its facet by its weights.
+        """
+        nodes, weights, forces = self.points()
+        total = {}
+        for corners, share, force in zip(nodes, weights, forces[when]):
+            for n, w in zip(corners, share):
+                there = total.setdefault(n, [0.0]*3)
+                for k in range(3):
+                    there[k] += w*force[k]
+        return total
 
     def points(self):
         """Points of pair 1: nodes and weights of each, forces at each time (h5py)."""

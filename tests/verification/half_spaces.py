@@ -1,0 +1,169 @@
+"""Two equal elastic bodies of nearly half-space shape with shallow paraboloids, and their decks.
+
+The profile is r^2/(2 R) up to r = 2 a and flat beyond, so that next to nothing is missing of the
+half-spaces of Hertz, Cattaneo, Mindlin and Lubkin. The lower body has its own, coarser mesh.
+"""
+import math
+
+import meshing
+
+COARSER = 1.2
+REACH = 1.3
+
+
+def spacing(fine, cells, growth, layers):
+    """Coordinates from 0: equal cells, then layers that grow."""
+    places = [fine*i for i in range(cells + 1)]
+    step = fine
+    for _ in range(layers):
+        step *= growth
+        places.append(places[-1] + step)
+    return places
+
+
+def graded(cell, inner, outer, growth):
+    """Coordinates from 0 to outer: equal cells up to `inner`, then cells that grow, ever faster."""
+    count = max(1, round(inner/cell))
+    places, step = [cell*i for i in range(count + 1)], cell
+    while places[-1] < outer:
+        step *= growth
+        growth *= 1.02
+        places.append(places[-1] + step)
+    scale = outer/places[-1]
+    return places[:count + 1] + [x*(1 + (scale - 1)*(x - places[count])/(places[-1] - places[count]))
+                                 for x in places[count + 1:]]
+
+
+class Pair:
+    """The mesh of both bodies and its sets; mirrored: whether x = 0 and y = 0 are mirrors."""
+
+    def __init__(self, radius, a, cell, mirrored, outer, growth=1.5):
+        self.radius, self.a, self.mirrored, self.outer = radius, a, mirrored, outer
+        self.mesh, self.parts, self.lower_from = meshing.Mesh(), {}, 0
+        self.cell = cell
+        self.add('upper', 1, cell, growth)
+        self.lower_from = len(self.mesh.nodes) + 1
+        self.add('lower', -1, cell*COARSER, growth)
+        for axis in (0, 1):
+            if mirrored[axis]:
+                self.parts[f'mirror{axis + 1}'] = [
+                    n for n, x in enumerate(self.mesh.nodes, 1) if abs(x[axis]) < 1e-9*outer]
+
+    def add(self, name, sign, cell, growth):
+        """One body."""
+        right = graded(cell, REACH*self.a, self.outer, growth)
+        whole = [-x for x in reversed(right[1:])] + right
+        lines = [right if mirror else whole for mirror in self.mirrored]
+        depth = graded(cell, 0.5*self.a, self.outer, growth)
+        levels = depth if sign > 0 else [-z for z in reversed(depth)]
+
+        def place(i, j, k):
+            x, y = lines[0][i], lines[1][j]
+            rise = min(x*x + y*y, 4*self.a**2)/(2*self.radius)
+            return x, y, levels[k] + sign*rise*(1 - abs(levels[k])/self.outer)
+
+        counts = [len(line) - 1 for line in lines] + [len(levels) - 1]
+        number = self.mesh.box(counts, place)
+        near, far = (0, counts[2]) if sign > 0 else (counts[2], 0)
+        limit = (REACH + 0.1)*self.a + cell
+        far_nodes, face = [], []
+        for k in range(counts[2] + 1):
+            for j, y in enumerate(lines[1]):
+                for i, x in enumerate(lines[0]):
+                    if k == near and max(abs(x), abs(y)) < limit:
+                        face.append(number(i, j, k))
+                    if k == far or max(abs(x), abs(y)) > (1 - 1e-9)*self.outer:
+                        far_nodes.append(number(i, j, k))
+        self.parts[name], self.parts[name + '_far'] = face, far_nodes
+
+    def local(self, node):
+        """Place of a node in the frame of its half-space, z inwards, and the sign of z."""
+        x, y, z = self.mesh.nodes[node - 1]
+        sign = 1 if node < self.lower_from else -1
+        return x, y, sign*z, sign
+
+    def sets(self):
+        """Node sets and surfaces."""
+        return ''.join(meshing.node_set(name, numbers) for name, numbers in self.parts.items()
+                       ) + 'SURFace above FROM upper\nSURFace below FROM lower\n\n'
+
+    def held(self):
+        """BOUNdary of far faces and mirrors."""
+        lines = ['BOUNdary', '  upper_far 1 1 1', '  lower_far 1 1 1']
+        lines += [f'  mirror{axis + 1} ' + ' '.join('1' if k == axis else '0' for k in range(3))
+                  for axis in (0, 1) if self.mirrored[axis]]
+        return '\n'.join(lines) + '\n\n'
+
+
+def table(number, points):
+    """A proportional load."""
+    return f'PROPortional {number}\n' + ''.join(f'  {t!r} {p!r}\n' for t, p in points) + '\n'
+
+
+def deck(pair, young, nu, form, mu, moves, tables, batch):
+    """The deck; form: a key of FORMS; moves: records of DISPlacement and FPROportional."""
+    side, *options = form.split(' +')
+    penalty = 'AUTO' if 'AUGM' in options else f'AREA {50*young/pair.cell!r}'
+    return ('MFEC * * Two paraboloids\n\n' + meshing.solid(1, young, nu) + pair.mesh.records() +
+            pair.sets() + pair.held() + moves + tables +
+            f'CONTact\n  PAIR 1 caps\n    {side} above below\n    PENAlty {penalty}\n' +
+            (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
+            ''.join(f'    {option}\n' for option in options) +
+            f'\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n{batch}'
+            'END\nSTOP\n')
+
+
+def boussinesq(x, y, z, shear, nu):
+    """Displacement of a half-space, z inwards, by a unit force along z at the origin."""
+    rho, r2 = math.sqrt(x*x + y*y + z*z), x*x + y*y
+    radial = (z/rho**3 - (1 - 2*nu)/(rho*(rho + z))) if r2 > 0 else 0.0
+    factor = 1/(4*math.pi*shear)
+    return factor*x*radial, factor*y*radial, factor*(z*z/rho**3 + 2*(1 - nu)/rho)
+
+
+class Traction:
+    """Slave nodes of a run: distance from the axis, area, and force at given times."""
+
+    def __init__(self, pair, tables, times=(-1,)):
+        shares = pair.mesh.shares(pair.parts['upper'])
+        nodes = [n for n in shares if shares[n] > 0]
+        self.areas = [shares[n] for n in nodes]
+        self.radii = [math.hypot(*pair.mesh.nodes[n - 1][:2]) for n in nodes]
+        self.forces = []
+        for when in times:
+            forces = tables.forces(when)
+            self.forces.append([forces.get(n, [0.0]*3) for n in nodes])
+
+    def pressures(self, when=-1):
+        """(r, pressure, area) of each point."""
+        return [(r, f[2]/area, area) for r, area, f in zip(self.radii, self.areas, self.forces[when])]
+
+    def deficits(self, mu, when):
+        """(r, mu p - q, area) of each point, q being the traction along x."""
+        return [(r, (mu*f[2] - abs(f[0]))/area, area)
+                for r, area, f in zip(self.radii, self.areas, self.forces[when])]
+
+
+def straight_line(points):
+    """Least squares: value at 0 and slope."""
+    n = len(points)
+    sx, sy = sum(x for x, _ in points), sum(y for _, y in points)
+    slope = (n*sum(x*y for x, y in points) - sx*sy)/(n*sum(x*x for x, _ in points) - sx*sx)
+    return (sy - slope*sx)/n, slope
+
+
+def top_of(points, radius):
+    """Top of p = top sqrt(1 - r^2/radius^2), least squares of p^2 over (r, p, area) inside 0.8."""
+    inside = [(1 - (r/radius)**2, p*p, area) for r, p, area in points if r < 0.8*radius]
+    return math.sqrt(sum(w*x*y for x, y, w in inside)/sum(w*x*x for x, _, w in inside))
+
+
+def radius_of(points):
+    """Radius of that half-ellipsoid from its moments: integral of p r^2 = 2/5 radius^2 of p."""
+    return math.sqrt(2.5*sum(p*r*r*area for r, p, area in points) /
+                     sum(p*area for _, p, area in points))
+
+
+def rates(sizes, errors):
+    """Orders of convergence between neighbouring sizes."""
+    return [math.log(e/f)/math.log(h/g) for h, g, e, f in zip(sizes, sizes[1:], errors, errors[1:])]
