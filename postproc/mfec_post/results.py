@@ -104,14 +104,17 @@ class Results:
         """The contact points of a pair at one end time as a dictionary of arrays.
 
         A point is the sum of the nodes in its row of `node` times the `weight`s there: one node
-        with NTOS, the three of a facet with GTOS.
+        with NTOS, the three of a facet with GTOS; with SEGMent they change with time.
         """
         group = self.file['contact'][self.pairs[pair]]
         index = self.index(frame)
         points = {name: group[name][index] for name in
                   ('host', 'status', 'traction', 'gap', 'tip', 'lay')}
-        points['node'] = group['node'][:].reshape(len(points['host']), -1)
-        points['weight'] = (group['weight'][:] if 'weight' in group
-                            else np.ones(points['node'].shape))
+        if group['node'].ndim == 3:
+            points['node'], points['weight'] = group['node'][index], group['weight'][index]
+        else:
+            points['node'] = group['node'][:].reshape(len(points['host']), -1)
+            points['weight'] = (group['weight'][:] if 'weight' in group
+                                else np.ones(points['node'].shape))
         points['facets'] = group['facets'][:]
         return points

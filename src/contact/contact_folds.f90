@@ -42,6 +42,7 @@ contains
         if (pair%smooth) pair%fold(k, f) = pair%fold(k, f) .and. pair%sharp(k, f)
       end do
     end do
+    if (pair%segmented) return
     if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
     pair%slots = slots_with_folds
     associate (nodes => pair%point_nodes, weights => pair%point_weights)

@@ -3,7 +3,7 @@ module contact_gaps
   use kinds, only: wp
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
-  use contact_points, only: count_points, point_position, point_text
+  use contact_points, only: used_points, point_position, point_text
   use smooth_normals, only: project_on_master
   implicit none
   private
@@ -23,7 +23,7 @@ contains
     real(wp) :: xi(2), gap, least, largest
     integer :: p, n, over, below, deepest
 
-    n = count_points(pair)/pair%slots
+    n = used_points(pair)
     over = 0
     below = 0
     deepest = 0

@@ -11,6 +11,7 @@ module contact_hosts
   use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
+  use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size
   implicit none
@@ -47,11 +48,27 @@ contains
     pair%left = spread(0, 1, count_points(pair))
     pair%moves = pair%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
+    if (pair%segmented) then
+      call start_cells(pair, x)
+      return
+    end if
     do p = 1, count_points(pair)/pair%slots
       call seek(pair, x, x, p, pair%new(p))
     end do
     pair%old = pair%new
   end subroutine start_pair
+
+  !> First cells of a segmented pair, on the reference positions.
+  subroutine start_cells(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets cell, new, old
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: changes
+
+    call clear_cells(pair)
+    changes = 0
+    call follow_cells(pair, x, x, 0.0_wp, changes)
+    call settle_cells(pair, x)
+  end subroutine start_cells
 
   !> Longest edge of all master facets.
   pure real(wp) function longest_facet(pair, x) result(h)
@@ -77,6 +94,10 @@ contains
     pair%raise = first_raise(pair)
     pair%left = 0
     pair%moves = 0
+    if (pair%segmented) then
+      call begin_cells(pair)
+      return
+    end if
     call close_open_slots(pair)
     if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x_old)
     do p = 1, size(pair%new)
@@ -113,6 +134,10 @@ contains
     integer, intent(inout) :: changes !! grows by the number of points with a new host
     integer :: p
 
+    if (pair%segmented) then
+      call follow_cells(pair, x_old, x, tolerance, changes)
+      return
+    end if
     if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
     ! slots of one node look at each other
     !$omp parallel do if(pair%slots == 1 .and. size(pair%new) > few) schedule(dynamic, 32) &
@@ -358,6 +383,10 @@ contains
     integer :: p
     real(wp) :: gap
 
+    if (pair%segmented) then
+      call settle_cells(pair, x)
+      return
+    end if
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%status <= status_open) point%lambda = 0.0_wp

@@ -8,8 +8,8 @@ module contact_points
   use facet_quadrature, only: make_rule
   implicit none
   private
-  public :: count_points, point_position, point_text, make_node_points, &
-    make_facet_points
+  public :: count_points, used_points, point_position, point_text, make_node_points, &
+    make_facet_points, coupling, most_coupled, coupled_nodes
 
 contains
 
@@ -19,6 +19,14 @@ contains
 
     n = size(pair%point_nodes, 2)
   end function count_points
+
+  !> Number of points in use, without further slots.
+  pure integer function used_points(pair) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    n = count_points(pair)/pair%slots
+    if (pair%segmented) n = count(pair%cells%slave > 0)
+  end function used_points
 
   !> x_S = sum M_b x_b.
   pure function point_position(pair, p, x) result(y)
@@ -37,6 +45,37 @@ contains
       y = y + pair%point_weights(b, p)*x(:, pair%point_nodes(b, p))
     end do
   end function point_position
+
+  !> A number that tells which nodes the contact element of a point joins: its host, and where the
+  !! slave nodes of a point change its slave facet as well.
+  pure integer function coupling(pair, p, host)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its facet
+
+    coupling = host
+    if (pair%segmented) coupling = host + (pair%cells(p)%slave - 1)*size(pair%facets, 2)
+  end function coupling
+
+  !> The largest of these numbers.
+  pure integer function most_coupled(pair) result(most)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    most = size(pair%facets, 2)
+    if (pair%segmented) most = most*size(pair%slave_facets, 2)
+  end function most_coupled
+
+  !> The slave nodes of a point and the corners of its host, from the number that tells them.
+  pure function coupled_nodes(pair, p, number) result(nodes)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: number !! as of `coupling`, not 0
+    integer :: nodes(pair%n_slaves + 3)
+
+    nodes(:pair%n_slaves) = pair%point_nodes(:, p)
+    if (pair%segmented) nodes(:3) = pair%slave_facets(:, 1 + (number - 1)/size(pair%facets, 2))
+    nodes(pair%n_slaves + 1:) = pair%facets(:, 1 + mod(number - 1, size(pair%facets, 2)))
+  end function coupled_nodes
 
   !> A point in words, behind 'slave': its node, or the facet it lies on.
   pure function point_text(pair, p) result(t)

@@ -6,7 +6,7 @@ module contact_types
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
-  public :: pair_t, contact_point_t
+  public :: pair_t, contact_point_t, cell_t
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
   public :: direction_vector, direction_circumferential, direction_radial, direction_field
@@ -37,6 +37,14 @@ module contact_types
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
+  !> Where a point of a segmented pair is (doc/theory, "Segmentation").
+  type :: cell_t
+    integer :: slave = 0 !! slave facet, 0 while the point is not in use
+    real(wp) :: weight(3) = 1.0_wp/3.0_wp !! M_b of x_S = sum M_b x_b
+    real(wp) :: area = 0.0_wp !! reference area, 0 if the facet has no master under it
+    real(wp) :: place(2) = 0.0_wp !! projection on the host when the cell was made
+  end type cell_t
+
   !> One contact pair.
   type :: pair_t
     ! What the deck says
@@ -45,6 +53,7 @@ module contact_types
     type(location_t) :: at !! where the deck defines it
     integer :: form = form_node_to_surface !! NTOS or GTOS
     integer :: facet_points = 3 !! GTOS: quadrature points of a slave facet
+    logical :: segmented = .false. !! GTOS: points on the intersections of the facets
     character(:), allocatable :: slave !! name of the slave set or surface
     character(:), allocatable :: master !! name of the master surface
     type(location_t) :: slave_at !! where the deck names the slave
@@ -81,6 +90,13 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    integer, allocatable :: slave_facets(:, :) !! (3, slave facets) if segmented: their corners
+    real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
+    real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
+    logical :: crowded = .false. !! if segmented: cells have found no room for all their points
+    logical :: crowd_told = .false. !! and the user has been told
+    type(cell_t), allocatable :: old_cells(:) !! (points) if segmented: where `old` is
+    type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
     real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
     real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present

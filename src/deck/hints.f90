@@ -1,6 +1,7 @@
 !> Finds the word a user probably meant.
 module hints
   use text, only: string_t, lower
+  use string_lists, only: append_string
   implicit none
   private
   public :: word_list_t, add_candidate, nearest_word, did_you_mean
@@ -17,19 +18,8 @@ contains
   subroutine add_candidate(list, word)
     type(word_list_t), intent(inout) :: list !! the list to extend
     character(*), intent(in) :: word !! as it is to be shown
-    type(string_t), allocatable :: more(:)
-    integer :: i
 
-    if (.not. allocated(list%words)) allocate (list%words(32))
-    if (list%count == size(list%words)) then
-      allocate (more(2*list%count))
-      do i = 1, list%count
-        call move_alloc(list%words(i)%s, more(i)%s)
-      end do
-      call move_alloc(more, list%words)
-    end if
-    list%count = list%count + 1
-    list%words(list%count)%s = word
+    call append_string(list%words, list%count, word)
   end subroutine add_candidate
 
   !> The candidate nearest to `word`; empty if none is near. Keywords (in which the first four

@@ -274,12 +274,15 @@ contains
                           'an empty option is two commas: '//with_empty_option(record))
       else if (.not. room) then
         call report_error(diagnostics, item%at, 'too many items: '''//item%text//'''', &
-                          expectation(signature, match)//parameter_advice(record, parameters))
+                          expectation(signature, alive, match)// &
+                          parameter_advice(record, parameters))
       else if (item%kind == item_empty) then
-        call report_error(diagnostics, item%at, 'an empty field', expectation(signature, match))
+        call report_error(diagnostics, item%at, 'an empty field', &
+                          expectation(signature, alive, match))
       else
         call report_error(diagnostics, item%at, ''''//item%text//''' cannot stand here', &
-                          did_you_mean(words, item%text, expectation(signature, match)))
+                          did_you_mean(words, item%text, &
+                          expectation(signature, alive, match)))
       end if
     end associate
   end subroutine report_item
@@ -345,20 +348,42 @@ contains
     end do
     good = .false.
     call report_error(diagnostics, item_location(record, item_count(record) + 1), &
-                      'too few items: '//missing//' is missing', expectation(signature, match))
+                      'too few items: '//missing//' is missing', &
+                      expectation(signature, alive, match))
   end subroutine check_complete
 
-  !> What a record should look like.
-  function expectation(signature, match) result(t)
+  !> What a record that begins as this one does should look like.
+  function expectation(signature, alive, match) result(t)
     type(signature_t), intent(in) :: signature !! what it takes
+    logical, intent(in) :: alive(:) !! ways that its items have left open
     type(match_t), intent(in) :: match !! which record this is
     character(:), allocatable :: t
+    type(signature_t) :: open
+    integer :: i, n
 
-    t = syntax_text(signature, trim(match%head), match%fields)
-    if (len(t) == 0) then
+    n = 0
+    allocate (open%alternatives(count(alive)))
+    do i = 1, size(alive)
+      if (.not. alive(i)) cycle
+      n = n + 1
+      open%alternatives(n)%tokens = signature%alternatives(i)%tokens
+    end do
+    if (takes_nothing(open)) then
       t = trim(match%name)//' takes no further items'
-    else
-      t = trim(match%name)//' takes: '//t
+      return
     end if
+    t = trim(match%name)//' takes: '//syntax_text(open, trim(match%head), match%fields)
+    if (n < size(alive)) t = t//'; other ways: --help '//match%name(:index(match%name, ' ') - 1)
   end function expectation
+
+  !> A word or command that stands alone.
+  pure logical function takes_nothing(signature)
+    type(signature_t), intent(in) :: signature !! what may follow it
+    integer :: i
+
+    takes_nothing = .true.
+    do i = 1, size(signature%alternatives)
+      if (size(signature%alternatives(i)%tokens) > 0) takes_nothing = .false.
+    end do
+  end function takes_nothing
 end module matching

@@ -128,7 +128,7 @@ contains
     end associate
   end subroutine read_word
 
-  !> NTOS slave master, or GTOS slave master [points].
+  !> NTOS slave master, or GTOS slave master [points or SEGMent].
   subroutine read_form(record, diagnostics, draft)
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -148,6 +148,8 @@ contains
     if (.not. is_word(record%items(1), 'gtos')) return
     draft%pair%form = form_quadrature_to_surface
     if (item_count(record) < 4) return
+    draft%pair%segmented = is_word(record%items(4), 'segment')
+    if (draft%pair%segmented) return
     draft%pair%facet_points = item_integer(record, 4)
     if (has_rule(draft%pair%facet_points)) return
     call report_error(diagnostics, item_location(record, 4), 'there is no rule with '// &
@@ -270,6 +272,7 @@ contains
     integer :: k
 
     associate (pair => drafts(i)%pair)
+      if (pair%segmented) call check_segmented(pair, diagnostics)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
           'write GTOS slave master, or NTOS slave master')
@@ -291,4 +294,17 @@ contains
       end do
     end associate
   end subroutine check_pair
+
+  !> What segmentation cannot do.
+  subroutine check_segmented(pair, diagnostics)
+    type(pair_t), intent(in) :: pair !! a segmented pair
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (pair%smooth) call report_error(diagnostics, pair%at, 'pair '//pair%name// &
+      ' has SEGMent and SMOOth: facets cannot be cut with a curved surface', &
+      'delete SMOOth, or write a number of points in place of SEGMent')
+    if (pair%penalty_kind == penalty_nodal) call report_error(diagnostics, pair%at, 'pair '// &
+      pair%name//' has SEGMent and a penalty per point, whose points come and go', &
+      'write PENAlty AREA and a pressure per length, or PENAlty AUTO')
+  end subroutine check_segmented
 end module contact_reader

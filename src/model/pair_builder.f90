@@ -9,6 +9,7 @@ module pair_builder
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
+  use contact_cells, only: prepare_cells
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
@@ -92,6 +93,7 @@ contains
     call check_common_nodes(model%mesh, pair, diagnostics)
     call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
     call take_penalties(model, diagnostics, pair)
+    if (pair%segmented) call prepare_cells(model%mesh%x, pair)
     allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
   end subroutine build_pair
 
@@ -131,7 +133,7 @@ contains
     call find_nodes(mesh, name, nodes, found)
     if (found) then
       call report_error(diagnostics, at, 'the '//side//' '''//name//''' is no surface', &
-        'define one: SURFace name FROM '//name)
+        'define one: SURFace name FROM '//name//'; only the slave of NTOS may be a set')
     else
       call report_unknown_name(mesh, at, name, diagnostics)
     end if
@@ -147,7 +149,9 @@ contains
 
     call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
     found = index > 0
-    if (found) call make_facet_points(mesh%surfaces(index)%facets, mesh%x, pair)
+    if (.not. found) return
+    call make_facet_points(mesh%surfaces(index)%facets, mesh%x, pair)
+    if (pair%segmented) pair%slave_facets = mesh%surfaces(index)%facets
   end subroutine take_slave_facets
 
   !> Slave nodes and their tributary areas.
@@ -251,6 +255,12 @@ contains
     call set_penalties(model, pair, found)
     if (found) then
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
+      if (pair%segmented) then
+        call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
+          to_text(pair%epsilon(1)/pair%area(1))//' force per length and area'// &
+          expected_penetration(pair))
+        return
+      end if
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
         to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
         ' force per length and '//point_noun//expected_penetration(pair))

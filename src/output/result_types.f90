@@ -1,7 +1,7 @@
 !> What a converged end time hands to the files: plain arrays, whatever solver made them.
 module result_types
   use kinds, only: wp
-  use contact_types, only: contact_point_t
+  use contact_types, only: contact_point_t, cell_t
   implicit none
   private
   public :: contact_row_t, point_fields_t, frame_t, pair_history_t, saved_state_t
@@ -31,6 +31,8 @@ module result_types
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
     real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
+    integer, allocatable :: node(:, :) !! (3, points) if segmented: nodes of the slave facet
+    real(wp), allocatable :: weight(:, :) !! (3, points) if segmented: their weights
   end type point_fields_t
 
   !> The fields of one end time; what is not allocated is not written.
@@ -47,6 +49,7 @@ module result_types
   type :: pair_history_t
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
     integer, allocatable :: coupled(:) !! (points) host when the matrix pattern was built, 0 idle
+    type(cell_t), allocatable :: cells(:) !! (points) of a segmented pair: where they are
   end type pair_history_t
 
   !> What a run needs to go on from an end time.

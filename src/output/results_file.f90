@@ -206,9 +206,9 @@ contains
     character(*), intent(in) :: value !! the text
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(:), allocatable :: one(:)
+    character(max(1, len(value))), allocatable :: one(:)
 
-    allocate (character(max(1, len(value))) :: one(1))
+    allocate (one(1))
     one(1) = value
     call make_text_series(file, path, len(one), description, error)
     if (allocated(error)) return

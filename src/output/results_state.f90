@@ -14,11 +14,12 @@ module results_state
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, &
     write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
+  use cell_state, only: create_cells, write_cells
   use text_files, only: rename_file
   implicit none
   private
   public :: create_state_part, write_state, complete_state, save_state, pair_group, &
-    defined_coordinates
+    defined_coordinates, slave_nodes
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/state/'
@@ -128,17 +129,30 @@ contains
     if (allocated(error)) return
     if (pair%augmented) call create_multipliers(file, group, points, error)
     if (allocated(error)) return
-    call make_series(file, group//'/nodes', stored_integer, [integer ::], &
-      max(1, size(pair%point_nodes)), '1', 'nodes of the points', error)
+    if (pair%segmented) call create_cells(file, group, points, error)
     if (allocated(error)) return
-    call write_block(file, group//'/nodes', reshape(pair%point_nodes, &
-      [size(pair%point_nodes)]), at_end, error)
+    call make_series(file, group//'/nodes', stored_integer, [integer ::], &
+      max(1, size(slave_nodes(pair))), '1', 'nodes of the points, or of the slave facets', error)
+    if (allocated(error)) return
+    call write_block(file, group//'/nodes', slave_nodes(pair), at_end, error)
     if (allocated(error)) return
     call make_series(file, group//'/facets', stored_integer, [3], max(1, size(pair%facets, 2)), &
       '1', 'nodes of the master facets', error)
     if (allocated(error)) return
     call write_block(file, group//'/facets', pair%facets, at_end, error)
   end subroutine create_pair
+
+  !> Nodes of the points in their order; of a segmented pair, those of its slave facets.
+  pure function slave_nodes(pair) result(nodes)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, allocatable :: nodes(:)
+
+    if (pair%segmented) then
+      nodes = reshape(pair%slave_facets, [size(pair%slave_facets)])
+    else
+      nodes = reshape(pair%point_nodes, [size(pair%point_nodes)])
+    end if
+  end function slave_nodes
 
   !> Makes the data set of an augmented pair.
   subroutine create_multipliers(file, group, points, error)
@@ -215,6 +229,9 @@ contains
       if (allocated(error)) return
       if (model%pairs(i)%augmented) call write_multipliers(file, model%pairs(i)%number, &
         state%pairs(i), slot, error)
+      if (allocated(error)) return
+      if (model%pairs(i)%segmented) call write_cells(file, pair_group(model%pairs(i)%number), &
+        state%pairs(i)%cells, slot, error)
     end do
   end subroutine write_slot
 

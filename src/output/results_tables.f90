@@ -197,6 +197,12 @@ contains
       if (allocated(error)) return
       call write_block(file, group//'/node', reshape(pair%point_nodes, &
         [count_points(pair)]), at_end, error)
+    else if (pair%segmented) then
+      call make_series(file, group//'/node', stored_integer, [3, count_points(pair)], 1, '1', &
+        'corner nodes of the slave facet of each point', error)
+      if (allocated(error)) return
+      call make_series(file, group//'/weight', stored_real, [3, count_points(pair)], 1, '1', &
+        'weights of the corners: a point is the weighted sum of its nodes', error)
     else
       call make_series(file, group//'/node', stored_integer, [pair%n_slaves], count_points(pair), &
         '1', 'corner nodes of the slave facet of each point', error)
@@ -288,5 +294,9 @@ contains
     call write_block(file, group//'/elastic_slip', points%elastic_slip, at_end, error)
     if (allocated(error)) return
     call write_block(file, group//'/dissipation', points%dissipation, at_end, error)
+    if (allocated(error) .or. .not. allocated(points%node)) return
+    call write_block(file, group//'/node', points%node, at_end, error)
+    if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &
+      error)
   end subroutine append_points
 end module results_tables

@@ -9,13 +9,13 @@ module run_log
   use text, only: to_text, count_noun
   use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
-  use contact_points, only: count_points
+  use contact_points, only: used_points
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
   private
-  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_note, log_warning, &
+  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
     log_iteration, log_increment, log_cut, log_error, log_costs, close_log
 
   !> A log open for writing.
@@ -84,7 +84,7 @@ contains
     end do
     do i = 1, size(model%notes)
       if (allocated(error)) return
-      call log_note(log, model%notes(i)%s, error)
+      call log_line(log, model%notes(i)%s, error)
     end do
     if (allocated(error)) return
     call log_line(log, '', error)
@@ -120,15 +120,17 @@ contains
     character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
-      count_noun(count_points(pair), 'point')//' against '// &
+      count_noun(used_points(pair), 'point')//' against '// &
       count_noun(size(pair%facets, 2), 'facet')//', penalty '
-    if (size(pair%epsilon) > 0) then
+    if (pair%segmented) then
+      line = line//to_text(pair%density)//' force/length^3 times the area of a point'
+    else if (size(pair%epsilon) > 0) then
       line = line//to_text(minval(pair%epsilon))
       if (maxval(pair%epsilon) > minval(pair%epsilon)) then
         line = line//' to '//to_text(maxval(pair%epsilon))
       end if
     end if
-    line = line//' force/length a point'
+    if (.not. pair%segmented) line = line//' force/length a point'
     select case (pair%penalty_kind)
     case (penalty_nodal)
     case (penalty_area)
@@ -142,6 +144,9 @@ contains
     else
       line = line//', frictionless'
     end if
+    if (pair%n_slaves > 1) line = line//', GTOS'
+    if (pair%augmented) line = line//', AUGMent'
+    if (pair%smooth) line = line//', SMOOth'
   end function pair_line
 
   !> Writes one line (or several) and hands it to the system.
@@ -155,15 +160,6 @@ contains
     if (allocated(error)) return
     call flush_text_file(log%file, error)
   end subroutine log_line
-
-  !> Writes a remark.
-  subroutine log_note(log, message, error)
-    type(log_t), intent(inout) :: log !! the log
-    character(*), intent(in) :: message !! the remark
-    type(error_t), allocatable, intent(out) :: error !! disk full
-
-    call log_line(log, 'note: '//message, error)
-  end subroutine log_note
 
   !> Writes a warning and counts it.
   subroutine log_warning(log, message, error)

@@ -4,12 +4,13 @@ module state_reader
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
-  use contact_points, only: count_points
+  use contact_points, only: count_points, most_coupled
   use model_types, only: model_t
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
   use hdf5_data, only: read_block, series_shape
-  use results_state, only: pair_group, defined_coordinates
+  use results_state, only: pair_group, defined_coordinates, slave_nodes
+  use cell_state, only: read_cells
   implicit none
   private
   public :: read_state
@@ -229,7 +230,7 @@ contains
       return
     end if
     call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
-    if (dims(1) /= size(pair%point_nodes)) then
+    if (dims(1) /= size(slave_nodes(pair))) then
       call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
       return
     end if
@@ -245,7 +246,7 @@ contains
     allocate (facets(3, dims(2)))
     call read_block(file, pair_group(pair%number)//'/facets', facets, 1, error)
     if (allocated(error)) return
-    if (any(nodes /= reshape(pair%point_nodes, [size(nodes)]))) then
+    if (any(nodes /= slave_nodes(pair))) then
       call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
     else if (any(facets /= pair%facets)) then
       call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
@@ -295,6 +296,11 @@ contains
       if (allocated(error)) return
       if (model%pairs(i)%augmented) call read_multipliers(file, model%pairs(i)%number, slot, &
         state%pairs(i), error)
+      if (allocated(error)) return
+      if (.not. model%pairs(i)%segmented) cycle
+      allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
+      call read_cells(file, pair_group(model%pairs(i)%number), &
+        size(model%pairs(i)%slave_facets, 2), slot, state%pairs(i)%cells, error)
     end do
   end subroutine read_slot
 
@@ -343,7 +349,7 @@ contains
     if (allocated(error)) return
     if (any(host < 0 .or. host > size(pair%facets, 2)) .or. &
       any(state%pairs(index)%coupled < 0 .or. &
-      state%pairs(index)%coupled > size(pair%facets, 2))) then
+      state%pairs(index)%coupled > most_coupled(pair))) then
       call raise(error, exit_deck, 'facet out of range')
       return
     end if

@@ -4,26 +4,23 @@ module batch_run
   use errors, only: error_t
   use text, only: to_text
   use costs, only: wall_seconds
-  use model_types, only: model_t
-  use system_types, only: system_t, state_t
-  use contact_system, only: load_contact, couple, move_hosts
+  use contact_system, only: load_contact, couple
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
     outcome_stopped
-  use increments, only: begin_at, choose_start, accept
-  use residuals, only: estimate_round_off
-  use condensed_system, only: refresh_candidates
+  use increments, only: begin_at, choose_start, follow_solution, accept
+  use residuals, only: estimate_round_off, form_residual
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
-  use run_files, only: run_files_t, write_row
+  use run_files, only: write_row
   use run_log, only: log_increment, log_increment_t, log_warning
-  use run_monitor, only: run_monitor_t
-  use terminal, only: terminal_t, print_line
+  use terminal, only: print_line
   use batch_position, only: is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
+  use run_context, only: context_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
@@ -36,79 +33,63 @@ module batch_run
 contains
 
   !> Carries out all commands; after a restart, those behind the state's end time.
-  subroutine run_batch(commands, states, model, system, state, files, monitor, terminal, error)
+  subroutine run_batch(commands, states, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
     type(saved_states_t), intent(in) :: states !! where states are kept; the restart
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state, that of the restart
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
     type(run_state_t) :: run
     integer :: skip
 
-    monitor%steps = count_steps(commands)
+    context%monitor%steps = count_steps(commands)
     skip = 0
-    call ask_for_solver(system, solver_auto)
+    call ask_for_solver(context%system, solver_auto)
     if (states%step > 0) then
       run%states = states
       run%position = look_for(states%step, states%time)
-      call run_commands(commands, run, model, system, state, files, monitor, terminal, error)
+      call run_commands(commands, run, context, error)
       skip = end_times_to_pass(run%position)
-      monitor%steps = monitor%steps - skip + states%step
+      context%monitor%steps = context%monitor%steps - skip + states%step
       run = run_state_t()
       if (allocated(error)) deallocate (error)
-      call ask_for_solver(system, solver_auto)
+      call ask_for_solver(context%system, solver_auto)
     end if
     run%states = states
     run%position%skip = skip
-    call run_commands(commands, run, model, system, state, files, monitor, terminal, error)
-    if (allocated(error) .or. states%step == 0 .or. state%step > states%step) return
-    call log_warning(files%log, 'the deck has no end time behind the state restarted from', error)
+    call run_commands(commands, run, context, error)
+    if (allocated(error) .or. states%step == 0 .or. context%state%step > states%step) return
+    call log_warning(context%files%log, &
+      'the deck has no end time behind the state restarted from', error)
   end subroutine run_batch
 
   !> Carries out commands to the last, or until a rehearsal has found what it looks for.
-  subroutine run_commands(commands, run, model, system, state, files, monitor, terminal, error)
+  subroutine run_commands(commands, run, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
     type(run_state_t), intent(inout) :: run !! where the run stands
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
     integer :: next, turns(size(commands))
 
     turns = 0
     next = 1
     do while (next <= size(commands))
-      call run_command(commands, next, turns, run, model, system, state, files, monitor, &
-        terminal, error)
-      if (allocated(monitor%trouble) .and. .not. allocated(error)) then
-        call move_alloc(monitor%trouble, error)
+      call run_command(commands, next, turns, run, context, error)
+      if (allocated(context%monitor%trouble) .and. .not. allocated(error)) then
+        call move_alloc(context%monitor%trouble, error)
       end if
       if (allocated(error) .or. run%position%found) return
       next = next + 1
     end do
-    call close_increment(run, model, system, state, files, monitor, terminal, error)
+    call close_increment(run, context, error)
   end subroutine run_commands
 
   !> Carries out one command; LOOP and NEXT move `next`.
-  subroutine run_command(commands, next, turns, run, model, system, state, files, monitor, &
-                         terminal, error)
+  subroutine run_command(commands, next, turns, run, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
     integer, intent(inout) :: next !! the command; moved by loops
     integer, intent(inout) :: turns(:) !! turns made of each LOOP
     type(run_state_t), intent(inout) :: run !! where the run stands
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
 
     associate (command => commands(next))
@@ -122,45 +103,39 @@ contains
           run%settings%energy_tolerance = command%v(1)
         end if
       case ('step')
-        call close_increment(run, model, system, state, files, monitor, terminal, error)
-        if (.not. allocated(error)) then
-          call run_steps(nint(command%v(1)), run, model, system, state, files, monitor, terminal, &
-            error)
-        end if
+        call close_increment(run, context, error)
+        if (.not. allocated(error)) call run_steps(nint(command%v(1)), run, context, error)
       case ('time')
-        call close_increment(run, model, system, state, files, monitor, terminal, error)
+        call close_increment(run, context, error)
         if (allocated(error)) return
         if (is_over(command%v(1), run)) then
           next = end_of_loop(commands, next)
         else
-          call begin_time(command%v(1), run, model, system, state)
+          call begin_time(command%v(1), run, context)
         end if
       case ('save', 'rest')
-        call close_increment(run, model, system, state, files, monitor, terminal, error)
+        call close_increment(run, context, error)
         if (allocated(error)) return
-        if (command%command == 'save') call run_save(command, run, model, system, state, files, &
-          error)
-        if (command%command == 'rest') call run_rest(command, run, model, system, state, files, &
-          error)
+        if (command%command == 'save') call run_save(command, run, context, error)
+        if (command%command == 'rest') call run_rest(command, run, context, error)
       case ('tang', 'utan')
-        call run_tangent(run, model, system, state, monitor, error)
+        call run_tangent(run, context, error)
       case ('augm')
-        call run_augment(run, model, system, monitor)
+        call run_augment(run, context%model, context%system, context%monitor)
       case ('solv')
-        call ask_for_solver(system, solver_of(command%option))
+        call ask_for_solver(context%system, solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
       case ('next')
         call turn_loop(commands, next, turns, run)
       case ('disp', 'reac')
-        if (run%converged) call close_increment(run, model, system, state, files, monitor, &
-          terminal, error)
+        if (run%converged) call close_increment(run, context, error)
         if (allocated(error) .or. is_passing(run%position)) return
-        if (command%command == 'disp') call print_displacements(command, model, state, &
-          files%log, error)
-        if (command%command == 'reac') call print_reactions(command, model, state, files%log, &
-          error)
+        if (command%command == 'disp') call print_displacements(command, context%model, &
+          context%state, context%files%log, error)
+        if (command%command == 'reac') call print_reactions(command, context%model, &
+          context%state, context%files%log, error)
       case default
         ! PROP has been obeyed when the deck was read.
       end select
@@ -194,15 +169,10 @@ contains
   end subroutine turn_loop
 
   !> STEP,,n: n increments of DT, each to convergence.
-  subroutine run_steps(n, run, model, system, state, files, monitor, terminal, error)
+  subroutine run_steps(n, run, context, error)
     integer, intent(in) :: n !! number of end times
     type(run_state_t), intent(inout) :: run !! where the run stands
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
     real(wp) :: begin, end_time, seconds
     integer :: k
@@ -217,61 +187,55 @@ contains
       end if
       if (stop_requested()) then
         run%progress%outcome = outcome_stopped
-        call raise_outcome(model, system, state, run%progress, state%time, error)
+        call raise_outcome(context%model, context%system, context%state, run%progress, &
+          context%state%time, error)
         return
       end if
-      monitor%step = state%step + 1
+      context%monitor%step = context%state%step + 1
       seconds = wall_seconds()
-      call advance(model, system, state, end_time, run%settings, monitor, error)
+      call advance(context%model, context%system, context%state, end_time, run%settings, &
+        context%monitor, error)
       if (allocated(error)) return
       call pass_end_time(run%position, end_time)
-      call finish_step(run%increment, seconds, model, system, state, files, monitor, terminal, &
-        error)
+      call finish_step(run%increment, seconds, context, error)
       if (allocated(error)) return
     end do
   end subroutine run_steps
 
   !> Counts an end time, writes its rows and its line.
-  subroutine finish_step(increment, seconds, model, system, state, files, monitor, terminal, error)
+  subroutine finish_step(increment, seconds, context, error)
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: seconds !! clock at its start [s]
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
 
-    state%step = state%step + 1
-    call write_row(files, model, system, state, increment, error)
+    context%state%step = context%state%step + 1
+    call write_row(context%files, context%model, context%system, context%state, increment, error)
     if (allocated(error)) return
-    line%step = state%step
+    line%step = context%state%step
     line%increment = 1
-    line%time = state%time
+    line%time = context%state%time
     line%size = increment
-    line%iterations = monitor%solves - monitor%solves_before
-    line%residual = norm2(system%right)
+    line%iterations = context%monitor%solves - context%monitor%solves_before
+    line%residual = norm2(context%system%right)
     line%seconds = wall_seconds() - seconds
-    monitor%solves_before = monitor%solves
-    call log_increment(files%log, line, error)
-    call print_line(terminal, 'step '//to_text(state%step)//' of '//to_text(monitor%steps) &
-      //'  time '//to_text(state%time)//'  '//to_text(line%iterations)//' solves  ' &
-      //to_text(line%seconds, 3)//' s')
+    context%monitor%solves_before = context%monitor%solves
+    call log_increment(context%files%log, line, error)
+    call print_line(context%terminal, 'step '//to_text(line%step)//' of ' &
+      //to_text(context%monitor%steps)//'  time '//to_text(line%time)//'  ' &
+      //to_text(line%iterations)//' solves  '//to_text(line%seconds, 3)//' s')
   end subroutine finish_step
 
   !> TIME: moves to the next end time and begins its increment.
-  subroutine begin_time(last, run, model, system, state)
+  subroutine begin_time(last, run, context)
     real(wp), intent(in) :: last !! latest time, 0 for none
     type(run_state_t), intent(inout) :: run !! gets a pending increment
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
+    type(context_t), target, intent(inout) :: context !! what the run works on
 
     run%pending_time = run%position%clock + run%increment
     if (last > 0.0_wp) run%pending_time = min(run%pending_time, last)
-    call prepare(run, model, system, state)
+    call prepare(run, context)
   end subroutine begin_time
 
   !> TIME,,tmax has arrived at tmax, to round-off.
@@ -298,76 +262,67 @@ contains
   end function end_of_loop
 
   !> Marks an increment as begun; its first TANG sets it up.
-  subroutine prepare(run, model, system, state)
+  subroutine prepare(run, context)
     type(run_state_t), intent(inout) :: run !! gets a pending increment
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
+    type(context_t), target, intent(inout) :: context !! what the run works on
 
     run%pending = .true.
     run%converged = .false.
     run%started = .false.
     run%progress = newton_t()
     run%augmentation = augmentation_t()
-    if (.not. is_passing(run%position)) call begin_at(model, system, state, run%pending_time)
+    run%renewals = 0
+    if (.not. is_passing(run%position)) call begin_at(context%model, context%system, &
+      context%state, run%pending_time)
   end subroutine prepare
 
   !> TANG, UTAN: one Newton iteration of the pending increment; without TIME before it, one at the
   !! present time.
-  subroutine run_tangent(run, model, system, state, monitor, error)
+  subroutine run_tangent(run, context, error)
     type(run_state_t), intent(inout) :: run !! the pending increment
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! singular, out of memory, stopped
-    integer :: changes
-
     if (.not. run%pending) then
       run%pending_time = run%position%clock
-      call prepare(run, model, system, state)
+      call prepare(run, context)
     end if
     if (is_passing(run%position)) run%converged = .true.
     if (run%converged) return
-    monitor%step = state%step + 1
-    if (.not. run%started) then
-      call choose_solver(model, system, monitor)
-      system%x_old = model%mesh%x + state%u
-      call choose_start(model, system, state, run%pending_time, monitor)
+    associate (model => context%model, system => context%system, state => context%state, &
+               monitor => context%monitor)
+      monitor%step = state%step + 1
+      if (.not. run%started) then
+        call choose_solver(model, system, monitor)
+        system%x_old = model%mesh%x + state%u
+        call choose_start(model, system, state, run%pending_time, monitor)
+        call couple(system)
+        system%contact%slip_before = 0.0_wp
+        run%started = .true.
+      end if
+      call estimate_round_off(system, model%mesh%x)
+      call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
+        run%progress)
+      if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
+        run%progress%outcome = outcome_stopped
+      end if
+      if (run%progress%outcome /= outcome_going_on) then
+        call raise_outcome(model, system, state, run%progress, run%pending_time, error)
+        return
+      end if
+      run%converged = is_converged(system, run%settings, run%progress)
+      if (.not. run%converged .or. size(model%pairs) == 0) return
+      call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
+      if (run%converged) return
+      call load_contact(model, system)
       call couple(system)
-      system%contact%slip_before = 0.0_wp
-      run%started = .true.
-    end if
-    call estimate_round_off(system, model%mesh%x)
-    call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
-      run%progress)
-    if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
-      run%progress%outcome = outcome_stopped
-    end if
-    if (run%progress%outcome /= outcome_going_on) then
-      call raise_outcome(model, system, state, run%progress, run%pending_time, error)
-      return
-    end if
-    run%converged = is_converged(system, run%settings, run%progress)
-    if (.not. run%converged .or. size(model%pairs) == 0) return
-    if (system%condensed%active) call refresh_candidates(system)
-    system%x_now = model%mesh%x + system%u
-    call move_hosts(model, system, run%settings%extrapolation, changes)
-    if (changes == 0) return
-    run%converged = .false.
-    call load_contact(model, system)
-    call couple(system)
+      call form_residual(system, model%mesh%x)
+    end associate
   end subroutine run_tangent
 
   !> Accepts the pending increment and writes its rows; one that has not converged is an error.
-  subroutine close_increment(run, model, system, state, files, monitor, terminal, error)
+  subroutine close_increment(run, context, error)
     type(run_state_t), intent(inout) :: run !! the pending increment
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! open files
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    type(terminal_t), intent(inout) :: terminal !! standard output
+    type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! not converged, trouble with a file
 
     if (.not. run%pending) return
@@ -378,12 +333,12 @@ contains
     end if
     if (.not. run%converged) then
       run%progress%outcome = outcome_open
-      call raise_outcome(model, system, state, run%progress, run%pending_time, error)
+      call raise_outcome(context%model, context%system, context%state, run%progress, &
+        run%pending_time, error)
       return
     end if
-    call accept(model, system, state, run%pending_time)
+    call accept(context%model, context%system, context%state, run%pending_time)
     call pass_end_time(run%position, run%pending_time)
-    call finish_step(run%increment, wall_seconds(), model, system, state, files, monitor, &
-      terminal, error)
+    call finish_step(run%increment, wall_seconds(), context, error)
   end subroutine close_increment
 end module batch_run

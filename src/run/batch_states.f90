@@ -2,12 +2,10 @@
 module batch_states
   use errors, only: error_t
   use text, only: to_text
-  use model_types, only: model_t
-  use system_types, only: system_t, state_t
   use batch_types, only: batch_command_t
   use batch_position, only: is_passing
-  use run_files, only: run_files_t
   use run_log, only: log_line
+  use run_context, only: context_t
   use run_progress, only: run_state_t
   use result_types, only: saved_state_t
   use saved_states, only: keep_state, read_kept_state, take_state, note_passed
@@ -18,13 +16,10 @@ module batch_states
 contains
 
   !> SAVE[,name]: keeps the present state in a file of its own.
-  subroutine run_save(command, run, model, system, state, files, error)
+  subroutine run_save(command, run, context, error)
     type(batch_command_t), intent(in) :: command !! the command
     type(run_state_t), intent(inout) :: run !! where states are kept
-    type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
-    type(run_files_t), intent(inout) :: files !! the log
+    type(context_t), intent(inout) :: context !! problem, converged state, log
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     character(:), allocatable :: path
 
@@ -32,29 +27,28 @@ contains
       call note_passed(run%states, command%text)
       return
     end if
-    call keep_state(run%states, command%text, model, system, state, run%increment, path, error)
-    if (.not. allocated(error)) call log_line(files%log, '  state of time '// &
-      to_text(state%time, 12)//' saved in '//path, error)
+    call keep_state(run%states, command%text, context%model, context%system, context%state, &
+      run%increment, path, error)
+    if (.not. allocated(error)) call log_line(context%files%log, '  state of time '// &
+      to_text(context%state%time, 12)//' saved in '//path, error)
   end subroutine run_save
 
   !> REST[,name] or REST,file[,step]: goes back to a saved state; steps count on.
-  subroutine run_rest(command, run, model, system, state, files, error)
+  subroutine run_rest(command, run, context, error)
     type(batch_command_t), intent(in) :: command !! the command
     type(run_state_t), intent(inout) :: run !! where states are kept; its clock is set back
-    type(model_t), intent(inout) :: model !! gets the contact history
-    type(system_t), intent(inout) :: system !! the system
-    type(state_t), intent(inout) :: state !! becomes the saved one
-    type(run_files_t), intent(inout) :: files !! the log
+    type(context_t), intent(inout) :: context !! problem, converged state, log
     type(error_t), allocatable, intent(out) :: error !! no such state
     type(saved_state_t) :: saved
     character(:), allocatable :: path
 
-    call read_kept_state(run%states, command%text, nint(command%v(1)), model, saved, path, error)
+    call read_kept_state(run%states, command%text, nint(command%v(1)), context%model, saved, &
+      path, error)
     if (allocated(error)) return
     run%position%clock = saved%time
     if (is_passing(run%position)) return
-    call take_state(saved, model, system, state)
-    call log_line(files%log, '  back to the state of time '//to_text(state%time, 12)//' in '// &
-      path, error)
+    call take_state(saved, context%model, context%system, context%state)
+    call log_line(context%files%log, '  back to the state of time '// &
+      to_text(context%state%time, 12)//' in '//path, error)
   end subroutine run_rest
 end module batch_states

@@ -208,6 +208,10 @@ contains
         frame%pairs(k)%lay = point_state(7:9, range(1):range(2))
         frame%pairs(k)%elastic_slip = point_state(5, range(1):range(2))
         frame%pairs(k)%dissipation = model%pairs(k)%old%dissipation
+        if (model%pairs(k)%segmented) then
+          frame%pairs(k)%node = model%pairs(k)%point_nodes
+          frame%pairs(k)%weight = model%pairs(k)%point_weights
+        end if
         frame%pairs(k)%lay_traction = in_lay_frame(point_state(:, range(1):range(2)))
       end associate
     end do
@@ -278,13 +282,14 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
-    if (system%condensed%active) then
+    if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
     end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old
+      if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%old_cells
       saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
         system%first_point(k + 1) - 1)
     end do

@@ -2,10 +2,12 @@
 module saved_states
   use errors, only: error_t
   use text, only: string_t
+  use string_lists, only: append_string
   use version, only: program_version
   use kinds, only: wp
   use model_types, only: model_t
   use system_types, only: system_t, state_t
+  use contact_cells, only: begin_cells
   use contact_system, only: couple_as_saved
   use condensed_bodies, only: free_condensed
   use linear_solver, only: solver_unknown
@@ -80,6 +82,10 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points
+      if (model%pairs(k)%segmented) then
+        model%pairs(k)%old_cells = saved%pairs(k)%cells
+        call begin_cells(model%pairs(k))
+      end if
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
@@ -94,7 +100,7 @@ contains
 
     if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
-        system%condensed%kept = 0.0_wp
+        if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
@@ -111,20 +117,8 @@ contains
   subroutine note_passed(states, name)
     type(saved_states_t), intent(inout) :: states !! gets the name
     character(*), intent(in) :: name !! name of the state, may be empty
-    type(string_t), allocatable :: longer(:)
-    integer :: i
 
-    if (is_passed(states, name)) return
-    if (.not. allocated(states%passed)) allocate (states%passed(8))
-    if (states%n_passed == size(states%passed)) then
-      allocate (longer(2*states%n_passed))
-      do i = 1, states%n_passed
-        call move_alloc(states%passed(i)%s, longer(i)%s)
-      end do
-      call move_alloc(longer, states%passed)
-    end if
-    states%n_passed = states%n_passed + 1
-    states%passed(states%n_passed)%s = name
+    if (.not. is_passed(states, name)) call append_string(states%passed, states%n_passed, name)
   end subroutine note_passed
 
   !> Whether a SAVE of this name was passed over.

@@ -22,6 +22,7 @@ module session
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t
+  use run_context, only: context_t
   use batch_run, only: run_batch
   use batch_position, only: count_steps
   use saved_states, only: saved_states_t, take_state, restart_base
@@ -39,27 +40,25 @@ contains
   subroutine run_session(options, error)
     type(options_t), intent(in) :: options !! the command line
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
-    type(model_t) :: model
-    type(system_t) :: system
+    type(context_t), target :: context
     type(batch_command_t), allocatable :: commands(:)
     character(:), allocatable :: deck_text
-    type(terminal_t), target :: terminal
 
     call set_threads(options%threads)
     call set_blas_threads(1)
-    system%forced = options%solver
-    terminal = open_terminal(options%quiet)
-    call begin_cost(system%costs, cost_reading)
-    call read_problem(options, model, commands, deck_text, error)
+    context%system%forced = options%solver
+    context%terminal = open_terminal(options%quiet)
+    call begin_cost(context%system%costs, cost_reading)
+    call read_problem(options, context%model, commands, deck_text, error)
     if (allocated(error)) return
-    call end_cost(system%costs, cost_reading)
+    call end_cost(context%system%costs, cost_reading)
     if (options%check) then
-      call print_check(model, commands, terminal)
+      call print_check(context%model, commands, context%terminal)
       return
     end if
-    call run_problem(options, model, system, commands, deck_text, terminal, error)
-    call close_terminal(terminal)
-    call free_solver(system%solver)
+    call run_problem(options, context, commands, deck_text, error)
+    call close_terminal(context%terminal)
+    call free_solver(context%system%solver)
   end subroutine run_session
 
   !> Deck to model; every error of the deck in one report.
@@ -105,46 +104,53 @@ contains
   end subroutine print_check
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
-  subroutine run_problem(options, model, system, commands, deck_text, terminal, error)
+  subroutine run_problem(options, context, commands, deck_text, error)
     type(options_t), intent(in) :: options !! the command line
-    type(model_t), intent(inout) :: model !! the problem
-    type(system_t), intent(inout) :: system !! the system
+    type(context_t), target, intent(inout) :: context !! the problem; what the run works on
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: deck_text !! the deck as written
-    type(terminal_t), target, intent(inout) :: terminal !! standard output
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
-    type(state_t) :: state
-    type(run_files_t), target :: files
-    type(run_monitor_t) :: monitor
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
 
-    call build_system(model, system, state)
-    states%deck = deck_name(options)
-    states%base = base_name(options)
-    states%restart = options%restart
-    if (len(options%restart) > 0) call go_on(options, model, system, state, states, error)
-    if (allocated(error)) return
-    call create_files(files, states%base, options%folder, model, system, deck_text, &
-      'mfec '//program_version, settings_text(options), blas_name(), error)
-    if (allocated(error)) return
-    monitor%log => files%log
-    monitor%terminal => terminal
-    if (is_reference_blas()) call log_warning(files%log, 'this is the reference BLAS, '// &
-      'which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
-    if (.not. allocated(error) .and. states%step > 0) call report_restart(states, files, &
-      terminal, error)
-    if (options%threads > 1) call report_threads(options%threads, monitor)
-    call report_gaps(model, monitor)
-    if (.not. allocated(error)) call check_supports(model, system, monitor, error)
-    if (.not. allocated(error)) call run_batch(commands, states, model, system, state, files, &
-      monitor, terminal, error)
-    if (allocated(error)) call log_error(files%log, error%message, trouble)
-    call log_costs(files%log, system%costs, &
-      wall_seconds() - system%costs%started(cost_reading), trouble)
-    call close_files(files, system, trouble)
+    associate (model => context%model, system => context%system, files => context%files)
+      call build_system(model, system, context%state)
+      states%deck = deck_name(options)
+      states%base = base_name(options)
+      states%restart = options%restart
+      if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
+        error)
+      if (allocated(error)) return
+      call create_files(files, states%base, options%folder, model, system, deck_text, &
+        'mfec '//program_version, settings_text(options), blas_name(), error)
+      if (allocated(error)) return
+      context%monitor%log => context%files%log
+      context%monitor%terminal => context%terminal
+      call report_start(options, states, context, error)
+      if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
+      if (.not. allocated(error)) call run_batch(commands, states, context, error)
+      if (allocated(error)) call log_error(files%log, error%message, trouble)
+      call log_costs(files%log, system%costs, &
+        wall_seconds() - system%costs%started(cost_reading), trouble)
+      call close_files(files, system, trouble)
+    end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
+
+  !> Logs what is worth to know before the first command: BLAS, restart, threads, gaps.
+  subroutine report_start(options, states, context, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(saved_states_t), intent(in) :: states !! the restart
+    type(context_t), target, intent(inout) :: context !! problem, log and terminal
+    type(error_t), allocatable, intent(out) :: error !! trouble with the log
+
+    if (is_reference_blas()) call log_warning(context%files%log, 'this is the reference '// &
+      'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
+    if (.not. allocated(error) .and. states%step > 0) call report_restart(states, &
+      context%files, context%terminal, error)
+    if (options%threads > 1) call report_threads(options%threads, context%monitor)
+    call report_gaps(context%model, context%monitor)
+  end subroutine report_start
 
   !> Logs the number of threads; more than there are cores are worth a warning.
   subroutine report_threads(n, monitor)

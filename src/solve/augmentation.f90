@@ -2,7 +2,7 @@
 !! that a force needs are closed (doc/theory, "Augmented Lagrangian").
 module augmentation
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
   use contact_types, only: pair_t
@@ -58,8 +58,8 @@ contains
         call measure_pair(model, system, k, augmentation)
         closed = augmentation%gap(k) <= pair%augment_tolerance .and. augmentation%change(k) <= &
           max(pair%augment_tolerance*augmentation%force(k), round_off_factor*system%round_off)
-        call monitor%event('  pair '//pair%name//': '//to_text(augmentation%updates) &
-          //' updates, gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
+        call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
+          //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
         augmentation%closed = augmentation%closed .and. closed
       end associate

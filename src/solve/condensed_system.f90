@@ -41,9 +41,6 @@ contains
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
       end if
       call list_facets(model, condensed%facets)
-      ! A restart does not know the forces of the solver before; neither does a change of solver.
-      if (.not. allocated(condensed%kept)) allocate (condensed%kept(3, model%mesh%nodes), &
-        source=0.0_wp)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
       call condense_all(system, spread(.true., 1, system%bodies), outcome)
       if (outcome == solver_done) call find_influence(model, system, outcome)
@@ -73,8 +70,28 @@ contains
       condensed%reactions = norm2(state%reaction)
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
+      if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
     end associate
   end subroutine begin_condensed
+
+  !> Contact forces of a state that another solver has found: what balances the bulk.
+  subroutine find_forces(model, system, state)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(inout) :: system !! gets kept of condensed
+    type(state_t), intent(in) :: state !! last converged state
+    integer :: i, k
+
+    allocate (system%condensed%kept(3, model%mesh%nodes), source=0.0_wp)
+    if (all(abs(state%u) <= 0.0_wp)) return
+    call multiply(system%bulk_matrix, state%u, system%bulk_force)
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
+        system%condensed%kept(k, i) = load_factor(model%loads, model%conditions%load(k, i), &
+          state%time)*model%conditions%force(k, i) - system%bulk_force(k, i)
+      end do
+    end do
+  end subroutine find_forces
 
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
   !! state under the new loads. Other nodes are carried along.
@@ -117,7 +134,7 @@ contains
     end associate
   end subroutine find_defects
 
-  !> The forces that would hold the defects of the live candidates, each by itself.
+  !> The forces that would hold the defects, each by itself.
   subroutine measure_defects(condensed)
     type(condensed_t), intent(inout) :: condensed !! gets defect_norm
     integer :: b, i
@@ -126,7 +143,6 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         do i = 1, body%m
-          if (condensed%live_place(body%first + i) == 0) cycle
           condensed%defect_norm = hypot(condensed%defect_norm, &
             condensed%defect(body%first + i)/body%compliance(i, i))
         end do

@@ -121,6 +121,7 @@ contains
       end do
     end do
     associate (contact => model%pairs(pair))
+      if (contact%segmented) point = max(1, findloc(contact%cells%slave, point, 1))
       t = 'pair '//contact%name//', slave '//point_text(contact, point) &
         //', facet of nodes '//host_text(contact, contact%new(point)%host) &
         //' after that of nodes '//host_text(contact, contact%left(point))

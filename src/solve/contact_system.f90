@@ -8,7 +8,7 @@ module contact_system
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, point_position, coupling, coupled_nodes
   use contact_parameters, only: point_parameters, pair_routine, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
@@ -128,7 +128,7 @@ contains
       call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = pair_routine(pair)
-      system%hosts(element) = point%host
+      system%hosts(element) = coupling(pair, p, point%host)
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
@@ -206,7 +206,9 @@ contains
         system%contact%routine(element) = routine_none
         if (hosts(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
-        call place_nodes(model%pairs(k), p, hosts(element), element, system%contact)
+        associate (nodes => coupled_nodes(model%pairs(k), p, hosts(element)))
+          system%contact%ix(:size(nodes), element) = nodes
+        end associate
       end do
     end do
     call build_coupled(system)

@@ -19,7 +19,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, begin_at, choose_start, accept
+  public :: solve_increment, begin_at, choose_start, follow_solution, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-5_wp
@@ -52,8 +52,23 @@ contains
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
+    if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
+
+  !> Says once that a segmented pair has fewer points than its cells want.
+  subroutine tell_crowded(model, monitor)
+    type(model_t), intent(inout) :: model !! pairs: what has been told
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%crowd_told .or. .not. model%pairs(k)%crowded) cycle
+      model%pairs(k)%crowd_told = .true.
+      call monitor%warning('pair '//model%pairs(k)%name//': more cells than there is room for; '// &
+        'the last facets have fewer points')
+    end do
+  end subroutine tell_crowded
 
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
@@ -91,7 +106,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    integer :: pass, changes, renewals
+    integer :: pass, renewals
     logical :: settled
 
     renewals = 0
@@ -101,23 +116,37 @@ contains
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit
-      if (system%condensed%active) call refresh_candidates(system)
-      system%x_now = model%mesh%x + system%u
-      call move_hosts(model, system, settings%extrapolation, changes)
-      call renew_surfaces(model, system, patch_tolerance, settled)
-      if (renewals == most_renewals) settled = .true.
-      if (changes == 0 .and. settled) exit
-      if (.not. settled) renewals = renewals + 1
-      if (changes > 0) then
-        call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
-      else
-        call monitor%event('  the smooth surface has changed its shape')
-      end if
+      call follow_solution(model, system, settings, monitor, renewals, settled)
+      if (settled) exit
     end do
     if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
   end subroutine solve_with_hosts
+
+  !> After a solve: hosts follow the tips, and smooth surfaces take the shape of their facets.
+  subroutine follow_solution(model, system, settings, monitor, renewals, settled)
+    type(model_t), intent(inout) :: model !! pairs: working points, patches
+    type(system_t), intent(inout) :: system !! converged with the hosts and patches so far
+    type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
+    class(monitor_t), intent(inout) :: monitor !! hears of changes
+    integer, intent(inout) :: renewals !! changes of shape in this increment that counted
+    logical, intent(out) :: settled !! nothing has changed; else it is to be solved again
+    integer :: changes
+
+    if (system%condensed%active) call refresh_candidates(system)
+    system%x_now = model%mesh%x + system%u
+    call move_hosts(model, system, settings%extrapolation, changes)
+    call renew_surfaces(model, system, patch_tolerance, settled)
+    if (renewals == most_renewals) settled = .true.
+    if (.not. settled) renewals = renewals + 1
+    if (changes > 0) then
+      call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+    else if (.not. settled) then
+      call monitor%event('  the smooth surface has changed its shape')
+    end if
+    settled = settled .and. changes == 0
+  end subroutine follow_solution
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)

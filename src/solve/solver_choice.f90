@@ -15,8 +15,6 @@ module solver_choice
   private
   public :: scene_t, look_at, ask_for_solver, choose_solver, decide
 
-  !> Whether the condensed solver is part of this version.
-  logical, parameter :: reduced_available = .true.
   !> Most degrees of freedom of contact whose dense compliance is worth having.
   integer, parameter :: most_contact_dofs = 20000
 
@@ -148,8 +146,6 @@ contains
       obstacle = 'a body is held by contact alone'
     else if (scene%contact_dofs > most_contact_dofs) then
       obstacle = 'its surfaces have too many degrees of freedom, '//to_text(scene%contact_dofs)
-    else if (.not. reduced_available) then
-      obstacle = 'it is not part of this version'
     end if
   end function obstacle_to_reduced
 

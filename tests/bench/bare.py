@@ -60,8 +60,9 @@ def run(program, scene, seconds):
     """What it took; `tip_error` as of the other programs."""
     def read(folder, spent):
         with open(os.path.join(folder, 'standard_output'), encoding='ascii') as stream:
-            tip, operations, time = map(float, stream.read().split())
+            tip, operations, time, entries, solve = map(float, stream.read().split())
         return {'tip_error': tip/scene.known['tip'] - 1, 'iterations': 1, 'increments': 1,
-                'gflops': 1e-9*operations/max(time, 1e-9)}
+                'gflops': 1e-9*operations/max(time, 1e-9),
+                'gigabytes': 2*8e-9*entries/max(solve, 1e-9)}
 
     return measure.repeat([program], lambda folder: write(scene, folder), seconds, read)

@@ -121,7 +121,7 @@ def outcome(job, result):
 def cube_row(runs, job, result):
     """One run of the sliding cube."""
     own = runs.get(job.scene, job.size, 'AUTO')
-    time_of, guess = runs.cpu(job.scene, job.size, job.mode)
+    time_of, guess = runs.cpu(job.scene, job.size, job.mode, job.method)
     ratio = f'{"about " if guess else ""}{time_of/own["cpu"]:.2g}' if own and time_of else ''
     each = f'{result["cpu"]/result["iterations"]:.3g}' if result.get('iterations') else ''
     return (CUBES[job.scene], f'{job.size:g}', f'{result["dofs"]:,}', figures.label(job),
@@ -199,13 +199,16 @@ Pure bending, 2n x n x n cells, no contact, one increment; the error is that of 
 def where_it_goes(measured):
     """Profile, cost table and the speed of the factorisation."""
     text = '## Where the time goes\n\n'
-    speeds = [(job.size, r['gflops']) for job, r in measured.found.items()
+    speeds = [(job.size, r['gflops'], r['gigabytes']) for job, r in measured.found.items()
               if job.mode == bare.MODE and r.get('gflops')]
     if speeds:
-        size, speed = max(speeds)
+        size, speed, moved = max(speeds)
         share = 100*speed/measured.limits['dgemm']
+        through = 100*moved/measured.limits['copy']
         text += (f'CHOLMOD\'s factorisation alone (bare program, cantilever n={size:g}) runs at '
-                 f'{speed:.1f} GFlop/s, {share:.0f} % of the dgemm of this machine.\n\n')
+                 f'{speed:.1f} GFlop/s, {share:.0f} % of the dgemm of this machine; a '
+                 f'solve with its factor (read twice) at {moved:.1f} GB/s, {through:.0f} % of what a '
+                 'copy moves.\n\n')
     if measured.profile:
         text += (f'Samples of {measured.profile["tool"]}, {measured.profile["job"]} '
                  '(`tests/bench/profile`):\n\n')

@@ -38,10 +38,10 @@ class Runs:
         result = self.found.get(Job(*job, **more))
         return result if result and result['code'] == 0 else None
 
-    def cpu(self, scene, size, mode):
+    def cpu(self, scene, size, mode, method='NTOS'):
         """Processor time and whether it is an estimate: time of an iteration over the first
         increment, times the iterations of a complete run on the same mesh."""
-        result = self.get(scene, size, mode)
+        result = self.get(scene, size, mode, method=method)
         if result:
             return result['cpu'], False
         part = self.found.get(Job(scene, size, mode, 1))
@@ -51,10 +51,9 @@ class Runs:
         return None, False
 
     def best_other(self, scene, size, modes=BEST):
-        """The fastest of several settings of CalculiX."""
+        """The fastest of several settings of CalculiX; nothing, if one was not run."""
         times = [self.cpu(scene, size, mode) + (mode,) for mode in modes]
-        times = [t for t in times if t[0] is not None]
-        return min(times) if times else (None, False, '')
+        return (None, False, '') if any(t[0] is None for t in times) else min(times)
 
 
 def largest_cost(result):
@@ -78,7 +77,7 @@ def ratios(runs, row, sizes, wanted, other):
         text.append(f'n={n}: {"about " if theirs[1] else ""}{ratio:.3g}x')
         last = own
         if ratio < least:
-            misses.append(f'n={n} by {least/ratio:.2g}x')
+            misses.append(f'n={n} by {least/ratio:.3g}x')
     if text:
         row.measured, row.met = ', '.join(text), not misses
         row.missed = ', '.join(misses)
@@ -98,7 +97,7 @@ def memory(runs):
         if not own or not (best or default):
             continue
         part = f'n={n}: {own["memory"]:.0f} MB'
-        if best and n <= 12:
+        if len(best) == len(BEST) and n <= 12:
             part += f' (best {min(best):.0f})'
             if own['memory'] >= min(best):
                 misses.append(f'n={n} {own["memory"]/min(best):.2g} times the best')

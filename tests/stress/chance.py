@@ -268,3 +268,11 @@ def quadrature_scene(seed):
     scene.deck.points = random.Random(f'points {seed}').choice(('', '', '', '1', '6', '7', '12'))
     scene.notes += ', ' + (scene.deck.points or '3') + ' points'
     return scene
+
+
+def segmented_scene(seed):
+    """The same scene with facets cut with each other."""
+    scene = Maker(seed).scene()
+    scene.name, scene.group = f'segm {seed}', 'segm'
+    scene.deck.form, scene.deck.points = 'GTOS', 'SEGMent'
+    return scene

@@ -4,6 +4,7 @@ import math
 import meshing
 
 EXACT = 'exact'
+SEGMENTED = 'GTOS SEGMent'
 NOT_MATCHING = ((3, 2), (2, 3), (4, 3), (6, 4), (7, 5), (5, 8))
 
 
@@ -122,6 +123,10 @@ def matching_patch(bench):
         for form in ('NTOS', 'GTOS'):
             bench.compare(f'L2 error of the stress, {n} on {n}', EXACT, 0.0,
                           patch_error(bench, n, n, form), 1e-10, scale=1.0, form=form)
+    for shear in (0.0, 0.2):
+        bench.compare(f'inclined by 0.3, shear {shear} p, 3 on 2', EXACT, 0.0,
+                      loaded_patch(bench, 3, 2, SEGMENTED, 0.3, shear), 1e-9, scale=1.0,
+                      form=SEGMENTED)
     bench.compare('L2 error of the stress, 3 on 2', EXACT, 0.0,
                   patch_error(bench, 3, 2, 'GTOS'), 0.025, scale=1.0, form='GTOS')
     bench.compare('the same, inclined by 0.3, sticking', EXACT, 0.0,
@@ -152,6 +157,17 @@ def non_matching_patch(bench):
                           loaded_patch(bench, slave, master, 'GTOS', slope, shear),
                           1e-10 if slave == master else 0.025, scale=1.0, form='GTOS')
     for slave, master in NOT_MATCHING:
+        note(SEGMENTED, bench.compare(
+            f'L2 error of the stress, {slave} on {master}', EXACT, 0.0,
+            patch_error(bench, slave, master, SEGMENTED), 1e-9, scale=1.0, form=SEGMENTED))
+        for text, slope, shear in cases + (('inclined, sheared, sticking', 0.3, 0.2),):
+            bench.compare(f'{text}, {slave} on {master}', EXACT, 0.0,
+                          loaded_patch(bench, slave, master, SEGMENTED, slope, shear), 1e-9,
+                          scale=1.0, form=SEGMENTED)
+    bench.compare('inclined and sheared, 3 on 2', EXACT, 0.0,
+                  loaded_patch(bench, 3, 2, SEGMENTED, 0.3, 0.2, True), 1e-9, scale=1.0,
+                  form=SEGMENTED+' +AUGM')
+    for slave, master in NOT_MATCHING:
         note('GTOS 6 +AUGM', bench.compare(
             f'L2 error of the stress, {slave} on {master}', EXACT, 0.0,
             patch_error(bench, slave, master, 'GTOS 6', True), 1e-6, scale=1.0,
@@ -167,7 +183,8 @@ def non_matching_patch(bench):
     bench.remark('NTOS hands the force of a slave node to one facet, which is not the integral of '
                  'a uniform pressure over the master facets (theory.md). GTOS integrates over the '
                  'slave facets; what is left is that of facets which lie over several master '
-                 'facets, and it falls with the number of points. With AUGMent nothing is left: each '
+                 'facets, and it falls with the number of points. SEGMent integrates over the '
+                 'intersections of the facets, which is exact. With AUGMent nothing is left: each '
                  'point gets the force of its own that closes its gap, and there are enough of '
                  'them for the nodal forces of a uniform stress (three in a facet are enough '
                  'where the slave is the finer side).')

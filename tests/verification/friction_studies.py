@@ -2,7 +2,7 @@
 import math
 
 EXACT = 'exact'
-SLIPPING = {'GTOS': 22, 'GTOS +AUGM': 22, 'GTOS +SMOO': 22}
+SLIPPING = {'GTOS': 22, 'GTOS +AUGM': 22, 'GTOS +SMOO': 22, 'GTOS SEGMent': 22}
 RULES = ('collinear', 'tensor', 'associated')
 
 

@@ -103,11 +103,13 @@ def table(number, points):
 
 def deck(pair, young, nu, form, mu, moves, tables, batch):
     """The deck; form: a key of FORMS; moves: records of DISPlacement and FPROportional."""
-    side, *options = form.split(' +')
+    words, *options = form.split(' +')
+    side, *points = words.split()
     penalty = 'AUTO' if 'AUGM' in options else f'AREA {50*young/pair.cell!r}'
     return ('MFEC * * Two paraboloids\n\n' + meshing.solid(1, young, nu) + pair.mesh.records() +
             pair.sets() + pair.held() + moves + tables +
-            f'CONTact\n  PAIR 1 caps\n    {side} above below\n    PENAlty {penalty}\n' +
+            f'CONTact\n  PAIR 1 caps\n    {side} above below ' + ' '.join(points) +
+            f'\n    PENAlty {penalty}\n' +
             (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
             ''.join(f'    {option}\n' for option in options) +
             '\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n' +

@@ -15,7 +15,7 @@ REACTIONS = 'step time set R1 R2 R3'.split()
 CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
             'max_elastic_slip max_criterion').split()
 MARKS = {'NTOS': 'o', 'GTOS': 's', 'NTOS +AUGM': '+', 'GTOS +AUGM': 'x', 'NTOS +SMOO': '^',
-         'GTOS +SMOO': 'v'}
+         'GTOS +SMOO': 'v', 'GTOS SEGMent': '*'}
 
 
 class Trouble(Exception):
@@ -145,13 +145,14 @@ class Bench:
 
 def changed(path, form, folder):
     """A copy of a deck whose pair NTOS has another form, for instance GTOS +AUGM."""
-    side, *options = form.split(' +')
+    words, *options = form.split(' +')
+    side, *points = words.split()
     with open(path, encoding='ascii') as stream:
         lines = stream.read().split('\n')
     pairs = [k for k, line in enumerate(lines) if line.split()[:1] == ['NTOS']]
     if len(pairs) != 1:
         raise ValueError(f'{path} has no pair to change')
-    lines[pairs[0]] = '\n'.join([lines[pairs[0]].replace('NTOS', side, 1)] + options)
+    lines[pairs[0]] = '\n'.join([' '.join([lines[pairs[0]].replace('NTOS', side, 1)] + points)] + options)
     for k, line in enumerate(lines):
         if line.split()[:1] == ['INCLude']:
             lines[k] = f'INCLude "{os.path.join(os.path.dirname(path), line.split()[1])}"'

@@ -1,0 +1,163 @@
+!> What points of old cells hand on to those of new ones: elastic slip, multiplier, friction work
+!! (doc/theory, "Segmentation").
+module cell_history
+  use kinds, only: wp
+  use contact_types, only: pair_t, contact_point_t, cell_t, status_open
+  use facet_geometry, only: project_on_facet, facet_frame, barycentric, unfold
+  use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
+  implicit none
+  private
+  public :: fit_slip, fit_multipliers, place_tip, multiplier_at
+
+  !> Facets that a point may pass in an increment with its slip turned at each edge; further away
+  !! the plane of its new facet serves.
+  integer, parameter :: longest_path = 64
+
+contains
+
+  !> The elastic slip of the closed points of one slave facet, from tip to projection, as a field
+  !! over it, in the frame of the facet.
+  pure subroutine fit_slip(pair, f, cells, points, x, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: cells(:) !! where its points are
+    type(contact_point_t), intent(in) :: points(:) !! their last converged state
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    type(linear_field_t), intent(out) :: field !! the field
+    real(wp) :: value(3, size(cells)), xi(2), gap, frame(3, 3)
+    logical :: closed(size(cells))
+    integer :: p
+
+    frame = facet_frame(x(:, pair%slave_facets(:, f)))
+    closed = points%host > 0 .and. points%status > status_open
+    do p = 1, size(cells)
+      value(:, p) = 0.0_wp
+      if (.not. closed(p)) cycle
+      associate (corners => pair%facets(:, points(p)%host))
+        call project_on_facet(x(:, corners), position(pair, cells(p), x), xi, gap)
+        xi = xi - points(p)%tip
+        value(:, p) = matmul(xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
+                             + xi(2)*(x(:, corners(2)) - x(:, corners(3))), frame)
+      end associate
+    end do
+    call fit_closed(cells, closed, value, field)
+  end subroutine fit_slip
+
+  !> The multipliers of the points of one slave facet over their areas, as a field over it, in the
+  !! frame of the facet.
+  pure subroutine fit_multipliers(pair, f, cells, points, x, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: cells(:) !! where its points are
+    type(contact_point_t), intent(in) :: points(:) !! their state
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    type(linear_field_t), intent(out) :: field !! the field
+    real(wp) :: value(3, size(cells)), frame(3, 3)
+    integer :: p
+
+    frame = facet_frame(x(:, pair%slave_facets(:, f)))
+    do p = 1, size(cells)
+      value(:, p) = 0.0_wp
+      if (points(p)%host == 0) cycle
+      value(:, p) = matmul(matmul(facet_frame(x(:, pair%facets(:, points(p)%host))), &
+                                  points(p)%lambda/cells(p)%area), frame)
+    end do
+    call fit_closed(cells, points%host > 0, value, field)
+  end subroutine fit_multipliers
+
+  !> A field through the values of those points that count.
+  pure subroutine fit_closed(cells, counts, value, field)
+    type(cell_t), intent(in) :: cells(:) !! where the points are
+    logical, intent(in) :: counts(:) !! (points) they count
+    real(wp), intent(in) :: value(:, :) !! (3, points) their values
+    type(linear_field_t), intent(out) :: field !! the field
+    real(wp) :: xi(2, size(cells)), area(size(cells)), counted(3, size(cells))
+    integer :: p, n
+
+    n = 0
+    do p = 1, size(cells)
+      if (.not. counts(p)) cycle
+      n = n + 1
+      xi(:, n) = cells(p)%weight(1:2)
+      area(n) = cells(p)%area
+      counted(:, n) = value(:, p)
+    end do
+    call fit_field(xi(:, :n), area(:n), counted(:, :n), field)
+  end subroutine fit_closed
+
+  !> Position of a point of a cell.
+  pure function position(pair, cell, x) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(cell_t), intent(in) :: cell !! where the point is
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: y(3)
+
+    y = matmul(x(:, pair%slave_facets(:, cell%slave)), cell%weight)
+  end function position
+
+  !> Multiplier of a new point in the frame of its host.
+  pure function multiplier_at(pair, field, cell, host, x) result(lambda)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(linear_field_t), intent(in) :: field !! multipliers over areas
+    type(cell_t), intent(in) :: cell !! where the point is
+    integer, intent(in) :: host !! its master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    real(wp) :: lambda(3)
+
+    lambda = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
+                    field_at(field, cell%weight(1:2)))
+    lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%facets(:, host))))
+  end function multiplier_at
+
+  !> Start tip of a new point: its last converged projection less its elastic slip. If that lies on
+  !! another facet than its host, it is turned about the edges in between.
+  pure function place_tip(pair, field, cell, host, x) result(tip)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(linear_field_t), intent(in) :: field !! elastic slip
+    type(cell_t), intent(in) :: cell !! where the point is
+    integer, intent(in) :: host !! its master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    real(wp) :: tip(2), slip(3), gap, way(2), start(2)
+    integer :: path(longest_path), n, k
+
+    call find_path(pair, position(pair, cell, x), host, x, path, n)
+    associate (corners => x(:, pair%facets(:, path(n))))
+      call project_on_facet(corners, position(pair, cell, x), tip, gap)
+      slip = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
+                    bounded_field_at(field, cell%weight(1:2)))
+      call project_on_facet(corners, corners(:, 3) + slip, way, gap)
+      tip = tip - way
+    end associate
+    do k = n, 2, -1
+      call unfold(pair%facets(:, path(k)), pair%facets(:, path(k - 1)), x, tip, start)
+      tip = start
+    end do
+  end function place_tip
+
+  !> The facets from a host to the one that a point projects on, across edges; the host alone if
+  !! there is no such way.
+  pure subroutine find_path(pair, y, host, x, path, n)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(in) :: host !! where the path begins
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(out) :: path(longest_path) !! facets
+    integer, intent(out) :: n !! how many
+    real(wp) :: xi(2), gap
+    integer :: corner, next
+
+    path = host
+    n = 1
+    do
+      call project_on_facet(x(:, pair%facets(:, path(n))), y, xi, gap)
+      if (all(barycentric(xi) >= 0.0_wp)) return
+      corner = minloc(barycentric(xi), 1)
+      next = pair%neighbours(corner, path(n))
+      if (n == longest_path .or. next == 0) exit
+      if (pair%fold(corner, path(n)) .or. any(path(:n) == next)) exit
+      n = n + 1
+      path(n) = next
+    end do
+    if (n == longest_path) n = 1
+  end subroutine find_path
+end module cell_history

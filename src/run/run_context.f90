@@ -1,0 +1,21 @@
+!> All that a run works on, in one piece for the commands behind BATCh.
+module run_context
+  use model_types, only: model_t
+  use system_types, only: system_t, state_t
+  use run_files, only: run_files_t
+  use run_monitor, only: run_monitor_t
+  use terminal, only: terminal_t
+  implicit none
+  private
+  public :: context_t
+
+  !> The problem, how it is solved, and where the results go.
+  type :: context_t
+    type(model_t) :: model !! the problem
+    type(system_t) :: system !! the discrete system and its current iterate
+    type(state_t) :: state !! the converged state
+    type(run_files_t) :: files !! log, tables and results
+    type(run_monitor_t) :: monitor !! what the solution reports to: log and terminal
+    type(terminal_t) :: terminal !! standard output
+  end type context_t
+end module run_context
