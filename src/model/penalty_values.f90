@@ -30,9 +30,7 @@ contains
     type(side_t) :: side
 
     found = .true.
-    if (pair%augmented .or. pair%penalty_kind == penalty_auto) then
-      side = softer_side(slave_side(model, pair), master_side(model, pair))
-    end if
+    side = softer_side(slave_side(model, pair), master_side(model, pair))
     select case (pair%penalty_kind)
     case (penalty_nodal)
       allocate (pair%epsilon(count_points(pair)), source=pair%penalty)
