@@ -295,8 +295,8 @@ contains
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
       if (allocated(error)) return
-      if (has_multipliers(model%pairs(i))) call read_multipliers(file, model%pairs(i)%number, slot, &
-        state%pairs(i), error)
+      if (has_multipliers(model%pairs(i))) call read_multipliers(file, &
+        model%pairs(i)%number, slot, state%pairs(i), error)
       if (allocated(error)) return
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
