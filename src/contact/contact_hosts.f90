@@ -8,7 +8,8 @@ module contact_hosts
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise
+  use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise, &
+    has_multipliers
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
@@ -218,7 +219,7 @@ contains
       else
         call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
       end if
-      if (pair%augmented) point%lambda = unfold_vector(pair%facets(:, point%host), &
+      if (has_multipliers(pair)) point%lambda = unfold_vector(pair%facets(:, point%host), &
         pair%facets(:, next), x_old, point%lambda)
       before = point%host
       point%host = next

@@ -9,11 +9,14 @@ module contact_parameters
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, first_raise, pair_routine
+  public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, has_multipliers
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
   real(wp), parameter :: stiffest_start = 10.0_wp
+  !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
+  !! multiplies: the force comes from a softer one and a multiplier.
+  real(wp), parameter :: stiffest_plain = 200.0_wp
 
 contains
 
@@ -69,6 +72,7 @@ contains
 
     kappa = 0.0_wp
     if (pair%augmented) kappa = point%lambda/(pair%raise*pair%epsilon(p))
+    if (pair%softened) kappa = point%lambda*(1.0_wp - pair%raise)/(pair%raise*pair%epsilon(p))
   end function point_shift
 
   !> Factor on the penalty for the first solve of an increment.
@@ -76,6 +80,23 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (pair%augmented .and. pair%relative > stiffest_start) raise = stiffest_start/pair%relative
+    if (.not. (pair%augmented .or. pair%softened)) return
+    if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
+
+  !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "A stiff penalty from
+  !! a soft one"); not at points of facets, which would be more than their nodes can follow.
+  elemental logical function is_stiff(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 &
+      .and. pair%relative > stiffest_plain
+  end function is_stiff
+
+  !> The points of the pair carry multipliers from one increment to the next.
+  elemental logical function has_multipliers(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    has_multipliers = pair%augmented .or. is_stiff(pair)
+  end function has_multipliers
 end module contact_parameters

@@ -99,7 +99,8 @@ module contact_types
     type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
     real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
-    real(wp) :: raise = 1.0_wp !! AUGMent: factor on epsilon at present
+    real(wp) :: raise = 1.0_wp !! with multipliers: factor on epsilon at present
+    logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept

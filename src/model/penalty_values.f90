@@ -5,7 +5,7 @@
 !! factor E/h A with its tributary area A, or with A = h^2 where no facet lies in the slave set.
 module penalty_values
   use kinds, only: wp
-  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
+  use contact_types, only: pair_t, penalty_nodal, penalty_area
   use contact_points, only: count_points
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
@@ -30,9 +30,7 @@ contains
     type(side_t) :: side
 
     found = .true.
-    if (pair%augmented .or. pair%penalty_kind == penalty_auto) then
-      side = softer_side(slave_side(model, pair), master_side(model, pair))
-    end if
+    side = softer_side(slave_side(model, pair), master_side(model, pair))
     select case (pair%penalty_kind)
     case (penalty_nodal)
       allocate (pair%epsilon(count_points(pair)), source=pair%penalty)

@@ -7,6 +7,7 @@ module results_state
   use errors, only: error_t
   use text, only: to_text
   use contact_types, only: pair_t
+  use contact_parameters, only: has_multipliers
   use contact_points, only: count_points
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
@@ -127,7 +128,7 @@ contains
     call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
       'host when the pattern of the matrix was built, 0 for none', error)
     if (allocated(error)) return
-    if (pair%augmented) call create_multipliers(file, group, points, error)
+    if (has_multipliers(pair)) call create_multipliers(file, group, points, error)
     if (allocated(error)) return
     if (pair%segmented) call create_cells(file, group, points, error)
     if (allocated(error)) return
@@ -154,7 +155,7 @@ contains
     end if
   end function slave_nodes
 
-  !> Makes the data set of an augmented pair.
+  !> Makes the data set of a pair with multipliers.
   subroutine create_multipliers(file, group, points, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
@@ -227,7 +228,7 @@ contains
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)
       if (allocated(error)) return
-      if (model%pairs(i)%augmented) call write_multipliers(file, model%pairs(i)%number, &
+      if (has_multipliers(model%pairs(i))) call write_multipliers(file, model%pairs(i)%number, &
         state%pairs(i), slot, error)
       if (allocated(error)) return
       if (model%pairs(i)%segmented) call write_cells(file, pair_group(model%pairs(i)%number), &
@@ -286,7 +287,7 @@ contains
     call write_block(file, pair_group(number)//'/coupled', state%pairs(pair)%coupled, slot, error)
   end subroutine write_pair
 
-  !> Writes the multipliers of an augmented pair.
+  !> Writes the multipliers of a pair that has them.
   subroutine write_multipliers(file, number, history, slot, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: number !! number of the pair

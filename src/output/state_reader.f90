@@ -4,6 +4,7 @@ module state_reader
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
+  use contact_parameters, only: has_multipliers
   use contact_points, only: count_points, most_coupled
   use model_types, only: model_t
   use result_types, only: saved_state_t, pair_history_t
@@ -294,8 +295,8 @@ contains
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
       if (allocated(error)) return
-      if (model%pairs(i)%augmented) call read_multipliers(file, model%pairs(i)%number, slot, &
-        state%pairs(i), error)
+      if (has_multipliers(model%pairs(i))) call read_multipliers(file, &
+        model%pairs(i)%number, slot, state%pairs(i), error)
       if (allocated(error)) return
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
@@ -362,7 +363,7 @@ contains
     end do
   end subroutine read_pair
 
-  !> Reads the multipliers of an augmented pair; a run without AUGMent has left none.
+  !> Reads the multipliers of a pair that has them; a run without AUGMent has left none.
   subroutine read_multipliers(file, number, slot, history, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: number !! number of the pair

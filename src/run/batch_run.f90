@@ -293,6 +293,7 @@ contains
       monitor%step = state%step + 1
       if (.not. run%started) then
         call choose_solver(model, system, monitor)
+        model%pairs%softened = .false.
         system%x_old = model%mesh%x + state%u
         call choose_start(model, system, state, run%pending_time, monitor)
         call couple(system)

@@ -27,6 +27,10 @@ module augmentation
   real(wp), parameter :: least_raised = 10.0_wp
   real(wp), parameter :: most_raised = 1.0e4_wp
 
+  !> Multipliers that stand in for a stiff penalty are done when no force changes by more than this
+  !! of the largest.
+  real(wp), parameter :: softened_tolerance = 1.0e-11_wp
+
   !> How far the multipliers of an increment are.
   type :: augmentation_t
     integer :: updates = 0 !! made so far
@@ -54,10 +58,11 @@ contains
     augmentation%closed = .true.
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        if (.not. pair%augmented) cycle
+        if (.not. (pair%augmented .or. pair%softened)) cycle
         call measure_pair(model, system, k, augmentation)
-        closed = augmentation%gap(k) <= pair%augment_tolerance .and. augmentation%change(k) <= &
-          max(pair%augment_tolerance*augmentation%force(k), round_off_factor*system%round_off)
+        closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
+        closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
+          augmentation%force(k)*merge(softened_tolerance, pair%augment_tolerance, pair%softened))
         call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
@@ -131,7 +136,7 @@ contains
 
     system%contact%hold = system%contact%status == status_stick
     do k = 1, size(model%pairs)
-      if (.not. model%pairs(k)%augmented) cycle
+      if (.not. (model%pairs(k)%augmented .or. model%pairs(k)%softened)) cycle
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         associate (point => model%pairs(k)%new(p))
@@ -160,6 +165,7 @@ contains
     if (relative <= 0.0_wp) relative = least_raised
     raise = max(raise_by*pair%raise, least_raised/relative)
     raise = min(raise, most_raised/relative)
+    if (pair%softened) raise = min(raise, 1.0_wp)
     if (raise <= pair%raise) return
     pair%raise = raise
     pair%left = 0

@@ -34,7 +34,8 @@ contains
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
     if (progress%outcome == outcome_gaps) then
-      text = text//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s PAIR'
+      text = text//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
+        'PAIR;'//nl//'  or, without AUGMent, a penalty below 200 times E/h'
       return
     end if
     body = unrestrained_bodies(model, system)

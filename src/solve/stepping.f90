@@ -92,7 +92,7 @@ contains
     case (outcome_open)
       t = 'TIME or END comes before the increment has met TOL,'
     case (outcome_gaps)
-      t = 'AUGMent has made all its updates, and penetration or slip is above its tolerance,'
+      t = 'all updates of the multipliers are made, and gaps or forces are not within tolerance,'
     case (outcome_singular)
       t = 'the matrix is singular'
     case default
