@@ -14,7 +14,8 @@ module contact_hosts
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size
+  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size, &
+    altitude
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -319,7 +320,7 @@ contains
 
   !> The projection of a point lies outside every facet: it has passed the rim of the surface.
   !! A point below its facet is projected along a normal that may lean outwards, by less than its
-  !! depth (doc/theory.md, "The rim").
+  !! depth (doc/theory.md, "Hosts").
   pure logical function beyond_rim(pair, x, y, host) result(beyond)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -340,18 +341,6 @@ contains
       if (n(k) < -allowed) beyond = .true.
     end do
   end function beyond_rim
-
-  !> Distance of a corner of a triangle from the opposite edge [length].
-  pure real(wp) function altitude(c, k)
-    real(wp), intent(in) :: c(3, 3) !! corners in columns [length]
-    integer, intent(in) :: k !! the corner
-    real(wp) :: edge(3), side(3)
-
-    edge = c(:, modulo(k + 1, 3) + 1) - c(:, modulo(k, 3) + 1)
-    side = c(:, k) - c(:, modulo(k, 3) + 1)
-    side = side - edge*dot_product(edge, side)/dot_product(edge, edge)
-    altitude = sqrt(dot_product(side, side))
-  end function altitude
 
   !> Looks for a facet under a point that has none; its start tip is the projection of its last
   !! converged position, so that the first touch has the right direction.

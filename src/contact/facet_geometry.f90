@@ -4,8 +4,8 @@ module facet_geometry
   use vectors, only: cross
   implicit none
   private
-  public :: corners, project_on_facet, distance_to_facet, unfold, barycentric, kink_sine, &
-    facet_size, facet_normal, facet_frame, unfold_vector, is_fold
+  public :: altitude, corners, project_on_facet, distance_to_facet, unfold, barycentric, &
+    kink_sine, facet_size, facet_normal, facet_frame, unfold_vector, is_fold
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
@@ -211,4 +211,16 @@ contains
     w = v - dot_product(v, t)*t
     w = w/norm2(w)
   end function away_from
+
+  !> Distance of a corner of a triangle from the opposite edge [length].
+  pure real(wp) function altitude(c, k)
+    real(wp), intent(in) :: c(3, 3) !! corners in columns [length]
+    integer, intent(in) :: k !! the corner
+    real(wp) :: edge(3), side(3)
+
+    edge = c(:, modulo(k + 1, 3) + 1) - c(:, modulo(k, 3) + 1)
+    side = c(:, k) - c(:, modulo(k, 3) + 1)
+    side = side - edge*dot_product(edge, side)/dot_product(edge, edge)
+    altitude = sqrt(dot_product(side, side))
+  end function altitude
 end module facet_geometry

@@ -115,13 +115,13 @@ def belt(bench):
         ratios.append((math.exp(mu*math.pi), -rows[-1]['R2']))
         slipping = tables.contact('band')[-1]
         bench.compare(f'T2/T1, {name}', EXACT, math.exp(mu*math.pi), -rows[-1]['R2'], 0.02,
-                      known=0.045 if bench.form in FLAT else None)
+                      known=0.055 if bench.form in FLAT else None)
         bench.compare(f'sticking nodes, {name}', EXACT, 0.0, slipping['stick'], 0.0, scale=1.0)
     bench.picture('band_on_cylinder', ('exp(mu theta)', 'T2/T1', 'Capstan'), [
         (bench.form, bench.mark(), *zip(*ratios)), ('exact', 'k-', (1.6, 2.7), (1.6, 2.7))])
     if bench.form in FLAT:
-        bench.remark(f'{bench.form}: the points of a flat slave facet lie on no circle; against the '
-                     'edges of a flat drum they press unevenly, and T2/T1 is 4 % too large. SMOOth '
+        bench.remark(f'{bench.form}: presumably the points of a flat slave facet, which lie on no circle, '
+                     'press unevenly on the edges of a flat drum; T2/T1 is 4 to 5 % too large. SMOOth '
                      'takes that away')
     bench.remark('120 facets; the error is one of facets: 7.1, 2.4, 0.8 and 0.2 % with 30, 60, 120 and '
                  '240 of them (Coulomb)')

@@ -36,8 +36,8 @@ def dead_loads(bench):
         bench.compare(f'slipping points, mu = {mu}', EXACT, 0.0, last['slip'], 0.0, scale=1.0,
                       known=SLIPPING.get(bench.form))
     if bench.form in SLIPPING:
-        bench.remark(f'{bench.form}: the block rests, but points of facets at its edges, where the '
-                     'shear of an elastic block is above the mean, slip; a node of NTOS stands for '
+        bench.remark(f'{bench.form}: the block rests, but points slip, presumably at its edges, where the '
+                     'shear of an elastic block is above the mean; a node of NTOS stands for '
                      'all of its facets')
     slides = bench.run(deck, code=2, mu=0.11)
     bench.compare('exit code, mu = 0.11 < T/N', EXACT, 2.0, slides.code, 0.0)

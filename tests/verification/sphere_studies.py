@@ -7,7 +7,7 @@ import meshing
 SIZES = (0.3, 0.15, 0.075)
 OTHERS = ('GTOS SEGMent', 'NTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
 BOTH, OVER = 'GTOS +AUGM', (
-    'does not converge here: a quadrature point each demands a gap of zero, and there are more of '
+    'does not converge here; presumably (not tested): a quadrature point each demands a gap of zero, and there are more of '
     'them than nodes, so that on curved surfaces whose meshes do not match not all can have it')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
@@ -180,7 +180,7 @@ def mindlin(bench):
     bench.remark('the outer faces at 60 a are rigid: what lies beyond them would add about '
                  '0.6/60 = 1 % to u_t. c is that of the traction: mu p - q is half an '
                  'ellipsoid over the stick zone, its second moment 2/5 c^2. The mesh of T4 is too '
-                 'stiff to shear while all sticks: that is the error of u_t at a small force, and it '
+                 'stiff to shear while all sticks: presumably the error of u_t at a small force; it '
                  'falls with the facet')
 
 
@@ -238,5 +238,5 @@ def lubkin(bench):
                  'spheres. The computed force moves the twist by a little: the published moment is '
                  'carried there along the chord of the logarithms. While most of it sticks the '
                  'moment goes with a^3, and the contact found is 1 to 1.5 % too small for its force; '
-                 'that is the error of the first two rows. With facets of 0.2 a: 8.5, 4.2, 2.7, '
+                 'presumably the error of the first two rows. With facets of 0.2 a: 8.5, 4.2, 2.7, '
                  '2.3 % (NTOS, penalty four times as high)')

@@ -215,9 +215,8 @@ class Tables:
 
         The force of a quadrature point goes to the nodes of its facet by its weights.
         """
-        nodes, weights, forces = self.points()
         total = {}
-        for corners, share, force in zip(nodes, weights, forces[when]):
+        for corners, share, force in zip(*self.points()[when]):
             for n, w in zip(corners, share):
                 there = total.setdefault(n, [0.0]*3)
                 for k in range(3):
@@ -225,13 +224,16 @@ class Tables:
         return total
 
     def points(self):
-        """Points of pair 1: nodes and weights of each, forces at each time (h5py)."""
+        """Points of pair 1 at each time: their nodes, weights (SEGMent moves them), forces (h5py)."""
         with self.results() as file:
             group = file['contact/1']
-            nodes = group['node'][:]
-            nodes = nodes.reshape(len(nodes), -1).tolist()
-            weights = group['weight'][:].tolist() if 'weight' in group else [[1.0]]*len(nodes)
-            return nodes, weights, group['traction'][:].tolist()
+            nodes, forces = group['node'][:], group['traction'][:]
+            count = forces.shape[1]
+            weights = group['weight'][:] if 'weight' in group else [[1.0]]*count
+            moving = 'weight' in group and weights.ndim == 3
+            return [([nodes, nodes[k]][nodes.ndim == 3].reshape(count, -1).tolist(),
+                     weights[k] if moving else weights, force.tolist())
+                    for k, force in enumerate(forces)]
 
     def states(self):
         """Status of the slave nodes of pair 1 (0 open, 1 stick, 2 slip) at each time (h5py)."""
