@@ -16,7 +16,7 @@ module contact_parameters
   real(wp), parameter :: stiffest_start = 10.0_wp
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
-  real(wp), parameter :: stiffest_plain = 200.0_wp
+  real(wp), parameter :: stiffest_plain = 2000.0_wp
 
 contains
 

@@ -35,7 +35,7 @@ contains
       //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
     if (progress%outcome == outcome_gaps) then
       text = text//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
-        'PAIR;'//nl//'  or, without AUGMent, a penalty below 200 times E/h'
+        'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
       return
     end if
     body = unrestrained_bodies(model, system)

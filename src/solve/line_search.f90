@@ -33,7 +33,7 @@ contains
       call form_trial(system, x, length)
       call take_trial(system, length)
     else
-      call search_line(system, x, start, .false., length)
+      call search_line(system, x, start, .false., .true., length)
     end if
   end subroutine approach
 
@@ -52,12 +52,14 @@ contains
 
   !> Backtracking on the residual norm or, where a stiff penalty makes that blind, on the length of
   !! the next direction with the same factor (Deuflhard's natural test); if no length passes, the
-  !! one with the shortest next direction is taken.
-  subroutine search_line(system, x, start, full, length)
+  !! one with the shortest next direction is taken. Without the natural test, which may go in
+  !! circles, that is the one with the smallest residual.
+  subroutine search_line(system, x, start, full, natural, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: start !! norm of the residual before the step
     logical, intent(in) :: full !! take the full step whatever its residual
+    logical, intent(in) :: natural !! the length of the next direction counts as well
     real(wp), intent(out) :: length !! accepted share of du
     real(wp) :: next, best, best_length, du
     integer :: halving
@@ -69,8 +71,9 @@ contains
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
-      next = next_direction(system, length)
-      if (next <= (1.0_wp - sufficient_shortening*length)*du) exit
+      next = residual_norm(system)
+      if (natural) next = next_direction(system, length)
+      if (natural .and. next <= (1.0_wp - sufficient_shortening*length)*du) exit
       if (next < best) then
         best = next
         best_length = length

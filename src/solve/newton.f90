@@ -33,8 +33,9 @@ module newton
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
 
-  !> Iterations in a row without a new lowest residual after which the solve has stalled.
-  integer, parameter :: patience = 12
+  !> Iterations in a row without a new lowest residual or direction after which the natural test is
+  !! left out of the line search, and after which the solve has stalled.
+  integer, parameter :: circling = 4, patience = 12
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
   real(wp), parameter :: round_off_factor = 8.0_wp
@@ -155,7 +156,8 @@ contains
     if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
-      call search_line(system, x, start, progress%updated .or. any(system%contact%hold), length)
+      call search_line(system, x, start, progress%updated .or. any(system%contact%hold), &
+        progress%since_lowest < circling, length)
     end if
     progress%updated = .false.
     progress%energy_met = length >= 1.0_wp .and. &
