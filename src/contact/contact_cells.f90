@@ -16,7 +16,7 @@ module contact_cells
   use linear_fields, only: linear_field_t
   implicit none
   private
-  public :: prepare_cells, clear_cells, begin_cells, follow_cells, settle_cells, show_cells
+  public :: prepare_cells, clear_cells, begin_cells, follow_cells, settle_cells
 
   !> Cells below this share of their facet are dropped.
   real(wp), parameter :: least_area = 1.0e-14_wp

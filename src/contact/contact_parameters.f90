@@ -9,7 +9,8 @@ module contact_parameters
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, has_multipliers
+  public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
+    has_multipliers, shifts_gap
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -80,7 +81,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (.not. (pair%augmented .or. pair%softened)) return
+    if (.not. shifts_gap(pair)) return
     if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
 
@@ -92,6 +93,13 @@ contains
     is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 &
       .and. pair%relative > stiffest_plain
   end function is_stiff
+
+  !> Forces of the pair come partly from multipliers in this increment.
+  elemental logical function shifts_gap(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    shifts_gap = pair%augmented .or. pair%softened
+  end function shifts_gap
 
   !> The points of the pair carry multipliers from one increment to the next.
   elemental logical function has_multipliers(pair)

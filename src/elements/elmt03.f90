@@ -19,7 +19,8 @@ module elmt03
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
     axis_circumferential, axis_radial
-  use friction_return, only: return_map, return_t, has_friction
+  use friction_return, only: return_map
+  use contact_cone, only: contact_cone_t, leave_open, report_point
   implicit none
   private
   public :: elmt03_mfec
@@ -27,26 +28,13 @@ module elmt03
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   !> The facet and the gap at the current positions.
-  type :: cone_t
+  type, extends(contact_cone_t) :: cone_t
     real(wp) :: a1(3) !! x1 - x3
     real(wp) :: a2(3) !! x2 - x3
     real(wp) :: e(3) !! outward unit normal
     real(wp) :: d1(3) !! dual vector a^1
     real(wp) :: d2(3) !! dual vector a^2
-    real(wp) :: g_n !! normal gap [length]
-    real(wp) :: xi(2) !! projection of the slave node
-    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
-    logical :: shifted !! there is a shift
-    real(wp) :: kappa(3) !! the shift along t1, t2 and e [length]
-    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
-    real(wp) :: k(3) !! tangential part of the shift [length]
-    real(wp) :: h_n !! g_N + kappa_N, what the pressure is made of [length]
-    real(wp) :: p(3, 2) !! principal axes of friction
-    type(axes_t) :: axes !! the same, and how they turn
-    real(wp) :: slave(3) !! current position of the slave node [length]
-    type(return_t) :: back !! state mapped onto the cone
-    real(wp) :: g_new(3) !! gap to the new tip [length]
-    real(wp) :: tip(2) !! new tip
+    type(axes_t) :: axes !! principal axes of friction, and how they turn
   end type cone_t
 
 contains
@@ -67,7 +55,7 @@ contains
       call principal_axes(d, c)
       call move_cone(d, c, e)
     else
-      call leave_open(c, e)
+      call leave_open(c%contact_cone_t, e)
     end if
     select case (task)
     case (task_tangent)
@@ -82,7 +70,7 @@ contains
       call residual(d(d03_epsilon), c, e)
     case (task_stress)
       call principal_axes(d, c)
-      call report(d, c, e)
+      call report_point(d, c%contact_cone_t, c%e, e)
     case default
       ! The other tasks need no more than the cone.
     end select
@@ -157,18 +145,6 @@ contains
     e%h2 = c%tip
     e%slip = c%g_new - c%h_n*c%e
   end subroutine move_cone
-
-  !> No contact: no force; the tip is the projection.
-  pure subroutine leave_open(c, e)
-    type(cone_t), intent(inout) :: c !! facet and gap; gets g_new, tip
-    type(element_t), intent(inout) :: e !! gets status, h2, slip
-
-    e%status = status_open
-    c%g_new = 0.0_wp
-    c%tip = c%xi
-    e%h2 = c%tip
-    e%slip = 0.0_wp
-  end subroutine leave_open
 
   !> r_S = eps g, r_a = -N_a(tip) eps g.
   pure subroutine residual(epsilon, c, e)
@@ -298,27 +274,4 @@ contains
     de(:, 7:9) = -dyad(c%d2, c%e)
     de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
   end function normal_derivative
-
-  !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|,
-  !! |f_T|].
-  pure subroutine report(d, c, e)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    type(element_t), intent(inout) :: e !! gets stress
-    real(wp) :: mu(2), ratio(2)
-
-    mu = d(d03_mu:d03_mu + 1)
-    e%stress = 0.0_wp
-    e%stress(4) = c%g_n
-    e%stress(7:9) = c%p(:, 1)
-    e%stress(10:12) = c%e
-    if (e%status == status_open) return
-    ratio = 0.0_wp
-    where (has_friction(mu)) ratio = c%back%s/mu
-    e%stress(1:3) = d(d03_epsilon)*c%g_new
-    e%stress(5) = norm2(c%back%s)
-    e%stress(6) = norm2(ratio) - abs(c%h_n)
-    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
-    if (c%shifted) e%stress(5) = norm2(c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2) - c%k)
-  end subroutine report
 end module elmt03

@@ -10,8 +10,8 @@ module elmt04
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, status_open, status_slip
   use slave_points, only: spread_point
-  use friction_return, only: has_friction
-  use friction_axes, only: d03_epsilon, d03_mu, d03_size, axis_convected, axis_circumferential, &
+  use contact_cone, only: report_point
+  use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
     axis_radial
   use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch
   use patch_cone, only: cone_t, place_cone, principal_axes
@@ -53,7 +53,7 @@ contains
       call residual(d(d03_epsilon), c, e)
     case (task_stress)
       call principal_axes(d, c)
-      call report(d, c, e)
+      call report_point(d, c%contact_cone_t, c%n, e)
     case default
       ! The other tasks need no more than the cone.
     end select
@@ -260,26 +260,4 @@ contains
       end do
     end do
   end function normal_curvature
-
-  !> The state of the point, as element 3 reports it, with the normal at the projection.
-  pure subroutine report(d, c, e)
-    real(wp), intent(in) :: d(:) !! (d04_size) parameters
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    type(element_t), intent(inout) :: e !! gets stress
-    real(wp) :: mu(2), ratio(2)
-
-    mu = d(d03_mu:d03_mu + 1)
-    e%stress = 0.0_wp
-    e%stress(4) = c%g_n
-    e%stress(7:9) = c%p(:, 1)
-    e%stress(10:12) = c%n
-    if (e%status == status_open) return
-    ratio = 0.0_wp
-    where (has_friction(mu)) ratio = c%back%s/mu
-    e%stress(1:3) = d(d03_epsilon)*c%g_new
-    e%stress(5) = norm2(c%back%s)
-    e%stress(6) = norm2(ratio) - abs(c%h_n)
-    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
-    if (c%shifted) e%stress(5) = norm2(matmul(c%back%s - matmul(c%k, c%p), transpose(c%p)))
-  end subroutine report
 end module elmt04

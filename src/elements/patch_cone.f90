@@ -3,9 +3,10 @@
 module patch_cone
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: element_t, status_open, status_stick, status_slip
+  use element_types, only: element_t, status_stick, status_slip
   use slave_points, only: positions
-  use friction_return, only: return_map, return_t
+  use friction_return, only: return_map
+  use contact_cone, only: contact_cone_t, leave_open
   use friction_axes, only: direction_in_space, d03_mu, d03_rule, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected
   use smooth_patch, only: patch_t, patch_point_t, patch_at, project_in_patch, patch_frame, &
@@ -23,25 +24,15 @@ module patch_cone
   real(wp), parameter :: least_determinant = 0.05_wp
 
   !> The facet, the patch and the gap at the current positions.
-  type :: cone_t
+  type, extends(contact_cone_t) :: cone_t
     type(patch_t) :: patch !! the patch
     real(wp) :: f(3, 3) !! a1, a2, e
     real(wp) :: dual(3, 3) !! a^1, a^2, e
     real(wp) :: y(3) !! components of the slave node's position
-    real(wp) :: xi(2) !! projection of the slave node
     real(wp) :: gamma !! its distance in units of the normal
     type(patch_point_t) :: below !! the patch at the projection
     real(wp) :: size_n !! length of the normal there
     real(wp) :: n(3) !! unit normal there
-    real(wp) :: g_n !! normal gap [length]
-    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
-    logical :: shifted !! there is a shift
-    real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
-    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
-    real(wp) :: k(3) !! the shift [length]
-    real(wp) :: h_n !! g_N and the shift along the normal, what the pressure is made of [length]
-    real(wp) :: p(3, 2) !! principal axes of friction
-    real(wp) :: slave(3) !! position of the slave point [length]
     integer :: kind !! which kind of axis
     real(wp) :: axis(3) !! axis about which the direction of friction turns
     real(wp) :: v(3) !! vector that is projected to get the direction
@@ -49,9 +40,6 @@ module patch_cone
     real(wp) :: slope(2, 2) !! convected: derivative of share by the projection's (xi, eta)
     real(wp) :: size_p !! length of the projected vector
     real(wp) :: q(3) !! n x (projected vector), before it is turned
-    type(return_t) :: back !! state mapped onto the cone
-    real(wp) :: g_new(3) !! gap to the new tip, with the shift [length]
-    real(wp) :: tip(2) !! new tip
   end type cone_t
 
 contains
@@ -82,7 +70,7 @@ contains
       call principal_axes(d, c)
       call move_cone(d, c, e, found)
     else
-      call leave_open(c, e)
+      call leave_open(c%contact_cone_t, e)
     end if
   end subroutine place_cone
 
@@ -197,16 +185,4 @@ contains
     end do
     c%g_new = gap_to(c, c%tip)
   end subroutine find_tip
-
-  !> No contact: no force; the tip is the projection.
-  pure subroutine leave_open(c, e)
-    type(cone_t), intent(inout) :: c !! facet and gap; gets g_new, tip
-    type(element_t), intent(inout) :: e !! gets status, h2, slip
-
-    e%status = status_open
-    c%g_new = 0.0_wp
-    c%tip = c%xi
-    e%h2 = c%tip
-    e%slip = 0.0_wp
-  end subroutine leave_open
 end module patch_cone

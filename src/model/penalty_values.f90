@@ -11,7 +11,7 @@ module penalty_values
   use tetrahedra, only: tetrahedron_volume
   implicit none
   private
-  public :: set_penalties, side_t, slave_side, master_side
+  public :: set_penalties
 
   !> Stiffness of one side of a pair.
   type :: side_t

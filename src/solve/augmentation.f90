@@ -6,6 +6,7 @@ module augmentation
   use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
   use contact_types, only: pair_t
+  use contact_parameters, only: shifts_gap
   use contact_points, only: count_points
   use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
@@ -58,7 +59,7 @@ contains
     augmentation%closed = .true.
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        if (.not. (pair%augmented .or. pair%softened)) cycle
+        if (.not. shifts_gap(pair)) cycle
         call measure_pair(model, system, k, augmentation)
         closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
@@ -136,7 +137,7 @@ contains
 
     system%contact%hold = system%contact%status == status_stick
     do k = 1, size(model%pairs)
-      if (.not. (model%pairs(k)%augmented .or. model%pairs(k)%softened)) cycle
+      if (.not. shifts_gap(model%pairs(k))) cycle
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         associate (point => model%pairs(k)%new(p))

@@ -22,7 +22,7 @@ module contact_system
   implicit none
   private
   public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
-    settle_contact, contact_counts, keep_status
+    settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp

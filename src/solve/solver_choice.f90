@@ -13,7 +13,7 @@ module solver_choice
   use system_types, only: system_t
   implicit none
   private
-  public :: scene_t, look_at, ask_for_solver, choose_solver, decide
+  public :: scene_t, ask_for_solver, choose_solver, decide
 
   !> Most degrees of freedom of contact whose dense compliance is worth having.
   integer, parameter :: most_contact_dofs = 20000

@@ -14,8 +14,7 @@ module supports
   use system_types, only: system_t
   implicit none
   private
-  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies, &
-    touched_bodies
+  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp

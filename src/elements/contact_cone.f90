@@ -1,0 +1,66 @@
+!> What the contact elements have in common: the friction cone at its new tip, what becomes of an
+!! open point, and how the state of a point is reported (doc/theory, "The element").
+module contact_cone
+  use kinds, only: wp
+  use element_types, only: element_t, status_open
+  use friction_axes, only: d03_epsilon, d03_mu
+  use friction_return, only: return_t, has_friction
+  implicit none
+  private
+  public :: contact_cone_t, leave_open, report_point
+
+  !> The gap of a point and the cone that its force lies in.
+  type :: contact_cone_t
+    real(wp) :: slave(3) !! current position of the slave point [length]
+    real(wp) :: xi(2) !! (xi, eta) of its projection
+    real(wp) :: g_n !! normal gap [length]
+    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    logical :: shifted !! there is a shift
+    real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
+    real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
+    real(wp) :: k(3) !! the shift, or its tangential part, in global axes [length]
+    real(wp) :: h_n !! normal gap with the shift, what the pressure is made of [length]
+    real(wp) :: p(3, 2) !! principal axes of friction
+    type(return_t) :: back !! state mapped onto the cone
+    real(wp) :: g_new(3) !! gap to the new tip, with the shift [length]
+    real(wp) :: tip(2) !! new tip
+  end type contact_cone_t
+
+contains
+
+  !> No contact: no force; the tip is the projection.
+  pure subroutine leave_open(c, e)
+    type(contact_cone_t), intent(inout) :: c !! gap; gets g_new, tip
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+
+    e%status = status_open
+    c%g_new = 0.0_wp
+    c%tip = c%xi
+    e%h2 = c%tip
+    e%slip = 0.0_wp
+  end subroutine leave_open
+
+  !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), normal (3),
+  !! |f_N|, |f_T|].
+  pure subroutine report_point(d, c, normal, e)
+    real(wp), intent(in) :: d(:) !! parameters, the first as those of element 3
+    type(contact_cone_t), intent(in) :: c !! cone at its new tip
+    real(wp), intent(in) :: normal(3) !! outward unit normal at the projection
+    type(element_t), intent(inout) :: e !! gets stress
+    real(wp) :: mu(2), ratio(2)
+
+    mu = d(d03_mu:d03_mu + 1)
+    e%stress = 0.0_wp
+    e%stress(4) = c%g_n
+    e%stress(7:9) = c%p(:, 1)
+    e%stress(10:12) = normal
+    if (e%status == status_open) return
+    ratio = 0.0_wp
+    where (has_friction(mu)) ratio = c%back%s/mu
+    e%stress(1:3) = d(d03_epsilon)*c%g_new
+    e%stress(5) = norm2(c%back%s)
+    e%stress(6) = norm2(ratio) - abs(c%h_n)
+    e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
+    if (c%shifted) e%stress(5) = norm2(c%back%s - matmul(c%k, c%p))
+  end subroutine report_point
+end module contact_cone
