@@ -10,7 +10,7 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
-    has_multipliers, shifts_gap
+    has_multipliers, shifts_gap, has_field
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -81,7 +81,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (.not. shifts_gap(pair)) return
+    if (.not. shifts_gap(pair) .or. has_field(pair)) return
     if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
 
@@ -100,6 +100,14 @@ contains
 
     shifts_gap = pair%augmented .or. pair%softened
   end function shifts_gap
+
+  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multipliers on slave
+  !! facets").
+  elemental logical function has_field(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    has_field = pair%augmented .and. pair%n_slaves > 1
+  end function has_field
 
   !> The points of the pair carry multipliers from one increment to the next.
   elemental logical function has_multipliers(pair)

@@ -6,11 +6,12 @@ module augmentation
   use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_parameters, only: shifts_gap
+  use contact_parameters, only: shifts_gap, has_field
   use contact_points, only: count_points
   use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
   use assembly, only: recover
+  use point_forces, only: measure_field
   use monitors, only: monitor_t
   use system_types, only: system_t
   implicit none
@@ -41,6 +42,7 @@ module augmentation
     real(wp), allocatable :: before(:) !! (pairs) the same one update ago, 0 if there is none
     real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
+    real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
   end type augmentation_t
 
 contains
@@ -60,7 +62,11 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         if (.not. shifts_gap(pair)) cycle
-        call measure_pair(model, system, k, augmentation)
+        if (has_field(pair)) then
+          call measure_facets(model, system, k, augmentation)
+        else
+          call measure_pair(model, system, k, augmentation)
+        end if
         closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
           augmentation%force(k)*merge(softened_tolerance, pair%augment_tolerance, pair%softened))
@@ -80,7 +86,8 @@ contains
 
     allocate (augmentation%gap(pairs), augmentation%change(pairs), augmentation%before(pairs), &
               augmentation%force(pairs), source=0.0_wp)
-    allocate (augmentation%stress(n_element_stress, points), source=0.0_wp)
+    allocate (augmentation%stress(n_element_stress, points), &
+              augmentation%multiplier(3, points), source=0.0_wp)
   end subroutine begin
 
   !> Largest gap, force, and difference of force and multiplier of one pair.
@@ -113,6 +120,20 @@ contains
     augmentation%force(k) = force
   end subroutine measure_pair
 
+  !> The same of a pair whose multipliers are a field, and its next multipliers.
+  pure subroutine measure_facets(model, system, k, augmentation)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the pair
+    type(augmentation_t), intent(inout) :: augmentation !! stress given; gets gap, change, force
+
+    associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+      call measure_field(model, system, k, augmentation%stress(:, first:last), &
+        augmentation%multiplier(:, first:last), augmentation%gap(k), augmentation%change(k), &
+        augmentation%force(k))
+    end associate
+  end subroutine measure_facets
+
   !> A contact force in the frame of its facet.
   pure function force_in_facet(model, system, element, force) result(f)
     type(model_t), intent(in) :: model !! the mesh
@@ -138,6 +159,12 @@ contains
     system%contact%hold = system%contact%status == status_stick
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
+      if (has_field(model%pairs(k))) then
+        do p = 1, count_points(model%pairs(k))
+          model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, system%first_point(k) + p - 1)
+        end do
+        cycle
+      end if
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         associate (point => model%pairs(k)%new(p))
