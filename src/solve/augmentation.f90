@@ -12,6 +12,7 @@ module augmentation
   use facet_geometry, only: facet_frame, facet_size
   use assembly, only: recover
   use point_forces, only: measure_field
+  use acceleration, only: acceleration_t, accelerate, forget
   use monitors, only: monitor_t
   use system_types, only: system_t
   implicit none
@@ -43,6 +44,8 @@ module augmentation
     real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
     real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
+    type(acceleration_t) :: memory !! of the multipliers of fields
+    integer :: moves = 0 !! changes of hosts that its iterates have seen
   end type augmentation_t
 
 contains
@@ -157,11 +160,13 @@ contains
     integer :: k, p, element
 
     system%contact%hold = system%contact%status == status_stick
+    if (any(has_field(model%pairs))) call choose_multipliers(model, system, augmentation)
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
       if (has_field(model%pairs(k))) then
         do p = 1, count_points(model%pairs(k))
-          model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, system%first_point(k) + p - 1)
+          element = system%first_point(k) + p - 1
+          model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, element)
         end do
         cycle
       end if
@@ -178,6 +183,41 @@ contains
     augmentation%before = augmentation%change
     augmentation%updates = augmentation%updates + 1
   end subroutine update_multipliers
+
+  !> Multipliers of the fields for the next solve. Points that have changed their facet, or facets
+  !! that have been cut anew, make all before useless.
+  pure subroutine choose_multipliers(model, system, augmentation)
+    type(model_t), intent(in) :: model !! pairs: multipliers so far
+    type(system_t), intent(in) :: system !! contact elements
+    type(augmentation_t), intent(inout) :: augmentation !! multiplier: in: those of the forces
+    real(wp) :: now(3, size(augmentation%multiplier, 2)), next(size(now))
+    integer :: k, moves
+
+    now = 0.0_wp
+    moves = 0
+    do k = 1, size(model%pairs)
+      if (.not. has_field(model%pairs(k))) cycle
+      moves = moves + sum(model%pairs(k)%moves)
+      call take_multipliers(model%pairs(k), now(:, system%first_point(k): &
+                                                system%first_point(k + 1) - 1))
+    end do
+    if (moves /= augmentation%moves) call forget(augmentation%memory)
+    augmentation%moves = moves
+    call accelerate(augmentation%memory, reshape(now, [size(now)]), &
+                    reshape(augmentation%multiplier, [size(now)]), next)
+    augmentation%multiplier = reshape(next, shape(now))
+  end subroutine choose_multipliers
+
+  !> The multipliers of the points of a pair.
+  pure subroutine take_multipliers(pair, lambda)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(out) :: lambda(:, :) !! (3, points) [force]
+    integer :: p
+
+    do p = 1, size(lambda, 2)
+      lambda(:, p) = pair%new(p)%lambda
+    end do
+  end subroutine take_multipliers
 
   !> Raises the penalty where the last update has left too much of the change before, or is the
   !! first. Hosts chosen with a soft penalty may be left again for those they come from.
