@@ -30,17 +30,15 @@ module multiplier_field
     integer, allocatable :: vector(:, :) !! (3, points) the vectors a point is made of, or 0
     real(wp), allocatable :: normal(:, :) !! (3, n) mean normal of their points
     real(wp), allocatable :: point_normal(:, :) !! (3, points) normals of the points
-    logical, allocatable :: active(:) !! (n) one of their points is closed; others are zero
     real(wp), allocatable :: stiffness(:) !! (n) sum of N_i and the penalty [force/length]
   end type multiplier_field_t
 
 contains
 
   !> Vectors for all slave nodes of those points that are near the master.
-  pure subroutine make_field(pair, near, closed, normal, field)
+  pure subroutine make_field(pair, near, normal, field)
     type(pair_t), intent(in) :: pair !! the pair
     logical, intent(in) :: near(:) !! (points) there is a master facet
-    logical, intent(in) :: closed(:) !! (points) there is a force
     real(wp), intent(in) :: normal(:, :) !! (3, points) unit normals of the master
     type(multiplier_field_t), intent(out) :: field !! the field
     real(wp), allocatable :: first_normal(:, :)
@@ -58,7 +56,7 @@ contains
           field%vector(b, p))
       end do
     end do
-    call sum_up(pair, closed, field)
+    call sum_up(pair, field)
   end subroutine make_field
 
   !> The vector of a node for a normal; a new one if there is none for such a face.
@@ -87,16 +85,14 @@ contains
     vector = n
   end subroutine find_vector
 
-  !> Mean normals, stiffnesses, and which vectors are active.
-  pure subroutine sum_up(pair, closed, field)
+  !> Mean normals and stiffnesses.
+  pure subroutine sum_up(pair, field)
     type(pair_t), intent(in) :: pair !! the pair
-    logical, intent(in) :: closed(:) !! (points) there is a force
     type(multiplier_field_t), intent(inout) :: field !! vector, point_normal given
     real(wp) :: share
     integer :: p, b, i
 
     allocate (field%normal(3, field%n), field%stiffness(field%n), source=0.0_wp)
-    allocate (field%active(field%n), source=.false.)
     do p = 1, count_points(pair)
       do b = 1, 3
         i = field%vector(b, p)
@@ -104,7 +100,6 @@ contains
         share = pair%point_weights(b, p)*pair%area(p)
         field%normal(:, i) = field%normal(:, i) + share*field%point_normal(:, p)
         field%stiffness(i) = field%stiffness(i) + pair%point_weights(b, p)*pair%epsilon(p)
-        if (closed(p)) field%active(i) = .true.
       end do
     end do
     do i = 1, field%n
@@ -176,13 +171,13 @@ contains
 
     diagonal = mass_diagonal(pair, field)
     nodal = 0.0_wp
-    r = of_active(field, gather_forces(pair, field, force))
+    r = gather_forces(pair, field, force)
     s = scaled(r, diagonal)
     energy = sum(r*s)
     wanted = projection_tolerance**2*energy
     do iteration = 1, most_iterations
       if (energy <= wanted) exit
-      m = of_active(field, gather_forces(pair, field, spread_field(pair, field, s)))
+      m = gather_forces(pair, field, spread_field(pair, field, s))
       if (sum(s*m) <= 0.0_wp) exit
       step = energy/sum(s*m)
       nodal = nodal + step*s
@@ -194,7 +189,7 @@ contains
     multiplier = spread_field(pair, field, nodal)
   end subroutine project_forces
 
-  !> Diagonal of the mass matrix, one where a vector is not active.
+  !> Diagonal of the mass matrix.
   pure function mass_diagonal(pair, field) result(diagonal)
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
@@ -209,17 +204,7 @@ contains
         diagonal(i) = diagonal(i) + pair%area(p)*pair%point_weights(b, p)**2
       end do
     end do
-    where (.not. field%active) diagonal = 1.0_wp
   end function mass_diagonal
-
-  !> Values at the active vectors, zero at the others.
-  pure function of_active(field, values) result(kept)
-    type(multiplier_field_t), intent(in) :: field !! the field
-    real(wp), intent(in) :: values(:, :) !! (3, n) any values
-    real(wp) :: kept(3, size(values, 2))
-
-    kept = merge(values, 0.0_wp, spread(field%active, 1, 3))
-  end function of_active
 
   !> Values over a diagonal.
   pure function scaled(values, diagonal) result(divided)

@@ -34,6 +34,10 @@ module augmentation
   !! of the largest.
   real(wp), parameter :: softened_tolerance = 1.0e-11_wp
 
+  !> Fields of multipliers are done when no force changes by more than this times the tolerance of
+  !! the largest: what is left then is the direction of friction where hardly anything slips.
+  real(wp), parameter :: field_factor = 100.0_wp
+
   !> How far the multipliers of an increment are.
   type :: augmentation_t
     integer :: updates = 0 !! made so far
@@ -72,7 +76,7 @@ contains
         end if
         closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
-          augmentation%force(k)*merge(softened_tolerance, pair%augment_tolerance, pair%softened))
+          augmentation%force(k)*force_tolerance(pair))
         call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
@@ -80,6 +84,15 @@ contains
       end associate
     end do
   end subroutine check_gaps
+
+  !> How far the forces of a pair may still be on their way, over the largest.
+  pure real(wp) function force_tolerance(pair) result(tolerance)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    tolerance = pair%augment_tolerance
+    if (pair%softened) tolerance = softened_tolerance
+    if (has_field(pair)) tolerance = field_factor*tolerance
+  end function force_tolerance
 
   !> Room for the measures of an increment.
   pure subroutine begin(pairs, points, augmentation)

@@ -35,27 +35,26 @@ contains
     real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) their state
     type(point_forces_t), intent(out) :: at !! the points
     real(wp), allocatable :: normal(:, :)
-    logical, allocatable :: closed(:)
     integer :: p, element, n
 
     n = count_points(model%pairs(k))
     allocate (at%force(3, n), at%multiplier(3, n), at%frame(3, 3, n), normal(3, n), source=0.0_wp)
-    allocate (at%near(n), closed(n), source=.false.)
+    allocate (at%near(n), source=.false.)
     at%facet = huge(1.0_wp)
     do p = 1, n
       element = system%first_point(k) + p - 1
       if (system%contact%routine(element) == routine_none) cycle
       associate (nodes => master_nodes(system%contact, element))
         at%near(p) = .true.
-        closed(p) = system%contact%status(element) > status_open
         at%frame(:, :, p) = facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes))
         at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%new(p)%lambda)
         at%force(:, p) = stress(1:3, p)
         normal(:, p) = stress(10:12, p)
-        if (closed(p)) at%facet = min(at%facet, facet_size(model%mesh%x(:, nodes)))
+        if (system%contact%status(element) > status_open) at%facet = min(at%facet, &
+          facet_size(model%mesh%x(:, nodes)))
       end associate
     end do
-    call make_field(model%pairs(k), at%near, closed, normal, at%field)
+    call make_field(model%pairs(k), at%near, normal, at%field)
   end subroutine take_forces
 
   !> The multipliers that take over the forces of a pair, and what the present ones leave to the
@@ -82,7 +81,6 @@ contains
       do i = 1, at%field%n
         change = max(change, norm2(rest(:, i)))
         force = max(force, norm2(taken(:, i)))
-        if (.not. at%field%active(i)) cycle
         gap = max(gap, norm2(rest(:, i))/(model%pairs(k)%raise*at%field%stiffness(i)*at%facet))
       end do
     end associate
