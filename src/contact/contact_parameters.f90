@@ -10,11 +10,14 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
-    has_multipliers, shifts_gap, has_field
+    has_multipliers, shifts_gap, has_field, field_penalty
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
   real(wp), parameter :: stiffest_start = 10.0_wp
+  !> Pairs whose multipliers are a field have a penalty of this times E/h, whatever the deck says
+  !! (doc/theory, "Multipliers on slave facets").
+  real(wp), parameter :: field_penalty = 100.0_wp
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
   real(wp), parameter :: stiffest_plain = 2000.0_wp
@@ -81,7 +84,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     raise = 1.0_wp
-    if (.not. shifts_gap(pair) .or. has_field(pair)) return
+    if (.not. shifts_gap(pair)) return
     if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
 

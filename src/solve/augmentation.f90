@@ -80,6 +80,8 @@ contains
         call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
+        if (has_field(pair) .and. augmentation%force(k) > 0.0_wp) closed = closed .and. &
+          pair%raise >= 1.0_wp
         augmentation%closed = augmentation%closed .and. closed
       end associate
     end do
@@ -181,6 +183,7 @@ contains
           element = system%first_point(k) + p - 1
           model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, element)
         end do
+        call use_own_penalty(model%pairs(k), augmentation%memory)
         cycle
       end if
       do p = 1, count_points(model%pairs(k))
@@ -231,6 +234,19 @@ contains
       lambda(:, p) = pair%new(p)%lambda
     end do
   end subroutine take_multipliers
+
+  !> After the first update the penalty is that of the fields; hosts chosen with a softer one may be
+  !! left again for those they come from.
+  pure subroutine use_own_penalty(pair, memory)
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
+    type(acceleration_t), intent(inout) :: memory !! iterates with another penalty are of no use
+
+    if (pair%raise >= 1.0_wp) return
+    pair%raise = 1.0_wp
+    pair%left = 0
+    pair%moves = 0
+    call forget(memory)
+  end subroutine use_own_penalty
 
   !> Raises the penalty where the last update has left too much of the change before, or is the
   !! first. Hosts chosen with a soft penalty may be left again for those they come from.
