@@ -5,7 +5,6 @@ module point_forces
   use element_types, only: status_open
   use elmlib, only: routine_none
   use model_types, only: model_t
-  use contact_types, only: pair_t
   use contact_points, only: count_points
   use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
