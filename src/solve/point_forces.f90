@@ -14,6 +14,10 @@ module point_forces
   private
   public :: measure_field
 
+  !> A vector whose points have less than this share of the largest stiffness counts as if it had
+  !! so much: a gap over next to nothing of the surface is none.
+  real(wp), parameter :: least_share = 1.0e-3_wp
+
   !> Forces of the points of a pair at a converged state.
   type :: point_forces_t
     type(multiplier_field_t) :: field !! vectors at the slave nodes
@@ -80,8 +84,10 @@ contains
       do i = 1, at%field%n
         change = max(change, norm2(rest(:, i)))
         force = max(force, norm2(taken(:, i)))
-        gap = max(gap, norm2(rest(:, i))/(model%pairs(k)%raise*at%field%stiffness(i)*at%facet))
+        gap = max(gap, norm2(rest(:, i))/max(at%field%stiffness(i), least_share &
+          *maxval(at%field%stiffness)))
       end do
+      gap = gap/(model%pairs(k)%raise*at%facet)
     end associate
     do p = 1, size(at%near)
       if (at%near(p)) multiplier(:, p) = matmul(multiplier(:, p), at%frame(:, :, p))
