@@ -1,6 +1,7 @@
 !> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
 module assembly
   use kinds, only: wp
+  use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, n_element_stress
   use element_lists, only: element_list_t
   use elmlib, only: element_routine, routine_none
@@ -64,7 +65,9 @@ contains
       if (list%routine(k) == routine_none) cycle
       associate (e => elements(k - first + 1))
         call gather(list, k, x, u, e)
+        if (task == task_tangent) e%shift(3) = e%shift(3) + list%keep(k)
         call element_routine(list%routine(k), task_of(list, k, task), list%d(:, list%set(k)), e)
+        if (task == task_tangent .and. abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
         list%h2(:, k) = e%h2
         list%status(k) = e%status
         list%slip(:, k) = e%slip
@@ -72,6 +75,21 @@ contains
     end do
     !$omp end parallel do
   end subroutine compute
+
+  !> Force of a contact element at its place from that at a shifted gap, to first order: as if the
+  !! slave point had been moved by the shift, and moved back (doc/theory, "Nonlinear solution").
+  pure subroutine move_back(shift, e)
+    real(wp), intent(in) :: shift !! along the normal [length]
+    type(element_t), intent(inout) :: e !! r and s at the shifted gap; gets r
+    real(wp) :: x(3, 3), normal(3), motion(3*e%slaves)
+    integer :: n
+
+    n = e%slaves
+    x = e%xl(:, n + 1:n + 3) + e%ul(:, n + 1:n + 3)
+    normal = cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3))
+    motion = reshape(spread(shift*normal/norm2(normal), 2, n), [3*n])
+    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*n), motion)
+  end subroutine move_back
 
   !> Largest difference of an element's matrix from its transpose over its largest entry.
   pure real(wp) function asymmetry(e)

@@ -4,7 +4,7 @@ module increments
   use loads, only: load_factor
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
-    settle_contact
+    keep_closed, settle_contact
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
@@ -116,6 +116,7 @@ contains
     do pass = 1, settings%most_passes
       call load_contact(model, system)
       call couple(system)
+      if (progress%solves == 0) call keep_closed(model, system)
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit

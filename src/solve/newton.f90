@@ -150,6 +150,7 @@ contains
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
+    system%contact%keep = 0.0_wp
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
