@@ -7,7 +7,7 @@ module contact_system
   use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
-  use contact_types, only: pair_t, contact_point_t
+  use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, coupling, coupled_nodes
   use contact_parameters, only: point_parameters, pair_routine, point_shift
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
@@ -21,7 +21,7 @@ module contact_system
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, renew_surfaces, load_contact, keep_closed, couple, couple_as_saved, &
+  public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
     settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
@@ -135,44 +135,6 @@ contains
       list%shift(:, element) = point_shift(pair, p, point)
     end associate
   end subroutine load_point
-
-  !> Points that were closed at the last converged state and lie above their facet at the start of
-  !! an increment: they are taken as closed in its first tangent (doc/theory, "Nonlinear solution").
-  subroutine keep_closed(model, system)
-    type(model_t), intent(in) :: model !! pairs with the hosts of the start
-    type(system_t), intent(inout) :: system !! contact elements at the start; gets keep
-    real(wp) :: now, before
-    integer :: k, p, element
-
-    system%contact%keep = 0.0_wp
-    do k = 1, size(model%pairs)
-      associate (pair => model%pairs(k))
-        if (pair%segmented) cycle
-        do p = 1, count_points(pair)
-          element = system%first_point(k) + p - 1
-          if (pair%old(p)%status <= status_open) cycle
-          if (system%contact%routine(element) == routine_none) cycle
-          now = shifted_gap(pair, p, pair%new(p), system%x_now)
-          if (now <= 0.0_wp) cycle
-          before = shifted_gap(pair, p, pair%old(p), system%x_old)
-          if (before < 0.0_wp) system%contact%keep(element) = before - now
-        end do
-      end associate
-    end do
-  end subroutine keep_closed
-
-  !> Normal gap of a point with its shift.
-  pure real(wp) function shifted_gap(pair, p, point, x) result(gap)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! its state, with a host
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: xi(2), kappa(3)
-
-    call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
-    kappa = point_shift(pair, p, point)
-    gap = gap + kappa(3)
-  end function shifted_gap
 
   !> Nodes and weights of one contact element.
   pure subroutine place_nodes(pair, p, host, element, list)

@@ -4,7 +4,8 @@ module increments
   use loads, only: load_factor
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
-    keep_closed, settle_contact
+    settle_contact
+  use expected_status, only: expect_status
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
@@ -116,7 +117,6 @@ contains
     do pass = 1, settings%most_passes
       call load_contact(model, system)
       call couple(system)
-      if (progress%solves == 0) call keep_closed(model, system)
       call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (size(model%pairs) == 0) exit
@@ -240,6 +240,7 @@ contains
       call couple(system)
       call find_defects(system)
     end if
+    call expect_status(model, system)
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
   end subroutine start_here

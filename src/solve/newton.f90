@@ -10,6 +10,7 @@ module newton
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
     estimate_round_off
   use supports, only: drop_bodies
+  use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
   use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
@@ -150,7 +151,7 @@ contains
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
-    system%contact%keep = 0.0_wp
+    call forget_expected(system%contact)
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
