@@ -10,7 +10,8 @@ module newton
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
     estimate_round_off
   use supports, only: drop_bodies
-  use line_search, only: search_line, approach
+  use expected_status, only: forget_expected
+  use line_search, only: search_line, approach, next_energy
   use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
@@ -150,6 +151,7 @@ contains
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
+    call forget_expected(system%contact)
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
@@ -160,8 +162,8 @@ contains
         progress%since_lowest < circling, length)
     end if
     progress%updated = .false.
-    progress%energy_met = length >= 1.0_wp .and. &
-      progress%energy <= settings%energy_tolerance*progress%first_energy
+    progress%energy_met = .false.
+    if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*start
     if (residual_norm(system) < progress%lowest .or. &
       norm2(system%solution) < progress%shortest) then
@@ -174,6 +176,20 @@ contains
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
+  !! by the factor at hand, that the next step's would by far.
+  logical function meets_energy(system, settings, progress) result(met)
+    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+
+    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+      met = progress%energy <= tolerance*first
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%grounded)) return
+      met = next_energy(system) <= tolerance**1.5_wp*first
+    end associate
+  end function meets_energy
 
   !> Tangent, factor, direction.
   subroutine find_direction(system, x, progress, outcome)
