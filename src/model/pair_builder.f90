@@ -172,10 +172,11 @@ contains
     end if
     call find_surface(mesh, pair%slave, index)
     if (index > 0) then
-      call tributary_areas(mesh%surfaces(index)%facets, mesh%x, area)
+      pair%slave_facets = mesh%surfaces(index)%facets
     else
-      call tributary_areas(facets_within(mesh, exterior, nodes), mesh%x, area)
+      pair%slave_facets = facets_within(mesh, exterior, nodes)
     end if
+    call tributary_areas(pair%slave_facets, mesh%x, area)
     call find_region(mesh, pair%slave, index)
     if (index > 0) nodes = pack(nodes, area(nodes) > 0.0_wp)
     call make_node_points(nodes, pair)

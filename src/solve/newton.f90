@@ -8,7 +8,7 @@ module newton
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
-    estimate_round_off
+    estimate_round_off, round_off_factor
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
@@ -37,9 +37,6 @@ module newton
   !> Iterations in a row without a new lowest residual or direction after which the natural test is
   !! left out of the line search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> Below this many times the estimate of its round-off the residual is converged as soon as an
-  !! iteration does not halve it any more.
-  real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
