@@ -9,8 +9,13 @@ import h5py
 import numpy as np
 
 CUT = re.compile(r'^step +(\d+) cut: ', re.MULTILINE)
-DECISION = re.compile(r'^solver: (.*)$', re.MULTILINE)
+DECISION = re.compile(r'REDUced cannot be had, [^;\n]*|REDUced, one symmetric factor', re.MULTILINE)
 STATUS = {-1: 'off', 0: 'open', 1: 'stick', 2: 'slip'}
+# Share of scenes that may part, by ties of facets over flat edges or of stick and slip.
+MOST_OTHERS = 0.1
+# A gap is known to so many units in the last place of the coordinates: all that a stiff penalty or
+# a multiplier leaves of it.
+ROUNDINGS = 64
 REACTIONS = ('force', 'force', 'force')
 CONTACTS = (None, None, None, 'force', 'force', 'force', 'force', 'force', 'moment', 'moment', 'moment',
             'length', 'length', None)
@@ -31,10 +36,19 @@ class Finished:
 
 
 class Difference:
-    """How two runs differ: the verdict, the largest relative error, and where it began."""
+    """How two runs differ: the verdict, the largest relative error, the one before the first other
+    cut, facet or status, and where it began."""
 
-    def __init__(self, verdict, error=0.0, where=''):
-        self.verdict, self.error, self.where = verdict, error, where
+    def __init__(self, verdict, error=0.0, before=0.0, where=''):
+        self.verdict, self.error, self.before, self.where = verdict, error, before, where
+
+
+def agreement(verdicts):
+    """Faults of a whole table: too many scenes that take another way."""
+    other = [v for v in verdicts if v.startswith('other')]
+    share = len(other)/max(1, len(verdicts))
+    return [f'{100*share:.1f} % have others, {100*MOST_OTHERS:g} % allowed'] if (
+        share > MOST_OTHERS) else []
 
 
 def read(path):
@@ -45,29 +59,29 @@ def read(path):
         return stream.read()
 
 
-def compare(one, other, floor=0.0):
-    """The difference between two runs that have ended properly.
+def compare(one, other, least=0.0):
+    """The difference between two runs.
 
-    floor: forces are compared relative to no less than this.
+    least: forces are compared relative to no less than this.
     """
     if one.converged() != other.converged():
         failed = 'the second' if one.converged() else 'the first'
-        return Difference('one fails', 0.0, f'{failed} ends with exit code 2')
+        return Difference('one fails', where=f'{failed} does not converge')
     if not (os.path.exists(one.base + '.h5') and os.path.exists(other.base + '.h5')):
         return Difference('agree')
     with h5py.File(one.base + '.h5', 'r') as a, h5py.File(other.base + '.h5', 'r') as b:
         count = min(len(a['contact/step']), len(b['contact/step'])) if 'contact/step' in a else 0
         cut = first_cut(one.cuts, other.cuts)
         step, where = first_choice(a, b, count)
-        last = min(cut, step) - 1
-        error, what = numbers(one, other, (a, b), last, floor)
-        if not np.isfinite(cut) and not np.isfinite(step):
-            return Difference('agree', error, what)
-        whole, _ = numbers(one, other, (a, b), np.inf, floor)
-        before = f'{error:.1e} before it'
+        before, what = numbers(one, other, (a, b), min(cut, step) - 1, least)
+        if not np.isfinite(min(cut, step)):
+            return Difference('agree', before, before, what)
+        whole, _ = numbers(one, other, (a, b), np.inf, least)
         if cut <= step:
-            return Difference('other cuts', whole, f'step {cut:g}, {before}')
-        return Difference('other ' + where[0], whole, f'step {step:g}, {before}: {where[1]}')
+            return Difference('other cuts', whole, before,
+                              f'step {cut:g}, {before:.1e} before it')
+        return Difference('other ' + where[0], whole, before,
+                          f'step {step:g}, {before:.1e} before it: {where[1]}')
 
 
 def first_cut(one, other):
@@ -108,13 +122,15 @@ def describe(a, b, k, p):
     return f'point {p + 1} (node {np.ravel(node[p])}): {sides[0]} | {sides[1]}'
 
 
-def numbers(one, other, results, last, floor):
+def numbers(one, other, results, last, least):
     """Largest difference up to a step, relative to the largest of its kind in the run, and where."""
     a, b = results
     worst = [(0.0, '')]
-    for ending, kinds in (('.rea', REACTIONS), ('.con', CONTACTS)):
-        worst += table_differences(read(one.base + ending), read(other.base + ending), kinds, last, floor)
     steps = a['state/step'][:] if 'state/step' in a else []
+    extent = np.abs(a['state/coordinates'][:]).max() if len(steps) else 0.0
+    least = {'force': least, 'length': ROUNDINGS*np.finfo(float).eps*extent/1e-8}
+    for ending, kinds in (('.rea', REACTIONS), ('.con', CONTACTS)):
+        worst += table_differences(read(one.base + ending), read(other.base + ending), kinds, last, least)
     if len(steps):
         n = min(len(steps), len(b['state/step']))
         u, v = a['state/displacement'][:n], b['state/displacement'][:n]
@@ -124,11 +140,11 @@ def numbers(one, other, results, last, floor):
     return max(worst)
 
 
-def table_differences(ours, theirs, kinds, last, floor):
+def table_differences(ours, theirs, kinds, last, least):
     """Differences of the entries of two tables, up to a step."""
     rows = [[line.split() for line in text.split('\n') if line.strip() and line[0] != '#']
             for text in (ours, theirs)]
-    largest = {'force': floor}
+    largest = dict(least)
     for row in rows[0]:
         for kind, item in zip(kinds, row[3:]):
             largest[kind] = max(largest.get(kind, 0.0), abs(float(item)))
