@@ -134,7 +134,7 @@ def numbers(one, other, results, last, least):
     if len(steps):
         n = min(len(steps), len(b['state/step']))
         u, v = a['state/displacement'][:n], b['state/displacement'][:n]
-        top = max(np.abs(u).max(), 1e-300)
+        top = max(np.abs(u).max(), least['length'], 1e-300)
         worst += [(np.abs(u[k] - v[k]).max()/top, f'displacement, step {steps[k]}')
                   for k in range(n) if steps[k] <= last]
     return max(worst)
