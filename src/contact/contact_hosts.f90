@@ -23,8 +23,9 @@ module contact_hosts
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
   !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
-  !! plane of the facet departs from the surface, in shape functions.
-  real(wp), parameter :: departure = 1.0e-5_wp
+  !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
+  !! the facet, and with it the force, to the start of the iteration.
+  real(wp), parameter :: departure = 1.0e-12_wp
   !> Share of a kink that patches leave of it at most.
   real(wp), parameter :: left_by_patches = 0.01_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
