@@ -8,6 +8,7 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
+  use contact_parameters, only: is_round_off
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
   use contact_cells, only: prepare_cells
   use contact_reader, only: pair_draft_t
@@ -254,6 +255,10 @@ contains
       pair%name//': AUGMent at the points of GTOS asks more of the surfaces than their nodes '// &
       'can follow; where they do not match, NTOS or a stiff penalty alone is better')
     call set_penalties(model, pair, found)
+    if (found .and. pair%n_slaves > 1 .and. is_round_off(pair)) &
+      call report_error(diagnostics, pair%at, 'pair '//pair%name// &
+      ': with '//to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of '// &
+      'a gap', 'a factor of AUTO up to 1000 serves GTOS; NTOS or AUGMent take any penalty')
     if (found) then
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
       if (pair%segmented) then
