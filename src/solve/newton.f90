@@ -33,8 +33,8 @@ module newton
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
 
-  !> Iterations in a row without a new lowest residual or direction after which the natural test is
-  !! left out of the line search, and after which the solve has stalled.
+  !> Iterations in a row without progress after which the natural test is left out of the line search,
+  !! and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -55,7 +55,9 @@ module newton
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
-    integer :: since_lowest = 0 !! iterations since one of the two has fallen
+    integer :: fewest = huge(1) !! sticking points of this solve, lowest number
+    integer :: since_lowest = 0 !! iterations since residual or direction has fallen
+    integer :: since_fewest = 0 !! iterations since one of the three has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
@@ -79,7 +81,9 @@ contains
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
+    progress%fewest = huge(1)
     progress%since_lowest = 0
+    progress%since_fewest = 0
     progress%energy_met = .false.
     progress%halved = .true.
     progress%turns = 0
@@ -90,7 +94,7 @@ contains
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
         progress%outcome = outcome_too_many
-      else if (progress%since_lowest >= patience) then
+      else if (progress%since_fewest >= patience) then
         progress%outcome = outcome_stalled
       else if (stop_requested()) then
         progress%outcome = outcome_stopped
@@ -163,17 +167,28 @@ contains
     progress%energy_met = length >= 1.0_wp .and. &
       progress%energy <= settings%energy_tolerance*progress%first_energy
     progress%halved = residual_norm(system) <= 0.5_wp*start
-    if (residual_norm(system) < progress%lowest .or. &
-      norm2(system%solution) < progress%shortest) then
-      progress%lowest = min(progress%lowest, residual_norm(system))
-      progress%shortest = min(progress%shortest, norm2(system%solution))
-      progress%since_lowest = 0
-    else
-      progress%since_lowest = progress%since_lowest + 1
-    end if
     call describe(system, progress, time, length, wall_seconds() - begin, report)
+    call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where slip
+  !! spreads along a surface, ring of points by ring, neither need be until it is through: so has one
+  !! after which fewer points stick than ever (doc/theory, "Nonlinear solution").
+  subroutine judge_progress(system, sticking, progress)
+    type(system_t), intent(in) :: system !! state after the iteration
+    integer, intent(in) :: sticking !! points that stick now
+    type(newton_t), intent(inout) :: progress !! gets counts and lowest values
+
+    progress%since_lowest = progress%since_lowest + 1
+    progress%since_fewest = progress%since_fewest + 1
+    if (residual_norm(system) < progress%lowest .or. &
+      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
+    if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
+    progress%lowest = min(progress%lowest, residual_norm(system))
+    progress%shortest = min(progress%shortest, norm2(system%solution))
+    progress%fewest = min(progress%fewest, sticking)
+  end subroutine judge_progress
 
   !> Tangent, factor, direction.
   subroutine find_direction(system, x, progress, outcome)
