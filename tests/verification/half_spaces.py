@@ -1,7 +1,9 @@
 """Two equal elastic bodies of nearly half-space shape with shallow paraboloids, and their decks.
 
 The profile is r^2/(2 R) up to r = 2 a and flat beyond, so that next to nothing is missing of the
-half-spaces of Hertz, Cattaneo, Mindlin and Lubkin. The lower body has its own, coarser mesh.
+half-spaces of Hertz, Cattaneo, Mindlin and Lubkin. The lower body has its own, coarser mesh. Both
+meshes are symmetric about x = 0 and y = 0, as the bodies are: one that is not answers a press with
+a sideward force.
 """
 import math
 
@@ -64,7 +66,8 @@ class Pair:
             return x, y, levels[k] + sign*rise*(1 - abs(levels[k])/self.outer)
 
         counts = [len(line) - 1 for line in lines] + [len(levels) - 1]
-        number = self.mesh.box(counts, place)
+        middle = [0 if mirror else len(right) - 1 for mirror in self.mirrored]
+        number = self.mesh.box(counts, place, turned=middle)
         near, far = (0, counts[2]) if sign > 0 else (counts[2], 0)
         limit = (REACH + 0.1)*self.a + cell
         far_nodes, face = [], []
