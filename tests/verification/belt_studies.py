@@ -135,3 +135,15 @@ def belt(bench):
     if bench.form == 'NTOS':
         bench.remark('NTOS: the error is one of facets: 7.1, 2.4, 0.8 and 0.2 % with 30, 60, 120 and 240 of '
                      'them (Coulomb)')
+
+
+def spreading(bench):
+    """Slip runs along a band that sticks all over at first: no cut, which would not help."""
+    mesh, parts = band(30, 1.0, 0.01, 0.05, True)
+    deck = belt_deck(mesh, parts, '    FRICtion COULomb 0.3\n    SMOOth\n')
+    tables = bench.run_text('spreading', deck)
+    with open(tables.base + '.log', encoding='utf-8') as log:
+        cuts = sum(' cut: ' in line for line in log)
+    bench.compare('cut increments, 30 facets', EXACT, 0.0, cuts, 0.0, scale=1.0)
+    bench.compare('sticking nodes, 30 facets', EXACT, 0.0, tables.contact('band')[-1]['stick'], 0.0,
+                  scale=1.0)

@@ -29,7 +29,7 @@ class Row:
         self.case, self.form, self.quantity, self.source = case, form, quantity, source
         self.reference, self.reached, self.error = reference, reached, error
         self.wanted, self.known = wanted, known
-        self.series, self.finer = None, None
+        self.series, self.finer, self.why = None, None, ''
 
     def verdict(self):
         """holds; where the case says why it does not and the error has not grown: coarse if the same
@@ -76,18 +76,18 @@ class Bench:
     def broken(self, form, fault, why):
         """A row for a run that failed."""
         text = ' '.join(str(fault).split()) or type(fault).__name__
-        if why:
-            self.remark(f'{form}: {why}')
-            text = text[:90]
-        self.rows.append(Row(self.case, form, text.replace('|', '/'), '', math.nan, math.nan, math.inf,
-                             0.0, math.inf if why else None))
+        row = Row(self.case, form, (text[:90] if why else text).replace('|', '/'), '', math.nan, math.nan,
+                  math.inf, 0.0, math.inf if why else None)
+        row.why = why
+        self.rows.append(row)
 
     def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None,
-                form=None, mesh=None):
+                form=None, mesh=None, why=''):
         """A row: the error is relative to the reference, or to `scale`; the error.
 
         known: largest error of a case that is known to miss what is wanted;
-        mesh: the mesh, of a quantity that is studied on several; the finest one comes last.
+        mesh: the mesh, of a quantity that is studied on several; the finest one comes last;
+        why: the cause of a miss, for the list of what is not reached.
         """
         error = abs(reached - reference)/(abs(reference) if scale is None else scale)
         error = error if math.isfinite(error) else math.inf
@@ -96,7 +96,7 @@ class Bench:
         for other in self.rows:
             if mesh and (other.case, other.form, other.series) == (row.case, row.form, quantity):
                 other.finer = row
-        row.series = quantity if mesh else None
+        row.series, row.why = quantity if mesh else None, why
         self.rows.append(row)
         return error
 
