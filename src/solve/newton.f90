@@ -33,8 +33,8 @@ module newton
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
 
-  !> Iterations in a row without progress after which the natural test is left out of the line search,
-  !! and after which the solve has stalled.
+  !> Iterations in a row without progress after which the natural test is left out of the line
+  !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -172,9 +172,9 @@ contains
     call monitor%iteration(report)
   end subroutine iterate
 
-  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where slip
-  !! spreads along a surface, ring of points by ring, neither need be until it is through: so has one
-  !! after which fewer points stick than ever (doc/theory, "Nonlinear solution").
+  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
+  !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
+  !! has one after which fewer points stick than ever (doc/theory, "Nonlinear solution").
   subroutine judge_progress(system, sticking, progress)
     type(system_t), intent(in) :: system !! state after the iteration
     integer, intent(in) :: sticking !! points that stick now
