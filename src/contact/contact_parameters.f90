@@ -10,8 +10,7 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
-    has_multipliers, shifts_gap, has_field, field_penalty, &
-    most_updates
+    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -26,6 +25,9 @@ module contact_parameters
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
   real(wp), parameter :: stiffest_plain = 2000.0_wp
+  !> Above this times E/h, without multipliers, the round-off of positions makes forces as large as
+  !! those of the stresses, and a residual of that size means nothing any more.
+  real(wp), parameter :: stiffest_exact = 1.0e11_wp
 
 contains
 
@@ -101,6 +103,13 @@ contains
     is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 &
       .and. pair%relative > stiffest_plain
   end function is_stiff
+
+  !> Without help by multipliers the penalty would make forces of nothing but round-off.
+  elemental logical function is_round_off(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    is_round_off = .not. pair%augmented .and. pair%relative > stiffest_exact
+  end function is_round_off
 
   !> Forces of the pair come partly from multipliers in this increment.
   elemental logical function shifts_gap(pair)
