@@ -9,7 +9,7 @@ module contact_hosts
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position, longest_facet
   use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise, &
-    has_multipliers
+    has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth
@@ -23,8 +23,9 @@ module contact_hosts
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
   !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
-  !! plane of the facet departs from the surface, in shape functions.
-  real(wp), parameter :: departure = 1.0e-5_wp
+  !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
+  !! the facet, and with it the force, to the start of the iteration.
+  real(wp), parameter :: departure = 1.0e-12_wp
   !> Share of a kink that patches leave of it at most.
   real(wp), parameter :: left_by_patches = 0.01_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
@@ -372,7 +373,7 @@ contains
     end if
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
-        if (point%status <= status_open) point%lambda = 0.0_wp
+        if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then

@@ -10,7 +10,7 @@ module line_search
   use system_types, only: system_t
   implicit none
   private
-  public :: search_line, approach
+  public :: search_line, approach, next_energy
 
   !> A step is accepted if it lowers the residual by this share of its length,
   real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
@@ -88,6 +88,18 @@ contains
     end if
     call take_trial(system, length)
   end subroutine search_line
+
+  !> Energy of the residual after a full step with the direction that the present factor gives.
+  real(wp) function next_energy(system) result(energy)
+    type(system_t), intent(inout) :: system !! factor and residual; next is used
+
+    energy = next_direction(system, 1.0_wp)
+    if (system%condensed%active) then
+      energy = abs(dot_product(system%condensed%right, system%condensed%change))
+    else if (energy < huge(1.0_wp)) then
+      energy = abs(dot_product(system%right, system%next))
+    end if
+  end function next_energy
 
   !> Length of the direction that the present factor gives for the residual of the trial.
   real(wp) function next_direction(system, share) result(length)
