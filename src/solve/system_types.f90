@@ -58,6 +58,7 @@ module system_types
     real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
+    real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
     real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du [force]
