@@ -27,8 +27,8 @@ contains
     character(1), parameter :: nl = new_line('a')
     integer :: body
 
-    text = '  tried: ever smaller increments, the last one to time '//to_text(time, 12)//' with '// &
-      count_noun(progress%solves, 'linear solve')
+    text = '  tried: ever smaller increments, the last one to time '//to_text(time, 12)// &
+      ' with '//count_noun(progress%solves, 'linear solve')
     if (progress%outcome == outcome_open) text = '  tried: '//to_text(progress%solves)// &
       ' times TANG; write LOOP,,n TANG,,1 NEXT behind TIME, or STEP,,n instead'
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
@@ -36,7 +36,8 @@ contains
       //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
     if (progress%outcome == outcome_gaps) then
       text = text//nl//'  pairs with multipliers:'//with_multipliers(model)// &
-        '; the log tells what each update has left'//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
+        '; the log tells what each update has left'//nl// &
+        '  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
         'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
       return
     end if
