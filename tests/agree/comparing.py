@@ -11,8 +11,11 @@ import numpy as np
 CUT = re.compile(r'^step +(\d+) cut: ', re.MULTILINE)
 DECISION = re.compile(r'REDUced cannot be had, [^;\n]*|REDUced, one symmetric factor', re.MULTILINE)
 STATUS = {-1: 'off', 0: 'open', 1: 'stick', 2: 'slip'}
-# Share of scenes that may part, by ties of facets over flat edges or of stick and slip.
-MOST_OTHERS = 0.1
+# Forces that differ by less belong to the same solution, whatever facets and statuses are called: the
+# facet is a tie over a flat edge, stick and slip are one at the edge of the cone.
+SAME = 1e-8
+# Share of scenes that may take another path.
+MOST_OTHERS = 0.01
 # A gap is known to so many units in the last place of the coordinates: all that a stiff penalty or
 # a multiplier leaves of it.
 ROUNDINGS = 64
@@ -77,6 +80,8 @@ def compare(one, other, least=0.0):
         if not np.isfinite(min(cut, step)):
             return Difference('agree', before, before, what)
         whole, _ = numbers(one, other, (a, b), np.inf, least)
+        if whole <= SAME and not np.isfinite(cut):
+            return Difference(f'tie of {where[0]}', whole, before, f'step {step:g}: {where[1]}')
         if cut <= step:
             return Difference('other cuts', whole, before,
                               f'step {cut:g}, {before:.1e} before it')
