@@ -17,7 +17,7 @@ module system_types
     real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
     integer :: most_solves = 50 !! linear solves of one increment
     integer :: most_passes = 8 !! changes of contact hosts within one increment
-    real(wp) :: extrapolation = 0.05_wp !! tip outside its facet at a flat edge, shape functions
+    real(wp) :: extrapolation = 1.0e-6_wp !! tip outside its facet at a flat edge, shape functions
   end type settings_t
 
   !> The state at the last converged time.
