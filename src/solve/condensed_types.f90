@@ -2,7 +2,6 @@
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
   use kinds, only: wp
-  use csc_matrix, only: csc_matrix_t
   use cholmod_solver, only: cholmod_t
   implicit none
   private
@@ -10,9 +9,9 @@ module condensed_types
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
-    type(csc_matrix_t) :: matrix !! stiffness of its free degrees of freedom
     type(cholmod_t) :: solver !! its factor, kept
-    integer, allocatable :: node(:), direction(:) !! (n) where each equation of it belongs
+    integer, allocatable :: node(:), direction(:) !! (n) where each equation of it belongs, in the
+    !! order of elimination, the candidates last
     integer :: first = 0 !! candidates of the bodies before
     integer :: m = 0 !! its candidates
     integer, allocatable :: equation(:) !! (m) equation of each candidate
