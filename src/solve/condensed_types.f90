@@ -15,7 +15,8 @@ module condensed_types
     integer :: first = 0 !! candidates of the bodies before
     integer :: m = 0 !! its candidates
     integer, allocatable :: equation(:) !! (m) equation of each candidate
-    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates, lower triangle [length/force]
+    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates [length/force]; its lower
+    !! triangle alone
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
     real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
