@@ -1,7 +1,7 @@
 !> Prototypes of the CHOLMOD routines in use (long integers) and mirrors of its structures, and
 !! nothing else. The layouts are those of CHOLMOD 3 and 4, cholmod_core.h.
 module cholmod_interface
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_long, c_size_t, c_double
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_size_t, c_double
   implicit none
   private
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
