@@ -48,6 +48,19 @@ def fresh_folder():
     return tempfile.TemporaryDirectory(prefix='mfec-')
 
 
+def replace_part(path, name, text):
+    """Replaces what stands between `<!-- name -->` and `<!-- end name -->` in a file; writes the
+    text alone where there is no such file or place."""
+    begin, end = f'<!-- {name} -->\n', f'<!-- end {name} -->'
+    if os.path.exists(path):
+        with open(path, encoding='utf-8') as stream:
+            old = stream.read()
+        if begin in old and end in old:
+            text = old[:old.index(begin)] + begin + text + old[old.index(end):]
+    with open(path, 'w', encoding='utf-8') as stream:
+        stream.write(text)
+
+
 def parser(text):
     """The options all runners share."""
     options = argparse.ArgumentParser(description=text,

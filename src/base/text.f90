@@ -3,7 +3,7 @@ module text
   use kinds, only: wp
   implicit none
   private
-  public :: lower, upper, to_text, edit_distance, string_t, count_noun
+  public :: lower, upper, to_text, range_text, edit_distance, string_t, count_noun
 
   !> A character string of its own length, for arrays of strings.
   type :: string_t
@@ -102,6 +102,15 @@ contains
     read (t(e + 1:), *) exponent
     s = s//'E'//integer_to_text(exponent)
   end function without_zeros
+
+  !> Numbers as `least to largest`, or as one number where they are equal.
+  pure function range_text(values) result(t)
+    real(wp), intent(in) :: values(:) !! the numbers, one at least
+    character(:), allocatable :: t
+
+    t = to_text(minval(values))
+    if (maxval(values) > minval(values)) t = t//' to '//to_text(maxval(values))
+  end function range_text
 
   !> Number of insertions, deletions and replacements that turn `a` into `b` (Levenshtein).
   pure integer function edit_distance(a, b) result(d)

@@ -10,6 +10,9 @@ module materials_reader
   private
   public :: read_materials, assign_materials
 
+  !> Largest Young's modulus, and one over the smallest: energies are squared in the line search.
+  real(wp), parameter :: largest_modulus = 1.0e100_wp
+
 contains
 
   !> Fills model%materials.
@@ -85,6 +88,12 @@ contains
 
     material%youngs_modulus = item_real(record, 3)
     material%poissons_ratio = item_real(record, 4)
+    if (material%youngs_modulus < 1.0_wp/largest_modulus .or. &
+      material%youngs_modulus > largest_modulus) then
+      call report_error(diagnostics, item_location(record, 3), 'Young''s modulus is '// &
+        to_text(material%youngs_modulus, 10)//': energies made of it leave the range of numbers', &
+        'use units in which it lies between 1e-100 and 1e100')
+    end if
     if (material%poissons_ratio <= -1.0_wp .or. material%poissons_ratio >= 0.5_wp) then
       call report_error(diagnostics, item_location(record, 4), 'Poisson''s ratio is '// &
         to_text(material%poissons_ratio, 10), 'write a ratio above -1 and below 0.5')

@@ -1,7 +1,7 @@
 !> Builds the contact pairs on the complete mesh: slave points, master facets, penalties, lay.
 module pair_builder
   use kinds, only: wp
-  use text, only: to_text, count_noun
+  use text, only: to_text, range_text, count_noun
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
   use mesh_types, only: mesh_t
@@ -262,8 +262,7 @@ contains
         return
       end if
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
-        to_text(minval(pair%epsilon))//' to '//to_text(maxval(pair%epsilon))// &
-        ' force per length and '//point_noun//expected_penetration(pair))
+        range_text(pair%epsilon)//' force per length and '//point_noun//expected_penetration(pair))
     else if (pair%penalty_kind == penalty_area) then
       call report_error(diagnostics, pair%slave_at, 'slave '// &
         point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &

@@ -35,8 +35,7 @@ module hdf5_data
   integer, parameter :: chunk_limit = 131072
   integer, parameter :: chunk_least = 64
   !> Level of compression: higher ones cost time and gain next to nothing. Reals are stored as they
-  !! are: of the sliding cube with n = 12 their compression took a third of the whole run and saved
-  !! a third of the file.
+  !! are: their digits hardly compress, and trying to would be a large share of a short run.
   integer, parameter :: deflate_level = 1
 
   !> Writes a block of whole entries of the last dimension: behind the last one, or from the entry

@@ -6,7 +6,7 @@ module run_log
   use, intrinsic :: iso_c_binding, only: c_associated
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: to_text, count_noun
+  use text, only: to_text, range_text, count_noun
   use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: used_points
@@ -125,10 +125,7 @@ contains
     if (pair%segmented) then
       line = line//to_text(pair%density)//' force/length^3 times the area of a point'
     else if (size(pair%epsilon) > 0) then
-      line = line//to_text(minval(pair%epsilon))
-      if (maxval(pair%epsilon) > minval(pair%epsilon)) then
-        line = line//' to '//to_text(maxval(pair%epsilon))
-      end if
+      line = line//range_text(pair%epsilon)
     end if
     if (.not. pair%segmented) line = line//' force/length a point'
     select case (pair%penalty_kind)
