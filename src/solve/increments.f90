@@ -208,6 +208,7 @@ contains
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
       system%carried)
+    system%x_ahead = model%mesh%x + system%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
       call place_starts(system)

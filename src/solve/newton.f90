@@ -8,7 +8,7 @@ module newton
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
-    estimate_round_off
+    estimate_round_off, round_off_factor
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
@@ -34,12 +34,9 @@ module newton
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
 
-  !> Iterations in a row without a new lowest residual or direction after which the natural test is
-  !! left out of the line search, and after which the solve has stalled.
+  !> Iterations in a row without progress after which the natural test is left out of the line
+  !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> Below this many times the estimate of its round-off the residual is converged as soon as an
-  !! iteration does not halve it any more.
-  real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
@@ -56,7 +53,9 @@ module newton
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
-    integer :: since_lowest = 0 !! iterations since one of the two has fallen
+    integer :: fewest = huge(1) !! sticking points of this solve, lowest number
+    integer :: since_lowest = 0 !! iterations since residual or direction has fallen
+    integer :: since_fewest = 0 !! iterations since one of the three has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
@@ -80,7 +79,9 @@ contains
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
+    progress%fewest = huge(1)
     progress%since_lowest = 0
+    progress%since_fewest = 0
     progress%energy_met = .false.
     progress%halved = .true.
     progress%turns = 0
@@ -91,7 +92,7 @@ contains
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
         progress%outcome = outcome_too_many
-      else if (progress%since_lowest >= patience) then
+      else if (progress%since_fewest >= patience) then
         progress%outcome = outcome_stalled
       else if (stop_requested()) then
         progress%outcome = outcome_stopped
@@ -165,15 +166,8 @@ contains
     progress%energy_met = .false.
     if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*start
-    if (residual_norm(system) < progress%lowest .or. &
-      norm2(system%solution) < progress%shortest) then
-      progress%lowest = min(progress%lowest, residual_norm(system))
-      progress%shortest = min(progress%shortest, norm2(system%solution))
-      progress%since_lowest = 0
-    else
-      progress%since_lowest = progress%since_lowest + 1
-    end if
     call describe(system, progress, time, length, wall_seconds() - begin, report)
+    call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
 
@@ -190,6 +184,24 @@ contains
       met = next_energy(system) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
+
+  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
+  !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
+  !! has one after which fewer points stick than ever (doc/theory, "Nonlinear solution").
+  subroutine judge_progress(system, sticking, progress)
+    type(system_t), intent(in) :: system !! state after the iteration
+    integer, intent(in) :: sticking !! points that stick now
+    type(newton_t), intent(inout) :: progress !! gets counts and lowest values
+
+    progress%since_lowest = progress%since_lowest + 1
+    progress%since_fewest = progress%since_fewest + 1
+    if (residual_norm(system) < progress%lowest .or. &
+      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
+    if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
+    progress%lowest = min(progress%lowest, residual_norm(system))
+    progress%shortest = min(progress%shortest, norm2(system%solution))
+    progress%fewest = min(progress%fewest, sticking)
+  end subroutine judge_progress
 
   !> Tangent, factor, direction.
   subroutine find_direction(system, x, progress, outcome)

@@ -1,7 +1,9 @@
 """Two equal elastic bodies of nearly half-space shape with shallow paraboloids, and their decks.
 
 The profile is r^2/(2 R) up to r = 2 a and flat beyond, so that next to nothing is missing of the
-half-spaces of Hertz, Cattaneo, Mindlin and Lubkin. The lower body has its own, coarser mesh.
+half-spaces of Hertz, Cattaneo, Mindlin and Lubkin. The lower body has its own, coarser mesh. Both
+meshes are symmetric about x = 0 and y = 0, as the bodies are: one that is not answers a press with
+a sideward force.
 """
 import math
 
@@ -38,13 +40,14 @@ def graded(cell, inner, outer, growth):
 class Pair:
     """The mesh of both bodies and its sets; mirrored: whether x = 0 and y = 0 are mirrors."""
 
-    def __init__(self, radius, a, cell, mirrored, outer, growth=1.5):
+    def __init__(self, radius, a, cell, mirrored, outer, growth=1.5, coarser=COARSER,
+                 reach=REACH):
         self.radius, self.a, self.mirrored, self.outer = radius, a, mirrored, outer
         self.mesh, self.parts, self.lower_from = meshing.Mesh(), {}, 0
-        self.cell = cell
+        self.cell, self.reach = cell, reach*a
         self.add('upper', 1, cell, growth)
         self.lower_from = len(self.mesh.nodes) + 1
-        self.add('lower', -1, cell*COARSER, growth)
+        self.add('lower', -1, cell*coarser, growth)
         for axis in (0, 1):
             if mirrored[axis]:
                 self.parts[f'mirror{axis + 1}'] = [
@@ -52,7 +55,7 @@ class Pair:
 
     def add(self, name, sign, cell, growth):
         """One body."""
-        right = graded(cell, REACH*self.a, self.outer, growth)
+        right = graded(cell, self.reach, self.outer, growth)
         whole = [-x for x in reversed(right[1:])] + right
         lines = [right if mirror else whole for mirror in self.mirrored]
         depth = graded(cell, 0.5*self.a, self.outer, growth)
@@ -64,9 +67,10 @@ class Pair:
             return x, y, levels[k] + sign*rise*(1 - abs(levels[k])/self.outer)
 
         counts = [len(line) - 1 for line in lines] + [len(levels) - 1]
-        number = self.mesh.box(counts, place)
+        middle = [0 if mirror else len(right) - 1 for mirror in self.mirrored]
+        number = self.mesh.box(counts, place, turned=middle)
         near, far = (0, counts[2]) if sign > 0 else (counts[2], 0)
-        limit = (REACH + 0.1)*self.a + cell
+        limit = self.reach + 0.1*self.a + cell
         far_nodes, face = [], []
         for k in range(counts[2] + 1):
             for j, y in enumerate(lines[1]):

@@ -11,10 +11,11 @@ class Mesh:
     def __init__(self):
         self.nodes, self.elements = [], []
 
-    def box(self, counts, place, material=1):
+    def box(self, counts, place, material=1, turned=(0, 0)):
         """Adds a box of cells cut as BLOCk TET4 cuts them; place(i, j, k) is where a node lies.
 
-        Returns the function that numbers its nodes.
+        turned: along x and y, how many of the first cells are cut as their mirror image, so that
+        a mesh can have the symmetry of its body. Returns the function that numbers its nodes.
         """
         first = len(self.nodes) + 1
         nx, ny, nz = counts
@@ -28,8 +29,12 @@ class Mesh:
         for k in range(nz):
             for j in range(ny):
                 for i in range(nx):
-                    corner = [number(i + a, j + b, k + c) for a, b, c in CORNERS]
-                    self.elements += [(material,) + tuple(corner[m] for m in tet) for tet in CELL]
+                    flip = i < turned[0], j < turned[1]
+                    corner = [number(i + abs(a - flip[0]), j + abs(b - flip[1]), k + c)
+                              for a, b, c in CORNERS]
+                    order = (0, 2, 1, 3) if flip[0] != flip[1] else (0, 1, 2, 3)
+                    self.elements += [(material,) + tuple(corner[tet[m]] for m in order)
+                                      for tet in CELL]
         return number
 
     def where(self, test):

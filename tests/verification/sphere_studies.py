@@ -4,15 +4,13 @@ import math
 import half_spaces
 import meshing
 
-SIZES = (0.3, 0.15, 0.075)
-OTHERS = ('GTOS SEGMent', 'NTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
-BOTH, OVER = 'GTOS +AUGM', (
-    'does not converge here; presumably (not tested): a quadrature point each demands a gap of zero, and there are more of '
-    'them than nodes, so that on curved surfaces whose meshes do not match not all can have it')
+SIZES, FINE = (0.3, 0.15, 0.075), 0.06
+OTHERS = ('GTOS SEGMent', 'NTOS +AUGM', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
 PRESS = 8
+RATIOS = (1.0, 1.2, 1.5)
 
 
 def pressed(values):
@@ -35,13 +33,13 @@ class Hertz:
 
     radius, young, nu, a = 50.0, 20000.0, 0.3, 1.5
 
-    def __init__(self, bench, size, form):
+    def __init__(self, bench, size, form, coarser=half_spaces.COARSER):
         stiff = self.young/(2*(1 - self.nu**2))
         shear = self.young/(2*(1 + self.nu))
         approach = self.a**2/(self.radius/2)
         self.target = 4*stiff*self.a**3/(3*self.radius/2)
         pair = half_spaces.Pair(self.radius, self.a, size*self.a, (True, True), 8*self.a,
-                                growth(size))
+                                growth(size), coarser)
         moves = {}
         for node in pair.parts['upper_far'] + pair.parts['lower_far']:
             x, y, z, sign = pair.local(node)
@@ -65,14 +63,14 @@ class Hertz:
 def hertz_rows(bench, size, form, known):
     """Rows of one run; known: largest errors of force, p0 and a that are known to miss."""
     run = Hertz(bench, size, form)
-    text, source = f'facet {size} a', 'exact (Hertz)'
+    mesh, source = f'facet {size} a', 'exact (Hertz)'
     errors = (
-        bench.compare(f'F of the approach, {text}', source, run.target, run.force, 0.01,
-                      form=form, known=known[0]),
-        bench.compare(f'p0 of the computed force, {text}', source, run.p0, run.top, 0.02,
-                      form=form, known=known[1]),
-        bench.compare(f'radius of contact, one facet, {text}', source, run.width, run.reach, size,
-                      form=form))
+        bench.compare('F of the approach', source, run.target, run.force, 0.01,
+                      form=form, known=known[0], mesh=mesh),
+        bench.compare('p0 of the computed force', source, run.p0, run.top, 0.02,
+                      form=form, known=known[1], mesh=mesh),
+        bench.compare('radius of contact, one facet', source, run.width, run.reach, size,
+                      form=form, mesh=mesh))
     return run, errors
 
 
@@ -91,9 +89,11 @@ def hertz(bench):
                         [p/run.p0 for _, p, _ in run.points]))
     curves.append(('CalculiX T4, node to surface: F', '^:', *zip(*CALCULIX)))
     for form in OTHERS:
-        run, _ = hertz_rows(bench, 0.15, form, known[0.15])
-        bench.remark(f'{form}, facet 0.15 a: pressure, worst point {100*run.worst:.1f} % of p0')
-    bench.attempt(BOTH, lambda: hertz_rows(bench, 0.15, BOTH, known[0.15]), OVER)
+        run, _ = hertz_rows(bench, FINE, form, (None, None))
+        bench.remark(f'{form}, facet {FINE} a: pressure, worst node {100*run.worst:.1f} % of p0')
+    run, _ = hertz_rows(bench, 0.15, 'GTOS SEGMent +AUGM', known[0.15])
+    bench.remark(f'GTOS SEGMent +AUGM, facet 0.15 a: pressure, worst node {100*run.worst:.1f} % of p0')
+    worst_node(bench)
     bench.picture('hertz_convergence', ('facet size / radius of contact', 'relative error',
                                         'Hertz, two equal spheres'), curves, True)
     ellipse = [k/100 for k in range(101)]
@@ -101,10 +101,26 @@ def hertz(bench):
                   profile + [('Hertz', 'k-', ellipse, [math.sqrt(1 - x*x) for x in ellipse])])
 
 
+def worst_node(bench):
+    """Why the pressure of single nodes is off with NTOS: ratios of the facets of master and slave."""
+    found = [[Hertz(bench, 0.15, form, ratio).worst for ratio in RATIOS] for form in ('NTOS', 'GTOS SEGMent')]
+    for form, errors in zip(('NTOS', 'GTOS SEGMent'), found):
+        bench.remark(f'{form}, facet 0.15 a: worst node with a master 1, 1.2 and 1.5 times as coarse: ' +
+                     ', '.join(f'{100*error:.1f} %' for error in errors))
+    bench.compare('worst node over that of GTOS SEGMent, meshes that match', 'the same to 20 %', 1.0,
+                  found[0][0]/found[1][0], 0.2, form='NTOS')
+    bench.remark('the worst node of NTOS is the pole at every facet size. Its area is right. It lies on a '
+                 'node of the master, which gets all of its force and a share of its neighbours\': under an '
+                 'even pressure 1.39 times what its own facets (0.48 of a cell) would receive, as '
+                 'the coarser meshes are copies of the finer ones there. So the master gives way below it, and '
+                 'its gap opens. That is the error which NTOS has in the patch test, and it does not fall '
+                 'with the facet: where the meshes match, or with integrals over the facets (GTOS), it is gone')
+
+
 def report(bench, form, runs, force, peak):
-    """Rates and worst points of one form, below the table."""
+    """Rates and worst nodes of one form, below the table."""
     text = '; '.join(f'facet {size} a ({run.nodes} nodes): F {100*f:.2f} %, p0 {100*p:.2f} %, '
-                     f'worst point {100*run.worst:.1f} %'
+                     f'worst node {100*run.worst:.1f} %'
                      for size, (run, _), f, p in zip(SIZES, runs, force, peak))
     orders = (', '.join(f'{rate:.1f}' for rate in half_spaces.rates(SIZES, errors))
               for errors in (force, peak))
@@ -146,17 +162,17 @@ def mindlin_rows(bench, size, form, known):
     """Rows of one run and its largest errors of u_t and c/a."""
     run = Mindlin(bench, size, form)
     source, errors = 'exact (Cattaneo, Mindlin)', []
-    for share, way, applied, c, found in run.rows:
-        text = f'Q/(mu F) = {share:.3f}, facet {size} a'
+    for nominal, (share, way, applied, c, found) in zip((0.25, 0.5, 0.75, 0.9), run.rows):
+        place, mesh = f'Q/(mu F) = {nominal}', f'facet {size} a ({share:.3f})'
         errors.append((
-            bench.compare(f'u_t at {text}', source, way, applied, 0.03, form=form, known=known[0]),
-            bench.compare(f'c/a at {text}', source, c, found, 0.03, form=form, known=known[1])))
+            bench.compare(f'u_t at {place}', source, way, applied, 0.03, form=form, known=known[0], mesh=mesh),
+            bench.compare(f'c/a at {place}', source, c, found, 0.03, form=form, known=known[1], mesh=mesh)))
     return run, [max(column) for column in zip(*errors)]
 
 
 def mindlin(bench):
     """Tangential displacement and radius of the stick zone while a tangential force grows."""
-    known = {0.3: (0.22, 0.15), 0.15: (0.12, 0.06), 0.12: (0.07, 0.06)}
+    known = {0.3: (0.07, 0.11), 0.15: (None, 0.045), 0.12: (None, None)}
     sizes, curves, profile = tuple(known), [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]
@@ -169,19 +185,18 @@ def mindlin(bench):
         profile.append((form, style, [row[2] for row in runs[-1][0].rows],
                         [row[0] for row in runs[-1][0].rows]))
     for form in OTHERS:
-        mindlin_rows(bench, 0.15, form, known[0.15])
-    bench.attempt(BOTH, lambda: mindlin_rows(bench, 0.3, BOTH, known[0.3]), OVER)
+        mindlin_rows(bench, sizes[-1], form, known[sizes[-1]])
     bench.picture('mindlin_convergence', ('facet size / radius of contact', 'largest relative error',
                                           'Cattaneo-Mindlin'), curves, True)
     exact = [k/100 for k in range(100)]
     top = Mindlin.ways[-1]/(1 - 0.1**(2/3))
     bench.picture('mindlin_force', ('u_t', 'Q/(mu F)', 'Cattaneo-Mindlin'), profile + [
         ('exact', 'k-', [top*(1 - (1 - q)**(2/3)) for q in exact], exact)])
-    bench.remark('the outer faces at 60 a are rigid: what lies beyond them would add about '
-                 '0.6/60 = 1 % to u_t. c is that of the traction: mu p - q is half an '
-                 'ellipsoid over the stick zone, its second moment 2/5 c^2. The mesh of T4 is too '
-                 'stiff to shear while all sticks: presumably the error of u_t at a small force; it '
-                 'falls with the facet')
+    bench.remark('Q/(mu F) of a row is the nominal one, and the one found stands in brackets: u_t and c/a '
+                 'are compared at that. The outer faces at 60 a are rigid: at 30 and 120 a u_t at the '
+                 'smallest force moves by -0.9 and +0.4 % (facets of 0.15 a). c is that of the traction: '
+                 'mu p - q is half an ellipsoid over the stick zone, its second moment 2/5 c^2. The error '
+                 'falls with the facet; a penalty 4 times as high moves it by 0.06 %')
 
 
 class Lubkin:
@@ -192,8 +207,8 @@ class Lubkin:
     moments = (0.17634538, 0.31052730, 0.48047998, 0.57686804)
 
     def __init__(self, bench, size, form):
-        pair = half_spaces.Pair(self.radius, self.a, size*self.a, (False, False), 8*self.a,
-                                growth(size))
+        pair = half_spaces.Pair(self.radius, self.a, size*self.a, (False, False), 8*self.a, 1.3,
+                                reach=1.1)
         shear, approach = self.young/2, self.a**2/(self.radius/2)
         p0 = 2*shear*self.a/(math.pi*self.radius/2)
         angles = [2*x*self.mu*p0/shear for x in self.twists]
@@ -216,27 +231,29 @@ class Lubkin:
         return m0*(x/x0)**(math.log(m1/m0)/math.log(x1/x0))
 
 
-def lubkin_rows(bench, size, form):
+def lubkin_rows(bench, size, form, known):
     """Rows of one run."""
     run = Lubkin(bench, size, form)
-    for x, exact, moment in run.rows:
-        bench.compare(f'M/(mu F a) at beta G/(mu p0) = {x:.4f}', 'paper (Lubkin)', exact, moment,
-                      0.03, form=form, known=0.06)
+    for nominal, (x, exact, moment) in zip(Lubkin.twists, run.rows):
+        bench.compare(f'M/(mu F a) at beta G/(mu p0) = {nominal:.4f}', 'paper (Lubkin)', exact, moment,
+                      0.03, form=form, known=known, mesh=f'facet {size} a ({x:.4f})')
     return run
 
 
 def lubkin(bench):
     """Moment over the twist."""
-    profile, size = [], 0.15
-    for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +SMOO', 'x')):
-        run = lubkin_rows(bench, size, form)
+    profile, known = [], {0.15: 0.06, 0.1: None}
+    for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +AUGM', 'd'),
+                        ('GTOS +SMOO', 'x')):
+        for size in known if form in ('NTOS', 'GTOS') else (0.1,):
+            run = lubkin_rows(bench, size, form, known[size])
         profile.append((form, style, [row[0] for row in run.rows], [row[2] for row in run.rows]))
-    bench.attempt(BOTH, lambda: lubkin_rows(bench, 0.3, BOTH), OVER)
     bench.picture('lubkin', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [
         ('Lubkin', 'k*', Lubkin.twists, Lubkin.moments)])
-    bench.remark(f'{run.nodes} nodes, facets of {size} a; beta is the rotation of one of two equal '
-                 'spheres. The computed force moves the twist by a little: the published moment is '
-                 'carried there along the chord of the logarithms. While most of it sticks the '
-                 'moment goes with a^3, and the contact found is 1 to 1.5 % too small for its force; '
-                 'presumably the error of the first two rows. With facets of 0.2 a: 8.5, 4.2, 2.7, '
-                 '2.3 % (NTOS, penalty four times as high)')
+    bench.remark(f'{run.nodes} nodes at 0.1 a; beta is the rotation of one of two equal spheres. The '
+                 'computed force moves the twist (in brackets): the published moment is carried there '
+                 'along the chord of the logarithms. The error of the small twists is one of the '
+                 'edge of contact: while most of it sticks the moment goes with a^3, and where all of it does '
+                 '(mu = 30) the moment is 5 % below 16/3 G a^3 beta with facets of 0.15 a, whatever the penalty '
+                 '(0.03 %), the number of increments (0.1 %) and the master\'s mesh (0.2 %); the '
+                 'outer faces at 12 in place of 8 a make 0.9 %')

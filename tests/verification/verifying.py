@@ -29,12 +29,16 @@ class Row:
         self.case, self.form, self.quantity, self.source = case, form, quantity, source
         self.reference, self.reached, self.error = reference, reached, error
         self.wanted, self.known = wanted, known
+        self.series, self.finer, self.why = None, None, ''
 
     def verdict(self):
-        """holds; misses where the case says why and the error has not grown; FAILS otherwise."""
+        """holds; where the case says why it does not and the error has not grown: coarse if the same
+        quantity holds on the finest mesh of the study, misses if it does not; FAILS otherwise."""
         if self.error <= self.wanted:
             return 'holds'
-        return 'misses' if self.known is not None and self.error <= self.known else 'FAILS'
+        if self.known is None or self.error > self.known:
+            return 'FAILS'
+        return 'coarse' if self.finer and self.finer.error <= self.finer.wanted else 'misses'
 
 
 class Bench:
@@ -72,22 +76,28 @@ class Bench:
     def broken(self, form, fault, why):
         """A row for a run that failed."""
         text = ' '.join(str(fault).split()) or type(fault).__name__
-        if why:
-            self.remark(f'{form}: {why}')
-            text = text[:90]
-        self.rows.append(Row(self.case, form, text.replace('|', '/'), '', math.nan, math.nan, math.inf,
-                             0.0, math.inf if why else None))
+        row = Row(self.case, form, (text[:90] if why else text).replace('|', '/'), '', math.nan, math.nan,
+                  math.inf, 0.0, math.inf if why else None)
+        row.why = why
+        self.rows.append(row)
 
     def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None,
-                form=None):
+                form=None, mesh=None, why=''):
         """A row: the error is relative to the reference, or to `scale`; the error.
 
-        known: largest error of a case that is known to miss what is wanted.
+        known: largest error of a case that is known to miss what is wanted;
+        mesh: the mesh, of a quantity that is studied on several; the finest one comes last;
+        why: the cause of a miss, for the list of what is not reached.
         """
         error = abs(reached - reference)/(abs(reference) if scale is None else scale)
         error = error if math.isfinite(error) else math.inf
-        self.rows.append(Row(self.case, form or self.form, quantity, source, reference, reached,
-                             error, wanted, known))
+        row = Row(self.case, form or self.form, f'{quantity}, {mesh}' if mesh else quantity, source,
+                  reference, reached, error, wanted, known)
+        for other in self.rows:
+            if mesh and (other.case, other.form, other.series) == (row.case, row.form, quantity):
+                other.finer = row
+        row.series, row.why = quantity if mesh else None, why
+        self.rows.append(row)
         return error
 
     def picture(self, name, axes, curves, logarithmic=False):
