@@ -174,13 +174,14 @@ def mindlin_rows(bench, size, form, known):
         place, mesh = f'Q/(mu F) = {nominal}', f'facet {size} a ({share:.3f})'
         errors.append((
             bench.compare(f'u_t at {place}', source, way, applied, 0.03, form=form, known=known[0], mesh=mesh),
-            bench.compare(f'c/a at {place}', source, c, found, 0.03, form=form, known=known[1], mesh=mesh)))
+            bench.compare(f'c/a at {place}', source, c, found, 0.03, form=form, known=known[1], mesh=mesh,
+                          why=f'c is {c/size:.1f} facets there, and the error {abs(found - c)/size:.2f} of one')))
     return run, [max(column) for column in zip(*errors)]
 
 
 def mindlin(bench):
     """Tangential displacement and radius of the stick zone while a tangential force grows."""
-    known = {0.3: (0.07, 0.11), 0.15: (None, 0.045), 0.12: (None, None)}
+    known = {0.3: (0.07, 0.15), 0.15: (None, 0.045), 0.12: (None, None)}
     sizes, curves, profile = tuple(known), [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]
@@ -193,7 +194,7 @@ def mindlin(bench):
         profile.append((form, style, [row[2] for row in runs[-1][0].rows],
                         [row[0] for row in runs[-1][0].rows]))
     for form in OTHERS:
-        mindlin_rows(bench, sizes[-1], form, known[sizes[-1]])
+        mindlin_rows(bench, sizes[-1], form, (None, 0.04))
     bench.attempt(BOTH, lambda: mindlin_rows(bench, 0.3, BOTH, known[0.3]), OVER)
     bench.picture('mindlin_convergence', ('facet size / radius of contact', 'largest relative error',
                                           'Cattaneo-Mindlin'), curves, True)
