@@ -3,7 +3,7 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv
+  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -77,5 +77,15 @@ module lapack_interface
       real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(wp), intent(inout) :: y(*)
     end subroutine dgemv
+
+    !> x = A^-1 x or A^-T x for a triangular matrix.
+    subroutine dtrsv(uplo, trans, diag, n, a, lda, x, incx)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: uplo, trans, diag
+      integer, intent(in) :: n, lda, incx
+      real(wp), intent(in) :: a(lda, *)
+      real(wp), intent(inout) :: x(*)
+    end subroutine dtrsv
   end interface
 end module lapack_interface

@@ -108,8 +108,11 @@ contains
     real(wp), intent(in) :: values(:) !! the numbers, one at least
     character(:), allocatable :: t
 
+    character(:), allocatable :: last
+
     t = to_text(minval(values))
-    if (maxval(values) > minval(values)) t = t//' to '//to_text(maxval(values))
+    last = to_text(maxval(values))
+    if (last /= t) t = t//' to '//last
   end function range_text
 
   !> Number of insertions, deletions and replacements that turn `a` into `b` (Levenshtein).

@@ -386,9 +386,8 @@ contains
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
         if (point%host == 0) point%status = status_off
-        if (point%status > status_open) cycle
-        point%lambda = 0.0_wp
-        if (point%host == 0) cycle
+        if (point%host == 0) point%lambda = 0.0_wp
+        if (point%status > status_open .or. point%host == 0) cycle
         y = matmul(x(:, pair%point_nodes(:, p)), pair%point_weights(:, p))
         call project_on_facet(x(:, pair%facets(:, point%host)), y, point%tip, gap)
       end associate

@@ -10,7 +10,7 @@ module contact_folds
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
   use smooth_normals, only: project_on_master
-  use facet_geometry, only: corners, barycentric, facet_normal, is_fold
+  use facet_geometry, only: corners, barycentric, facet_normal, is_fold, is_convex
   use facet_tree, only: facets_near
   implicit none
   private
@@ -114,7 +114,7 @@ contains
     end associate
   end subroutine seek_second
 
-  !> Another slot of the same node holds this facet or one of the same face.
+  !> Another slot of the same node holds this facet, one of the same face, or one behind a ridge.
   pure logical function is_taken(pair, x, p, facet) result(taken)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -128,9 +128,11 @@ contains
       other = slot*n + mod(p - 1, n) + 1
       if (other == p) cycle
       if (pair%new(other)%host == 0) cycle
-      taken = pair%new(other)%host == facet .or. &
-        dot_product(facet_normal(corners(x, pair%facets(:, facet))), &
-        facet_normal(corners(x, pair%facets(:, pair%new(other)%host)))) > same_face
+      associate (a => corners(x, pair%facets(:, facet)), &
+                 b => corners(x, pair%facets(:, pair%new(other)%host)))
+        taken = pair%new(other)%host == facet .or. is_convex(a, b) &
+          .or. dot_product(facet_normal(a), facet_normal(b)) > same_face
+      end associate
       if (taken) return
     end do
   end function is_taken

@@ -7,15 +7,15 @@ module contact_hosts
   use element_types, only: element_t, task_residual, status_off, status_open
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, point_position, longest_facet
   use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise, &
-    has_multipliers
+    has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
+  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, facet_size, &
-    altitude
+  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, altitude
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -23,8 +23,9 @@ module contact_hosts
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
   !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
-  !! plane of the facet departs from the surface, in shape functions.
-  real(wp), parameter :: departure = 1.0e-5_wp
+  !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
+  !! the facet, and with it the force, to the start of the iteration.
+  real(wp), parameter :: departure = 1.0e-12_wp
   !> Share of a kink that patches leave of it at most.
   real(wp), parameter :: left_by_patches = 0.01_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
@@ -44,6 +45,7 @@ contains
 
     if (pair%smooth .and. .not. allocated(pair%patch)) call find_corners(pair, x)
     call find_folds(pair, x)
+    call find_ridges(pair, x)
     call build_tree(pair%tree, pair%facets, x)
     if (.not. allocated(pair%old)) allocate (pair%old(count_points(pair)))
     if (.not. allocated(pair%new)) allocate (pair%new(count_points(pair)))
@@ -71,18 +73,6 @@ contains
     call follow_cells(pair, x, x, 0.0_wp, changes)
     call settle_cells(pair, x)
   end subroutine start_cells
-
-  !> Longest edge of all master facets.
-  pure real(wp) function longest_facet(pair, x) result(h)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer :: f
-
-    h = 0.0_wp
-    do f = 1, size(pair%facets, 2)
-      h = max(h, facet_size(corners(x, pair%facets(:, f))))
-    end do
-  end function longest_facet
 
   !> Working points of an increment: what is lost at the last converged state is let go, what has
   !! come over the surface is picked up.
@@ -207,26 +197,40 @@ contains
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! its working state
     integer :: step, next, before, start_host
-    real(wp) :: start(2), tip(2)
+    type(ridge_t) :: ridge
 
     start_host = point%host
     before = 0
     do step = 1, longest_walk
-      tip = tip_in_facet(pair, p, point, x)
-      next = facet_across(pair, x, point%host, tip, tolerance)
+      ridge = look_at_ridges(pair, x, p, point%host)
+      next = ridge%next
+      if (next == 0) next = facet_across(pair, x, point%host, tip_in_facet(pair, p, point, x), &
+        tolerance, ridge%barred)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
-      if (is_smooth(pair, point%host, next)) then
-        call carry_over(pair, x_old, point%host, next, point%tip, start)
-      else
-        call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
-      end if
-      if (has_multipliers(pair)) point%lambda = unfold_vector(pair%facets(:, point%host), &
-        pair%facets(:, next), x_old, point%lambda)
       before = point%host
-      point%host = next
-      point%tip = start
+      if (ridge%via > 0) call step_over(pair, x_old, ridge%via, point)
+      call step_over(pair, x_old, next, point)
     end do
   end subroutine follow_tip
+
+  !> Hands a point on to a neighbour of its host, with its start tip and its multiplier.
+  subroutine step_over(pair, x_old, next, point)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    integer, intent(in) :: next !! the neighbour
+    type(contact_point_t), intent(inout) :: point !! its working state
+    real(wp) :: start(2)
+
+    if (is_smooth(pair, point%host, next)) then
+      call carry_over(pair, x_old, point%host, next, point%tip, start)
+    else
+      call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+    end if
+    if (has_multipliers(pair)) point%lambda = unfold_vector(pair%facets(:, point%host), &
+      pair%facets(:, next), x_old, point%lambda)
+    point%host = next
+    point%tip = start
+  end subroutine step_over
 
   !> Where the tip goes at positions x with the point's host and start tip.
   function tip_in_facet(pair, p, point, x) result(tip)
@@ -247,12 +251,13 @@ contains
   end function tip_in_facet
 
   !> The facet across the edge behind which a point of facet `host` lies, 0 if it stays.
-  pure integer function facet_across(pair, x, host, xi, tolerance) result(next)
+  pure integer function facet_across(pair, x, host, xi, tolerance, barred) result(next)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: host !! the facet
     real(wp), intent(in) :: xi(2) !! (xi, eta) of the point
     real(wp), intent(in) :: tolerance !! most that is allowed outside, in shape functions
+    logical, intent(in) :: barred(3) !! edges that are not crossed
     real(wp) :: n(3), allowed
     integer :: trial, k, across
 
@@ -262,7 +267,7 @@ contains
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
       across = pair%neighbours(k, host)
-      if (pair%fold(k, host)) across = 0
+      if (pair%fold(k, host) .or. barred(k)) across = 0
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
@@ -287,17 +292,6 @@ contains
     if (is_smooth(pair, host, across)) kink = left_by_patches*kink
   end function kink
 
-  !> Two neighbouring facets are parts of one smooth surface.
-  pure logical function is_smooth(pair, host, across)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! a facet
-    integer, intent(in) :: across !! its neighbour
-
-    is_smooth = .false.
-    if (pair%smooth) is_smooth = any(pair%neighbours(:, host) == across &
-                                     .and. .not. pair%sharp(:, host))
-  end function is_smooth
-
   !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
   pure subroutine walk(pair, x, y, host)
     type(pair_t), intent(in) :: pair !! the pair
@@ -311,7 +305,7 @@ contains
     first = host
     do step = 1, longest_walk
       call project_on_master(pair, host, x, y, xi, gap)
-      next = facet_across(pair, x, host, xi, 0.0_wp)
+      next = facet_across(pair, x, host, xi, 0.0_wp, spread(.false., 1, 3))
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
       before = host
       host = next
@@ -379,7 +373,7 @@ contains
     end if
     do p = 1, size(pair%new)
       associate (point => pair%new(p))
-        if (point%status <= status_open) point%lambda = 0.0_wp
+        if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
         else if (point%status == status_open) then

@@ -10,14 +10,20 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
-    has_multipliers, shifts_gap
+    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
   real(wp), parameter :: stiffest_start = 10.0_wp
+  !> Pairs whose multipliers are a field have a penalty of this times E/h, whatever the deck says
+  !! (doc/theory, "Multipliers on slave facets").
+  real(wp), parameter :: field_penalty = 100.0_wp
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
   real(wp), parameter :: stiffest_plain = 2000.0_wp
+  !> Above this times E/h, without multipliers, the round-off of positions makes forces as large as
+  !! those of the stresses, and a residual of that size means nothing any more.
+  real(wp), parameter :: stiffest_exact = 1.0e11_wp
 
 contains
 
@@ -94,12 +100,27 @@ contains
       .and. pair%relative > stiffest_plain
   end function is_stiff
 
+  !> Without help by multipliers the penalty would make forces of nothing but round-off.
+  elemental logical function is_round_off(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    is_round_off = .not. pair%augmented .and. pair%relative > stiffest_exact
+  end function is_round_off
+
   !> Forces of the pair come partly from multipliers in this increment.
   elemental logical function shifts_gap(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
     shifts_gap = pair%augmented .or. pair%softened
   end function shifts_gap
+
+  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multipliers on slave
+  !! facets").
+  elemental logical function has_field(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    has_field = pair%augmented .and. pair%n_slaves > 1
+  end function has_field
 
   !> The points of the pair carry multipliers from one increment to the next.
   elemental logical function has_multipliers(pair)

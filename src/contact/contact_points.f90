@@ -6,10 +6,11 @@ module contact_points
   use vectors, only: cross
   use contact_types, only: pair_t
   use facet_quadrature, only: make_rule
+  use facet_geometry, only: corners, facet_size
   implicit none
   private
   public :: count_points, used_points, point_position, point_text, make_node_points, &
-    make_facet_points, coupling, most_coupled, coupled_nodes
+    make_facet_points, longest_facet, coupling, most_coupled, coupled_nodes
 
 contains
 
@@ -45,6 +46,18 @@ contains
       y = y + pair%point_weights(b, p)*x(:, pair%point_nodes(b, p))
     end do
   end function point_position
+
+  !> Longest edge of all master facets.
+  pure real(wp) function longest_facet(pair, x) result(h)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer :: f
+
+    h = 0.0_wp
+    do f = 1, size(pair%facets, 2)
+      h = max(h, facet_size(corners(x, pair%facets(:, f))))
+    end do
+  end function longest_facet
 
   !> A number that tells which nodes the contact element of a point joins: its host, and where the
   !! slave nodes of a point change its slave facet as well.

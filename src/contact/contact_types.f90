@@ -90,7 +90,9 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    integer, allocatable :: slave_facets(:, :) !! (3, slave facets) if segmented: their corners
+    integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
+    integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
+    integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
     real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
     logical :: crowded = .false. !! if segmented: cells have found no room for all their points
@@ -103,6 +105,7 @@ module contact_types
     logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
+    logical, allocatable :: ridge(:, :) !! (3, facets) the edge facing corner k is a ridge
     logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge

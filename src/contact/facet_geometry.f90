@@ -5,10 +5,13 @@ module facet_geometry
   implicit none
   private
   public :: altitude, corners, project_on_facet, distance_to_facet, unfold, barycentric, &
-    kink_sine, facet_size, facet_normal, facet_frame, unfold_vector, is_fold
+    kink_sine, facet_size, facet_normal, facet_frame, unfold_vector, is_fold, is_convex
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
+  !> Facets whose normals have a smaller cosine (60 degrees) are two sides of a ridge, if each lies
+  !! below the other.
+  real(wp), parameter :: ridge_cosine = 0.5_wp
 
 contains
 
@@ -140,6 +143,19 @@ contains
     rise = x(:, nodes_b(far)) - x(:, nodes_b(mod(far, 3) + 1))
     is_fold = dot_product(rise, facet_normal(x(:, nodes_a))) > 0.0_wp
   end function is_fold
+
+  !> Two facets are sides of a ridge: the surface bends away from itself, by more than 60 degrees.
+  pure logical function is_convex(xa, xb)
+    real(wp), intent(in) :: xa(3, 3) !! corners of one facet [length]
+    real(wp), intent(in) :: xb(3, 3) !! corners of the other one [length]
+    real(wp) :: na(3), nb(3), way(3)
+
+    na = facet_normal(xa)
+    nb = facet_normal(xb)
+    way = sum(xb - xa, 2)
+    is_convex = dot_product(na, nb) < ridge_cosine .and. dot_product(way, na) < 0.0_wp &
+      .and. dot_product(way, nb) > 0.0_wp
+  end function is_convex
 
   !> Sine of the angle between the normals of two facets.
   pure real(wp) function kink_sine(xa, xb) result(sine)

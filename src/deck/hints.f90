@@ -4,7 +4,7 @@ module hints
   use string_lists, only: append_string
   implicit none
   private
-  public :: word_list_t, add_candidate, nearest_word, did_you_mean
+  public :: word_list_t, add_candidate, is_listed, nearest_word, did_you_mean
 
   !> Words to choose from.
   type :: word_list_t
@@ -21,6 +21,18 @@ contains
 
     call append_string(list%words, list%count, word)
   end subroutine add_candidate
+
+  !> A word is among the candidates.
+  pure logical function is_listed(list, word) result(listed)
+    type(word_list_t), intent(in) :: list !! the list
+    character(*), intent(in) :: word !! may be in it
+    integer :: i
+
+    listed = .false.
+    do i = 1, list%count
+      listed = listed .or. list%words(i)%s == word
+    end do
+  end function is_listed
 
   !> The candidate nearest to `word`; empty if none is near. Keywords (in which the first four
   !> letters stand out as capitals) may be cut short.

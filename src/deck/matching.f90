@@ -5,7 +5,7 @@ module matching
   use records, only: is_word, item_count, item_location
   use signatures, only: token_t, signature_t, syntax_text, token_name, kind_name, kind_file, &
     kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing
-  use hints, only: word_list_t, add_candidate, did_you_mean
+  use hints, only: word_list_t, add_candidate, is_listed, did_you_mean
   use numbers, only: is_letter
   use expressions, only: problem_t, find_parameter
   use diagnostics, only: diagnostics_t, report_error
@@ -208,7 +208,9 @@ contains
       associate (tokens => signature%alternatives(i)%tokens)
         j = token_number(tokens, k)
         if (j == 0) cycle
-        if (tokens(j)%kind == kind_keyword) call add_candidate(words, trim(tokens(j)%label))
+        if (tokens(j)%kind /= kind_keyword) cycle
+        if (.not. is_listed(words, trim(tokens(j)%label))) &
+          call add_candidate(words, trim(tokens(j)%label))
       end associate
     end do
   end subroutine list_expected_words

@@ -24,6 +24,8 @@ module element_lists
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap of contact elements [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
     logical, allocatable :: hold(:) !! (n) contact elements that stick in the next tangent
+    logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
+    real(wp), allocatable :: keep(:) !! (n) shift that makes open ones closed in it, or 0 [length]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: block(:, :, :) !! (most nodes, most nodes, n) places in a block matrix
   end type element_list_t
@@ -52,7 +54,8 @@ contains
     allocate (list%d(n_parameters, sets), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
-    allocate (list%hold(n), source=.false.)
+    allocate (list%hold(n), list%slide(n), source=.false.)
+    allocate (list%keep(n), source=0.0_wp)
     allocate (list%block(most, most, n), source=0)
   end subroutine allocate_list
 

@@ -8,8 +8,10 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
+  use contact_parameters, only: is_round_off
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
   use contact_cells, only: prepare_cells
+  use contact_parameters, only: has_field
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name
@@ -172,10 +174,11 @@ contains
     end if
     call find_surface(mesh, pair%slave, index)
     if (index > 0) then
-      call tributary_areas(mesh%surfaces(index)%facets, mesh%x, area)
+      pair%slave_facets = mesh%surfaces(index)%facets
     else
-      call tributary_areas(facets_within(mesh, exterior, nodes), mesh%x, area)
+      pair%slave_facets = facets_within(mesh, exterior, nodes)
     end if
+    call tributary_areas(pair%slave_facets, mesh%x, area)
     call find_region(mesh, pair%slave, index)
     if (index > 0) nodes = pack(nodes, area(nodes) > 0.0_wp)
     call make_node_points(nodes, pair)
@@ -249,11 +252,15 @@ contains
 
     point_noun = 'node'
     if (pair%n_slaves > 1) point_noun = 'point'
-    if (pair%augmented .and. pair%n_slaves > 1) call report_note(diagnostics, pair%at, 'pair '// &
-      pair%name//': AUGMent at the points of GTOS asks more of the surfaces than their nodes '// &
-      'can follow; where they do not match, NTOS or a stiff penalty alone is better')
     call set_penalties(model, pair, found)
+    if (found .and. pair%n_slaves > 1 .and. is_round_off(pair)) &
+      call report_error(diagnostics, pair%at, 'pair '//pair%name// &
+      ': with '//to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of '// &
+      'a gap', 'a factor of AUTO up to 1000 serves GTOS; NTOS or AUGMent take any penalty')
     if (found) then
+      if (has_field(pair) .and. pair%relative > 0.0_wp) call report_note(diagnostics, pair%at, &
+        'pair '//pair%name//': AUGMent on slave facets has a penalty of its own, the deck''s '// &
+        'does not count: multipliers close the gaps on average, it only evens out the points')
       if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
       if (pair%segmented) then
         call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &

@@ -7,6 +7,7 @@ module penalty_values
   use kinds, only: wp
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use contact_points, only: count_points
+  use contact_parameters, only: has_field, field_penalty
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
   implicit none
@@ -22,7 +23,8 @@ module penalty_values
 
 contains
 
-  !> Fills pair%epsilon from pair%area; `found` is false where AUTO meets two rigid sides.
+  !> Fills pair%epsilon from pair%area; a pair with a field of multipliers gets the penalty that
+  !! suits it. `found` is false where AUTO meets two rigid sides.
   subroutine set_penalties(model, pair, found)
     type(model_t), intent(in) :: model !! mesh and materials
     type(pair_t), intent(inout) :: pair !! the pair
@@ -43,6 +45,7 @@ contains
       pair%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
     if (side%elements == 0 .or. size(pair%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
+    if (has_field(pair)) pair%epsilon = field_penalty*unit_penalties(pair, side)
     pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
     pair%cell = side%h
   end subroutine set_penalties

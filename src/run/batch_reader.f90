@@ -1,9 +1,11 @@
 !> Turns the solution commands of the deck into a checked list.
 module batch_reader
-  use text, only: lower
+  use text, only: lower, to_text
   use deck_types, only: deck_t, data_set_t, item_word, item_quoted
   use records, only: item_count, is_word
   use diagnostics, only: diagnostics_t, report_error
+  use contact_types, only: pair_t
+  use contact_parameters, only: is_round_off
   use batch_types, only: batch_command_t
   implicit none
   private
@@ -12,8 +14,9 @@ module batch_reader
 contains
 
   !> Reads all solution commands; the list is complete even if some of them are wrong.
-  subroutine read_batch(deck, diagnostics, commands)
+  subroutine read_batch(deck, pairs, diagnostics, commands)
     type(deck_t), intent(in) :: deck !! the deck
+    type(pair_t), allocatable, intent(in) :: pairs(:) !! its contact pairs; none if it has errors
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(batch_command_t), allocatable, intent(out) :: commands(:) !! the commands
     integer :: i
@@ -29,8 +32,29 @@ contains
         diagnostics, commands(i)%at, 'no contact pair has multipliers to update', &
         'write AUGMent into a PAIR of CONTact')
     end do
+    if (allocated(pairs)) call check_tangents(pairs, commands, diagnostics)
     call pair_loops(commands)
   end subroutine read_batch
+
+  !> TANG uses the penalty as it is: it must not be all round-off.
+  subroutine check_tangents(pairs, commands, diagnostics)
+    type(pair_t), intent(in) :: pairs(:) !! the contact pairs, penalties set
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i, k
+
+    do k = 1, size(pairs)
+      if (pairs(k)%n_slaves > 1 .or. .not. is_round_off(pairs(k))) cycle
+      do i = 1, size(commands)
+        if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
+        call report_error(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, and the '// &
+          to_text(pairs(k)%relative, 3)//' E/h of pair '//pairs(k)%name// &
+          ' make forces of the round-off of a gap', &
+          'write STEP,,n, which helps it by multipliers, or a factor of AUTO up to 1000')
+        return
+      end do
+    end do
+  end subroutine check_tangents
 
   !> Whether solution commands may be missing, because there is an error behind the last
   !! mesh record.

@@ -76,7 +76,7 @@ contains
     call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
     call read_model(deck, diagnostics, model)
-    call read_batch(deck, diagnostics, commands)
+    call read_batch(deck, model%pairs, diagnostics, commands)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

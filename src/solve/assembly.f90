@@ -1,9 +1,12 @@
 !> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
 module assembly
   use kinds, only: wp
-  use element_types, only: element_t, task_tangent, task_stick_tangent, n_element_stress
+  use vectors, only: cross
+  use element_types, only: element_t, task_tangent, task_stick_tangent, n_element_stress, &
+    status_stick, status_slip
   use element_lists, only: element_list_t
-  use elmlib, only: element_routine, routine_none
+  use elmlib, only: element_routine, n_parameters, routine_none
+  use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
   implicit none
   private
@@ -12,6 +15,8 @@ module assembly
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads.
   integer, parameter :: batch = 64
+  !> A point that carries the friction of its cone but for this share is on it.
+  real(wp), parameter :: on_cone = 1.0e-6_wp
 
 contains
 
@@ -64,7 +69,11 @@ contains
       if (list%routine(k) == routine_none) cycle
       associate (e => elements(k - first + 1))
         call gather(list, k, x, u, e)
-        call element_routine(list%routine(k), task_of(list, k, task), list%d(:, list%set(k)), e)
+        if (task == task_tangent) then
+          call compute_tangent(list, k, e)
+        else
+          call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+        end if
         list%h2(:, k) = e%h2
         list%status(k) = e%status
         list%slip(:, k) = e%slip
@@ -72,6 +81,53 @@ contains
     end do
     !$omp end parallel do
   end subroutine compute
+
+  !> Matrix and force of one element. A contact point may be taken for one that sticks, slips or is
+  !! closed (doc/theory, "Points that turn back" and "First direction").
+  subroutine compute_tangent(list, k, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(inout) :: e !! local data; gets r, s
+
+    if (list%hold(k)) then
+      call element_routine(list%routine(k), task_stick_tangent, list%d(:, list%set(k)), e)
+      return
+    end if
+    e%shift(3) = e%shift(3) + list%keep(k)
+    call element_routine(list%routine(k), task_tangent, list%d(:, list%set(k)), e)
+    if (list%slide(k) .and. e%status == status_stick) call take_slip(list, k, e)
+    if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
+  end subroutine compute_tangent
+
+  !> The matrix of slip for a point that sticks, if it is on its cone, where both are derivatives.
+  subroutine take_slip(list, k, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(inout) :: e !! r and s in stick; gets s
+    type(element_t) :: slipping
+    real(wp) :: d(n_parameters)
+
+    d = list%d(:, list%set(k))
+    d(d03_mu:d03_mu + 1) = (1.0_wp - on_cone)*d(d03_mu:d03_mu + 1)
+    slipping = e
+    call element_routine(list%routine(k), task_tangent, d, slipping)
+    if (slipping%status == status_slip) e%s = slipping%s
+  end subroutine take_slip
+
+  !> Force of a contact point at its place from that at a shifted gap, to first order: as if it had
+  !! been moved by the shift, and were moved back.
+  pure subroutine move_back(shift, e)
+    real(wp), intent(in) :: shift !! along the facet's normal [length]
+    type(element_t), intent(inout) :: e !! r and s at the shifted gap; gets r
+    real(wp) :: x(3, 3), normal(3), motion(3*e%slaves)
+    integer :: n
+
+    n = e%slaves
+    x = e%xl(:, n + 1:n + 3) + e%ul(:, n + 1:n + 3)
+    normal = cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3))
+    motion = reshape(spread(shift*normal/norm2(normal), 2, n), [3*n])
+    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*n), motion)
+  end subroutine move_back
 
   !> Largest difference of an element's matrix from its transpose over its largest entry.
   pure real(wp) function asymmetry(e)
@@ -88,17 +144,6 @@ contains
     asymmetry = difference
     if (difference > 0.0_wp) asymmetry = difference/maxval(abs(e%s(1:3*e%nel, 1:3*e%nel)))
   end function asymmetry
-
-  !> A contact point that is held is taken to stick for one tangent (doc/theory, "Nonlinear
-  !! solution").
-  pure integer function task_of(list, k, task)
-    type(element_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: k !! the element
-    integer, intent(in) :: task !! what all elements are told
-
-    task_of = task
-    if (task == task_tangent .and. list%hold(k)) task_of = task_stick_tangent
-  end function task_of
 
   !> Result of task_stress for all elements.
   subroutine recover(list, task, x, u, stress)

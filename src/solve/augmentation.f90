@@ -6,11 +6,13 @@ module augmentation
   use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_parameters, only: shifts_gap
+  use contact_parameters, only: shifts_gap, has_field
   use contact_points, only: count_points
   use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
   use assembly, only: recover
+  use point_forces, only: measure_field
+  use acceleration, only: acceleration_t, accelerate, forget
   use monitors, only: monitor_t
   use system_types, only: system_t
   implicit none
@@ -32,6 +34,10 @@ module augmentation
   !! of the largest.
   real(wp), parameter :: softened_tolerance = 1.0e-11_wp
 
+  !> Fields of multipliers are done when no force changes by more than this times the tolerance of
+  !! the largest: what is left then is the direction of friction where hardly anything slips.
+  real(wp), parameter :: field_factor = 100.0_wp
+
   !> How far the multipliers of an increment are.
   type :: augmentation_t
     integer :: updates = 0 !! made so far
@@ -41,6 +47,9 @@ module augmentation
     real(wp), allocatable :: before(:) !! (pairs) the same one update ago, 0 if there is none
     real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
+    real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
+    type(acceleration_t) :: memory !! of the multipliers of fields
+    integer :: moves = 0 !! changes of hosts that its iterates have seen
   end type augmentation_t
 
 contains
@@ -60,17 +69,32 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         if (.not. shifts_gap(pair)) cycle
-        call measure_pair(model, system, k, augmentation)
+        if (has_field(pair)) then
+          call measure_facets(model, system, k, augmentation)
+        else
+          call measure_pair(model, system, k, augmentation)
+        end if
         closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
-          augmentation%force(k)*merge(softened_tolerance, pair%augment_tolerance, pair%softened))
+          augmentation%force(k)*force_tolerance(pair))
         call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
+        if (has_field(pair) .and. augmentation%force(k) > 0.0_wp) closed = closed .and. &
+          pair%raise >= 1.0_wp
         augmentation%closed = augmentation%closed .and. closed
       end associate
     end do
   end subroutine check_gaps
+
+  !> How far the forces of a pair may still be on their way, over the largest.
+  pure real(wp) function force_tolerance(pair) result(tolerance)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    tolerance = pair%augment_tolerance
+    if (pair%softened) tolerance = softened_tolerance
+    if (has_field(pair)) tolerance = field_factor*tolerance
+  end function force_tolerance
 
   !> Room for the measures of an increment.
   pure subroutine begin(pairs, points, augmentation)
@@ -80,7 +104,8 @@ contains
 
     allocate (augmentation%gap(pairs), augmentation%change(pairs), augmentation%before(pairs), &
               augmentation%force(pairs), source=0.0_wp)
-    allocate (augmentation%stress(n_element_stress, points), source=0.0_wp)
+    allocate (augmentation%stress(n_element_stress, points), &
+              augmentation%multiplier(3, points), source=0.0_wp)
   end subroutine begin
 
   !> Largest gap, force, and difference of force and multiplier of one pair.
@@ -113,6 +138,20 @@ contains
     augmentation%force(k) = force
   end subroutine measure_pair
 
+  !> The same of a pair whose multipliers are a field, and its next multipliers.
+  pure subroutine measure_facets(model, system, k, augmentation)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the pair
+    type(augmentation_t), intent(inout) :: augmentation !! stress given; gets gap, change, force
+
+    associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+      call measure_field(model, system, k, augmentation%stress(:, first:last), &
+        augmentation%multiplier(:, first:last), augmentation%gap(k), augmentation%change(k), &
+        augmentation%force(k))
+    end associate
+  end subroutine measure_facets
+
   !> A contact force in the frame of its facet.
   pure function force_in_facet(model, system, element, force) result(f)
     type(model_t), intent(in) :: model !! the mesh
@@ -136,8 +175,17 @@ contains
     integer :: k, p, element
 
     system%contact%hold = system%contact%status == status_stick
+    if (any(has_field(model%pairs))) call choose_multipliers(model, system, augmentation)
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
+      if (has_field(model%pairs(k))) then
+        do p = 1, count_points(model%pairs(k))
+          element = system%first_point(k) + p - 1
+          model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, element)
+        end do
+        call use_own_penalty(model%pairs(k), augmentation%memory)
+        cycle
+      end if
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         associate (point => model%pairs(k)%new(p))
@@ -151,6 +199,54 @@ contains
     augmentation%before = augmentation%change
     augmentation%updates = augmentation%updates + 1
   end subroutine update_multipliers
+
+  !> Multipliers of the fields for the next solve. Points that have changed their facet, or facets
+  !! that have been cut anew, make all before useless.
+  pure subroutine choose_multipliers(model, system, augmentation)
+    type(model_t), intent(in) :: model !! pairs: multipliers so far
+    type(system_t), intent(in) :: system !! contact elements
+    type(augmentation_t), intent(inout) :: augmentation !! multiplier: in: those of the forces
+    real(wp) :: now(3, size(augmentation%multiplier, 2)), next(size(now))
+    integer :: k, moves
+
+    now = 0.0_wp
+    moves = 0
+    do k = 1, size(model%pairs)
+      if (.not. has_field(model%pairs(k))) cycle
+      moves = moves + sum(model%pairs(k)%moves)
+      call take_multipliers(model%pairs(k), now(:, system%first_point(k): &
+                                                system%first_point(k + 1) - 1))
+    end do
+    if (moves /= augmentation%moves) call forget(augmentation%memory)
+    augmentation%moves = moves
+    call accelerate(augmentation%memory, reshape(now, [size(now)]), &
+                    reshape(augmentation%multiplier, [size(now)]), next)
+    augmentation%multiplier = reshape(next, shape(now))
+  end subroutine choose_multipliers
+
+  !> The multipliers of the points of a pair.
+  pure subroutine take_multipliers(pair, lambda)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(out) :: lambda(:, :) !! (3, points) [force]
+    integer :: p
+
+    do p = 1, size(lambda, 2)
+      lambda(:, p) = pair%new(p)%lambda
+    end do
+  end subroutine take_multipliers
+
+  !> After the first update the penalty is that of the fields; hosts chosen with a softer one may be
+  !! left again for those they come from.
+  pure subroutine use_own_penalty(pair, memory)
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
+    type(acceleration_t), intent(inout) :: memory !! iterates with another penalty are of no use
+
+    if (pair%raise >= 1.0_wp) return
+    pair%raise = 1.0_wp
+    pair%left = 0
+    pair%moves = 0
+    call forget(memory)
+  end subroutine use_own_penalty
 
   !> Raises the penalty where the last update has left too much of the change before, or is the
   !! first. Hosts chosen with a soft penalty may be left again for those they come from.

@@ -5,6 +5,7 @@ module cholmod_solver
     c_f_pointer
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, cost_solve
+  use lapack_interface, only: dgemv, dtrsv
   use csc_matrix, only: csc_matrix_t
   use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
@@ -15,7 +16,7 @@ module cholmod_solver
   private
   public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, &
     is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, solve_symmetric, &
-    free_cholmod, factor_order, trailing_block
+    free_cholmod, factor_order, trailing_block, complete_solution
   public :: solver_not_definite
 
   !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
@@ -243,6 +244,43 @@ contains
       end do
     end do
   end subroutine trailing_block
+
+  !> Completes x, known at the last m unknowns, where the right-hand side is zero at all others:
+  !! L11^T x1 = -L21^T x2, the back substitution alone (doc/theory, "Condensed contact").
+  subroutine complete_solution(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! factorised in a given order
+    integer, intent(in) :: m !! unknowns at the end of that order
+    real(wp), intent(inout) :: x(:) !! (n) in: the last m of the order; out: all
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:), px(:), s(:), perm(:)
+    real(wp), pointer, contiguous :: values(:)
+    real(wp) :: y(size(x)), below(size(x))
+    integer :: k, w, rows, first
+
+    call begin_cost(costs, cost_solve)
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    call c_f_pointer(factor%s, s, [factor%ssize])
+    call c_f_pointer(factor%x, values, [factor%xsize])
+    call c_f_pointer(factor%perm, perm, [factor%n])
+    y = x(perm + 1)
+    do k = int(factor%nsuper), 1, -1
+      first = int(super(k)) + 1
+      w = min(int(super(k + 1)), size(x) - m) - int(super(k))
+      if (w <= 0) cycle
+      rows = int(pi(k + 1) - pi(k))
+      below(:rows - w) = y(s(pi(k) + w + 1:pi(k + 1)) + 1)
+      y(first:first + w - 1) = 0.0_wp
+      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:px(k + 1)), rows, &
+        below, 1, 0.0_wp, y(first), 1)
+      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:px(k + 1)), rows, y(first), 1)
+    end do
+    x(perm + 1) = y
+    call end_cost(costs, cost_solve)
+  end subroutine complete_solution
 
   !> Releases everything.
   subroutine free_cholmod(solver)

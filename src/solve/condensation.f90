@@ -9,11 +9,12 @@ module condensation
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
   use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
-    factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block
+    factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block, &
+    complete_solution
   use condensed_types, only: condensed_body_t
   implicit none
   private
-  public :: condense_body, solve_body, free_body
+  public :: condense_body, solve_body, spread_body, free_body
 
 contains
 
@@ -104,11 +105,11 @@ contains
     order(filled + 1:) = body%equation - 1
   end subroutine order_equations
 
-  !> C = (L22 L22^T)^-1, both triangles.
+  !> C = (L22 L22^T)^-1, the lower triangle.
   subroutine invert_trailing_block(body, outcome)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     integer, intent(out) :: outcome !! done or failed
-    integer :: info, j
+    integer :: info
 
     outcome = solver_done
     if (allocated(body%compliance)) deallocate (body%compliance)
@@ -117,9 +118,6 @@ contains
     call trailing_block(body%solver, body%compliance)
     call dpotri('L', body%m, body%compliance, body%m, info)
     if (info /= 0) outcome = solver_failed
-    do j = 2, body%m
-      body%compliance(1:j - 1, j) = body%compliance(j, 1:j - 1)
-    end do
   end subroutine invert_trailing_block
 
   !> x = K^-1 b on all free equations of a body.
@@ -141,6 +139,25 @@ contains
       x(body%direction(i), body%node(i)) = left(i)
     end do
   end subroutine solve_body
+
+  !> Displacements of all free equations of a body from those of its candidates, if forces act at
+  !! these alone.
+  subroutine spread_body(body, moved, x, costs)
+    type(condensed_body_t), intent(in) :: body !! factorised
+    real(wp), intent(in) :: moved(:) !! (m) displacements of the candidates [length]
+    real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
+    type(cost_t), intent(inout) :: costs !! cost table
+    real(wp) :: left(size(body%node))
+    integer :: i
+
+    if (body%m == 0) return
+    left = 0.0_wp
+    left(body%equation) = moved
+    call complete_solution(body%solver, body%m, left, costs)
+    do i = 1, size(left)
+      x(body%direction(i), body%node(i)) = left(i)
+    end do
+  end subroutine spread_body
 
   !> Releases the factor.
   subroutine free_body(body)

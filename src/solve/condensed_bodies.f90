@@ -7,12 +7,12 @@ module condensed_bodies
   use block_matrix, only: multiply
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t
-  use condensation, only: condense_body, solve_body, free_body
+  use condensation, only: condense_body, solve_body, spread_body, free_body
   use system_types, only: system_t
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, gather_compliance, apply_compliance, free_condensed
+    find_equilibrium, spread_yield, gather_compliance, apply_compliance, free_condensed
 
 contains
 
@@ -116,6 +116,7 @@ contains
           end do
         end associate
       end do
+      if (allocated(condensed%yielded_to)) deallocate (condensed%yielded_to)
       condensed%loaded = spread(0.0_wp, 1, condensed%n)
       condensed%force = condensed%loaded
       condensed%force_change = condensed%loaded
@@ -136,21 +137,49 @@ contains
 
   !> Displacements of all candidates in equilibrium with the forces of the iterate.
   subroutine find_equilibrium(condensed, u)
-    type(condensed_t), intent(in) :: condensed !! loaded and force given
+    type(condensed_t), intent(inout) :: condensed !! loaded and force given
     real(wp), intent(out) :: u(:) !! (n) [length]
-    integer :: b, j
 
-    u = condensed%loaded
+    call find_yield(condensed)
+    u = condensed%loaded - condensed%yielded
+  end subroutine find_equilibrium
+
+  !> C times the forces of the iterate, unless they are those of the last time.
+  subroutine find_yield(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force given; gets yielded
+    integer :: b
+
+    if (allocated(condensed%yielded_to)) then
+      if (all(abs(condensed%force - condensed%yielded_to) <= 0.0_wp)) return
+    end if
+    condensed%yielded = spread(0.0_wp, 1, condensed%n)
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        do j = 1, body%m
-          if (abs(condensed%force(body%first + j)) <= 0.0_wp) cycle
-          u(body%first + 1:body%first + body%m) = u(body%first + 1:body%first + body%m) &
-            - condensed%force(body%first + j)*body%compliance(:, j)
-        end do
+        if (body%m == 0) cycle
+        call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
+          condensed%force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
+          condensed%yielded(body%first + 1:body%first + body%m), 1)
       end associate
     end do
-  end subroutine find_equilibrium
+    condensed%yielded_to = condensed%force
+  end subroutine find_yield
+
+  !> Displacements of all nodes under the contact forces of the iterate alone.
+  subroutine spread_yield(system, u)
+    type(system_t), intent(inout) :: system !! bodies and force of condensed
+    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
+    integer :: b
+
+    u = 0.0_wp
+    call find_yield(system%condensed)
+    do b = 1, system%bodies
+      associate (body => system%condensed%bodies(b))
+        if (.not. allocated(body%node)) cycle
+        call spread_body(body, -system%condensed%yielded(body%first + 1:body%first + body%m), u, &
+          system%costs)
+      end associate
+    end do
+  end subroutine spread_yield
 
   !> Compliance of the live candidates of each body.
   subroutine gather_compliance(condensed)
@@ -169,13 +198,30 @@ contains
         if (allocated(body%live)) deallocate (body%live)
         allocate (body%live(body%n_live, body%n_live))
         do j = 1, body%n_live
-          body%live(:, j) = body%compliance(mine, mine(j))
+          body%live(j:, j) = body%compliance(mine(j:), mine(j))
         end do
+        call mirror(body%live)
       end associate
     end do
     condensed%right = spread(0.0_wp, 1, condensed%n_live)
     condensed%change = condensed%right
   end subroutine gather_compliance
+
+  !> Fills the upper triangle of a symmetric matrix from the lower one, in blocks.
+  pure subroutine mirror(a)
+    real(wp), intent(inout) :: a(:, :) !! the matrix
+    integer, parameter :: block = 32
+    integer :: i, j, k
+
+    do k = 1, size(a, 2), block
+      do i = k, size(a, 1), block
+        do j = k, min(k + block - 1, size(a, 2))
+          a(j, max(i, j + 1):min(i + block - 1, size(a, 1))) = &
+            a(max(i, j + 1):min(i + block - 1, size(a, 1)), j)
+        end do
+      end do
+    end do
+  end subroutine mirror
 
   !> y = C x on the live candidates.
   subroutine apply_compliance(condensed, x, y)

@@ -10,8 +10,9 @@ module condensed_system
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: condense_all, find_influence, solve_all, number_candidates, &
-    load_candidates, find_equilibrium, gather_compliance, free_condensed
+  use condensed_bodies, only: condense_all, find_influence, number_candidates, &
+    load_candidates, find_equilibrium, spread_yield, gather_compliance, &
+    free_condensed
   use candidates, only: load_patterns, foresee_candidates, add_ring
   use system_types, only: system_t, state_t
   implicit none
@@ -322,15 +323,10 @@ contains
   !> Displacements of all nodes and the forces of the bulk from the forces of the iterate.
   subroutine recover_interior(system)
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
-    integer :: i, k, outcome
+    integer :: k
 
     associate (condensed => system%condensed)
-      system%trial = 0.0_wp
-      do i = 1, condensed%n
-        system%trial(condensed%direction(i), condensed%node(i)) = -condensed%force(i)
-      end do
-      system%du = 0.0_wp
-      call solve_all(system, system%trial, system%du, outcome)
+      call spread_yield(system, system%du)
       do k = 1, size(condensed%patterns)
         system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
       end do

@@ -16,7 +16,7 @@ module condensed_types
     integer :: first = 0 !! candidates of the bodies before
     integer :: m = 0 !! its candidates
     integer, allocatable :: equation(:) !! (m) equation of each candidate
-    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates [length/force]
+    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates, lower triangle [length/force]
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
     real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
@@ -54,6 +54,8 @@ module condensed_types
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
+    real(wp), allocatable :: yielded(:) !! (n) C times the forces yielded_to [length]
+    real(wp), allocatable :: yielded_to(:) !! (n) the forces it was computed for last [force]
     real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]

@@ -42,7 +42,8 @@ contains
     call end_cost(system%costs, cost_search)
   end subroutine restart_points
 
-  !> Lets the hosts of all pairs follow the tips.
+  !> Lets the hosts of all pairs follow the tips. The first cells of an increment are cut where the
+  !! bodies are when they are carried rigidly, so that they do not depend on the start.
   subroutine move_hosts(model, system, tolerance, changes)
     type(model_t), intent(inout) :: model !! pairs: hosts may change
     type(system_t), intent(inout) :: system !! cost table
@@ -53,7 +54,11 @@ contains
     changes = 0
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
-      call follow_tips(model%pairs(k), system%x_old, system%x_now, tolerance, changes)
+      if (model%pairs(k)%segmented .and. tolerance <= 0.0_wp) then
+        call follow_tips(model%pairs(k), system%x_old, system%x_ahead, tolerance, changes)
+      else
+        call follow_tips(model%pairs(k), system%x_old, system%x_now, tolerance, changes)
+      end if
       changes = changes + overlooked(model%pairs(k), system, system%first_point(k))
     end do
     call end_cost(system%costs, cost_search)

@@ -21,6 +21,8 @@ module contact_tangent
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
+  !> Columns of the dense matrix that are formed at a time.
+  integer, parameter :: block = 8
 
 contains
 
@@ -119,8 +121,7 @@ contains
   subroutine form_small(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
-    integer :: j, k, i, room
-    real(wp) :: total
+    integer :: j, room
 
     room = 0
     if (allocated(tangent%small)) then
@@ -137,19 +138,35 @@ contains
       call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
         tangent%cu(:, j))
     end do
-    do j = 1, tangent%rank
-      do k = 1, tangent%rank
-        total = 0.0_wp
-        associate (dofs => tangent%dofs(:, tangent%owner(k)))
-          do i = 1, max_dofs
-            if (dofs(i) > 0) total = total + tangent%v(i, k)*tangent%cu(dofs(i), j)
-          end do
-        end associate
-        tangent%small(k, j) = total
-      end do
-      tangent%small(j, j) = tangent%small(j, j) + 1.0_wp
+    do j = 1, tangent%rank, block
+      call multiply_rows(tangent, j, min(block, tangent%rank - j + 1))
     end do
   end subroutine form_small
+
+  !> Some columns of I + V^T C U. They are turned first, so that a degree of freedom of V finds all
+  !! of them side by side.
+  subroutine multiply_rows(tangent, first, columns)
+    type(contact_tangent_t), intent(inout) :: tangent !! v and cu given; gets small
+    integer, intent(in) :: first !! the first column
+    integer, intent(in) :: columns !! how many, at most block
+    real(wp) :: turned(block, size(tangent%cu, 1)), total(block)
+    integer :: i, k
+
+    turned = 0.0_wp
+    turned(:columns, :) = transpose(tangent%cu(:, first:first + columns - 1))
+    do k = 1, tangent%rank
+      total = 0.0_wp
+      associate (dofs => tangent%dofs(:, tangent%owner(k)))
+        do i = 1, max_dofs
+          if (dofs(i) > 0) total = total + tangent%v(i, k)*turned(:, dofs(i))
+        end do
+      end associate
+      tangent%small(k, first:first + columns - 1) = total(:columns)
+    end do
+    do k = first, first + columns - 1
+      tangent%small(k, k) = tangent%small(k, k) + 1.0_wp
+    end do
+  end subroutine multiply_rows
 
   !> y = C u for a u that few degrees of freedom have.
   subroutine add_columns(condensed, dofs, u, y)

@@ -5,6 +5,7 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
     settle_contact
+  use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
@@ -167,6 +168,7 @@ contains
       call monitor%event('  no convergence: once more without the predictor')
     end if
     call start_here(model, system, norm)
+    call forget_expected(system%contact)
   end subroutine start_again
 
   !> Prescribed displacements and applied forces at `time`.
@@ -206,6 +208,7 @@ contains
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
       system%carried)
+    system%x_ahead = model%mesh%x + system%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
       call place_starts(system)
@@ -239,6 +242,7 @@ contains
       call couple(system)
       call find_defects(system)
     end if
+    call expect_status(model, system)
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
   end subroutine start_here

@@ -3,14 +3,14 @@ module line_search
   use kinds, only: wp
   use umfpack_solver, only: solver_done
   use linear_solver, only: solve_system
-  use residuals, only: form_trial, residual_norm
+  use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
   use condensed_system, only: take_condensed
   use condensed_direction, only: next_condensed_length
   use system_types, only: system_t
   implicit none
   private
-  public :: search_line, approach
+  public :: search_line, approach, next_energy
 
   !> A step is accepted if it lowers the residual by this share of its length,
   real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
@@ -53,7 +53,8 @@ contains
   !> Backtracking on the residual norm or, where a stiff penalty makes that blind, on the length of
   !! the next direction with the same factor (Deuflhard's natural test); if no length passes, the
   !! one with the shortest next direction is taken. Without the natural test, which may go in
-  !! circles, that is the one with the smallest residual.
+  !! circles, that is the one with the smallest residual. If no length passes from a residual that
+  !! is round-off, the system stays where it is.
   subroutine search_line(system, x, start, full, natural, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -82,10 +83,23 @@ contains
     end do
     if (halving > most_halvings) then
       length = best_length
+      if (start <= round_off_factor*system%round_off) length = 0.0_wp
       call form_trial(system, x, length)
     end if
     call take_trial(system, length)
   end subroutine search_line
+
+  !> Energy of the residual after a full step with the direction that the present factor gives.
+  real(wp) function next_energy(system) result(energy)
+    type(system_t), intent(inout) :: system !! factor and residual; next is used
+
+    energy = next_direction(system, 1.0_wp)
+    if (system%condensed%active) then
+      energy = abs(dot_product(system%condensed%right, system%condensed%change))
+    else if (energy < huge(1.0_wp)) then
+      energy = abs(dot_product(system%right, system%next))
+    end if
+  end function next_energy
 
   !> Length of the direction that the present factor gives for the residual of the trial.
   real(wp) function next_direction(system, share) result(length)

@@ -8,9 +8,10 @@ module newton
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
-    estimate_round_off
+    estimate_round_off, round_off_factor
   use supports, only: drop_bodies
-  use line_search, only: search_line, approach
+  use expected_status, only: forget_expected
+  use line_search, only: search_line, approach, next_energy
   use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
@@ -36,9 +37,6 @@ module newton
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> Below this many times the estimate of its round-off the residual is converged as soon as an
-  !! iteration does not halve it any more.
-  real(wp), parameter :: round_off_factor = 8.0_wp
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
@@ -154,6 +152,7 @@ contains
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
+    call forget_expected(system%contact)
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
@@ -164,13 +163,27 @@ contains
         progress%since_lowest < circling, length)
     end if
     progress%updated = .false.
-    progress%energy_met = length >= 1.0_wp .and. &
-      progress%energy <= settings%energy_tolerance*progress%first_energy
+    progress%energy_met = .false.
+    if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*start
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
+  !! by the factor at hand, that the next step's would by far.
+  logical function meets_energy(system, settings, progress) result(met)
+    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+
+    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+      met = progress%energy <= tolerance*first
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%grounded)) return
+      met = next_energy(system) <= tolerance**1.5_wp*first
+    end associate
+  end function meets_energy
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
   !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so

@@ -13,7 +13,12 @@ module residuals
   use system_types, only: system_t
   implicit none
   private
-  public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, estimate_round_off
+  public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
+    estimate_round_off, round_off_factor
+
+  !> Below this many times the estimate of its round-off the residual is converged as soon as an
+  !! iteration does not halve it any more.
+  real(wp), parameter :: round_off_factor = 8.0_wp
 
   !> Element matrices that differ by less from their transposes are symmetric to round-off; those
   !! of slip with friction differ by about mu.

@@ -73,7 +73,8 @@ contains
     allocate (system%u(3, nodes), system%du(3, nodes), system%trial(3, nodes), &
       system%external(3, nodes), system%bulk_force(3, nodes), system%bulk_change(3, nodes), &
       system%contact_force(3, nodes), system%left(3, nodes), system%carried(3, nodes), &
-      system%x_old(3, nodes), system%x_now(3, nodes), source=0.0_wp)
+      system%x_old(3, nodes), system%x_now(3, nodes), &
+      system%x_ahead(3, nodes), source=0.0_wp)
     allocate (system%right(system%equations), system%solution(system%equations), &
       system%next(system%equations), source=0.0_wp)
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)

@@ -17,7 +17,7 @@ module system_types
     real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
     integer :: most_solves = 50 !! linear solves of one increment
     integer :: most_passes = 8 !! changes of contact hosts within one increment
-    real(wp) :: extrapolation = 0.05_wp !! tip outside its facet at a flat edge, shape functions
+    real(wp) :: extrapolation = 1.0e-6_wp !! tip outside its facet at a flat edge, shape functions
   end type settings_t
 
   !> The state at the last converged time.
@@ -58,6 +58,7 @@ module system_types
     real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
+    real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
     real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du [force]

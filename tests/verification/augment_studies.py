@@ -1,7 +1,9 @@
 """Augmented Lagrangian: the answer no longer depends on the penalty, and nothing penetrates."""
 import os
+import re
 
 import decks
+import roller_studies
 from contact_studies import square
 
 EXACT = 'exact'
@@ -29,6 +31,59 @@ def spread(values):
 def deepest(rows):
     """Deepest penetration or longest elastic slip of all rows."""
     return max(max(abs(row['max_penetration']), row['max_elastic_slip']) for row in rows)
+
+
+def weighted_gap(tables):
+    """Largest gap over a facet that the last update of an increment has left, from the log.
+
+    At the nodes of NTOS it is that of the node, on the facets of GTOS the weighted one.
+    """
+    largest, last = 0.0, None
+    with open(tables.base + '.log', encoding='utf-8') as stream:
+        for line in stream:
+            found = re.search(r'updates?, gap (\S+) of a facet', line)
+            if found:
+                last = float(found.group(1))
+            elif re.search(r'increment +\d+ converged', line):
+                if last is None:
+                    raise ValueError(f'{tables.base}.log has an increment without a gap')
+                largest, last = max(largest, last), None
+    return largest
+
+
+def scenes(bench):
+    """Text and pair of the scenes that are run with every penalty, by name."""
+    mesh = os.path.join(decks.TOP, 'inputs', 'sphere.msh')
+    roller = os.path.join(bench.folder, 'roller.inp')
+    with open(roller, 'w', encoding='ascii') as stream:
+        stream.write(roller_studies.roller_deck(*roller_studies.slices(50.0, 0.3, 24, 1.25, 14),
+                                                1.105))
+    return {
+        'cube': ('inputs/sliding_cube.inp', 'sole_on_track', (
+            ('npress = 5', 'npress = 2'), ('nslide = 25', 'nslide = 5'), ('phi = 0', 'phi = 30'))),
+        'roller': (roller, 'roller', ()),
+        'sphere': ('inputs/sphere_on_plate.inp', 'sole_on_track', (
+            ('MESH sphere.msh', f'MESH "{mesh}"'), ('STEP,,15', 'STEP,,5')))}
+
+
+def any_penalty(bench):
+    """Nodes and facets: forces and weighted gaps with penalties from 0.1 to 1e4 E/h."""
+    found = scenes(bench)
+    for name, form in (('cube', 'NTOS'), ('cube', 'GTOS'), ('roller', 'NTOS'), ('roller', 'GTOS'),
+                       ('sphere', 'GTOS')):
+        path, pair, changes = found[name]
+        forces, gaps = [], []
+        for factor in ('0.1', '1', '10', '100', '1e3', '1e4'):
+            tables = bench.run_text(f'{name}_{form}_{factor}', augmented(
+                path, factor, changes=changes).replace('NTOS ', form + ' '))
+            rows = tables.contact(pair)
+            gaps.append(weighted_gap(tables))
+            forces.append([row[k] for row in rows for k in ('Fn', 'Ft')])
+        bench.compare(f'{name}: Fn, Ft of all rows, spread', EXACT, 0.0,
+                      max(spread(values) for values in zip(*forces) if max(values) > 0), 1e-5,
+                      scale=1.0, form=form + ' +AUGM')
+        bench.compare(f'{name}: weighted gap over a facet', EXACT, 0.0, max(gaps), 1e-6, scale=1.0,
+                      form=form + ' +AUGM')
 
 
 def patch(bench):

@@ -1,0 +1,183 @@
+!> Ridges: sharp convex edges of a master, where the tip alone does not tell the facet
+!! (doc/theory, "Ridges").
+!!
+!! A point that is below both facets of a ridge of 90 degrees projects into both of them, however
+!! far it follows one. There the facet counts that it is closer to and that faces its slave side.
+module contact_ridges
+  use kinds, only: wp
+  use vectors, only: cross
+  use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position
+  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex
+  implicit none
+  private
+  public :: find_ridges, ridge_t, look_at_ridges, is_smooth
+
+  !> What the ridges around a host say of a point.
+  type :: ridge_t
+    integer :: next = 0 !! the facet it belongs to, 0 if the tip may decide
+    integer :: via = 0 !! the facet in between if `next` is no neighbour of the host
+    logical :: barred(3) = .false. !! edges of the host that the tip must not cross
+  end type ridge_t
+
+contains
+
+  !> Marks the ridges of the master, and the slave facets around each slave node if there are any.
+  subroutine find_ridges(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets ridge, ring, ring_end
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: f, k
+
+    if (allocated(pair%ridge)) deallocate (pair%ridge)
+    if (pair%segmented) return
+    allocate (pair%ridge(3, size(pair%facets, 2)), source=.false.)
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        if (pair%neighbours(k, f) == 0) cycle
+        pair%ridge(k, f) = is_convex(corners(x, pair%facets(:, f)), &
+          corners(x, pair%facets(:, pair%neighbours(k, f))))
+      end do
+    end do
+    if (.not. any(pair%ridge)) then
+      deallocate (pair%ridge)
+    else if (pair%n_slaves == 1 .and. allocated(pair%slave_facets)) then
+      call find_rings(pair)
+    end if
+  end subroutine find_ridges
+
+  !> The slave facets around the slave nodes, one node after the other.
+  subroutine find_rings(pair)
+    type(pair_t), intent(inout) :: pair !! slave_facets given; gets ring, ring_end
+    integer :: place(0:maxval(pair%slave_facets)), f, k, p, n
+
+    n = count_points(pair)/pair%slots
+    if (n == 0) return
+    place = 0
+    do p = 1, n
+      if (pair%point_nodes(1, p) < size(place)) place(pair%point_nodes(1, p)) = p
+    end do
+    pair%ring_end = spread(0, 1, n)
+    do f = 1, size(pair%slave_facets, 2)
+      do k = 1, 3
+        p = place(pair%slave_facets(k, f))
+        if (p > 0) pair%ring_end(p) = pair%ring_end(p) + 1
+      end do
+    end do
+    do p = 2, n
+      pair%ring_end(p) = pair%ring_end(p) + pair%ring_end(p - 1)
+    end do
+    pair%ring = spread(0, 1, pair%ring_end(n))
+    do f = size(pair%slave_facets, 2), 1, -1
+      do k = 1, 3
+        p = place(pair%slave_facets(k, f))
+        if (p == 0) cycle
+        pair%ring(pair%ring_end(p)) = f
+        pair%ring_end(p) = pair%ring_end(p) - 1
+      end do
+    end do
+    pair%ring_end = [pair%ring_end(2:), size(pair%ring)]
+  end subroutine find_rings
+
+  !> Normal of the slave side at a point, not a unit vector; zero where there is no surface.
+  pure function slave_normal(pair, p, x) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: n(3)
+    integer :: i, first, node
+
+    n = 0.0_wp
+    if (pair%n_slaves > 1) then
+      n = facet_normal(corners(x, pair%point_nodes(:, p)))
+    else if (allocated(pair%ring)) then
+      node = mod(p - 1, size(pair%ring_end)) + 1
+      first = 1
+      if (node > 1) first = pair%ring_end(node - 1) + 1
+      do i = first, pair%ring_end(node)
+        associate (c => corners(x, pair%slave_facets(:, pair%ring(i))))
+          n = n + cross(c(:, 1) - c(:, 3), c(:, 2) - c(:, 3))
+        end associate
+      end do
+    end if
+  end function slave_normal
+
+  !> What the ridges of a host, and of its neighbours, say of a point.
+  pure function look_at_ridges(pair, x, p, host) result(ridge)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its host
+    type(ridge_t) :: ridge
+    real(wp) :: y(3), n(3)
+    integer :: k, j
+
+    if (.not. allocated(pair%ridge)) return
+    y = point_position(pair, p, x)
+    n = slave_normal(pair, p, x)
+    do k = 1, 3
+      associate (across => pair%neighbours(k, host))
+        if (.not. pair%ridge(k, host)) cycle
+        if (belongs(pair, x, y, n, host, across)) then
+          ridge%next = across
+          return
+        end if
+        ridge%barred(k) = belongs(pair, x, y, n, across, host)
+      end associate
+    end do
+    do k = 1, 3
+      associate (between => pair%neighbours(k, host))
+        if (between == 0 .or. pair%ridge(k, host) .or. pair%fold(k, host)) cycle
+        do j = 1, 3
+          if (.not. pair%ridge(j, between)) cycle
+          if (.not. belongs(pair, x, y, n, host, pair%neighbours(j, between))) cycle
+          if (.not. lies_in(pair, x, y, pair%neighbours(j, between))) cycle
+          ridge%next = pair%neighbours(j, between)
+          ridge%via = between
+          return
+        end do
+      end associate
+    end do
+  end function look_at_ridges
+
+  !> A point below facet a belongs to facet b behind a ridge: it is less deep below b, and b faces
+  !! the slave side better.
+  pure logical function belongs(pair, x, y, n, a, b)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(in) :: n(3) !! normal of the slave side
+    integer, intent(in) :: a !! a facet
+    integer, intent(in) :: b !! another one
+    real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b
+
+    ca = corners(x, pair%facets(:, a))
+    cb = corners(x, pair%facets(:, b))
+    call project_on_facet(ca, y, xi, gap_a)
+    call project_on_facet(cb, y, xi, gap_b)
+    belongs = gap_a < 0.0_wp .and. gap_b > gap_a .and. &
+      dot_product(n, facet_normal(cb)) < dot_product(n, facet_normal(ca))
+  end function belongs
+
+  !> The projection of a point lies in a facet.
+  pure logical function lies_in(pair, x, y, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(in) :: facet !! the facet
+    real(wp) :: xi(2), gap
+
+    call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
+    lies_in = all(barycentric(xi) >= 0.0_wp)
+  end function lies_in
+
+  !> Two neighbouring facets are parts of one smooth surface.
+  pure logical function is_smooth(pair, host, across)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: across !! its neighbour
+
+    is_smooth = .false.
+    if (pair%smooth) is_smooth = any(pair%neighbours(:, host) == across &
+                                     .and. .not. pair%sharp(:, host))
+  end function is_smooth
+end module contact_ridges

@@ -1,0 +1,217 @@
+!> Multipliers of the points of slave facets as a field with a vector at each slave node, so that
+!! there are no more conditions than nodes that can meet them (doc/theory, "Multipliers on slave
+!! facets").
+!!
+!! A vector of the field goes with the normal of the master: it is turned from the mean normal around
+!! its node to that of each point. Where faces of the master meet at an angle a node has one vector
+!! for each of them.
+module multiplier_field
+  use kinds, only: wp
+  use vectors, only: cross
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  implicit none
+  private
+  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces
+
+  !> Points whose normals have a smaller cosine with the first one's lie on another face.
+  real(wp), parameter :: same_face = 0.9_wp
+  !> Faces around a node that get a vector of their own.
+  integer, parameter :: most_faces = 4
+  !> The residual of a projection, over its right-hand side.
+  real(wp), parameter :: projection_tolerance = 1.0e-14_wp
+  !> Iterations of a projection: the scaled mass matrix of linear triangles has a condition number
+  !! of 4, so about 35 are enough.
+  integer, parameter :: most_iterations = 200
+
+  !> The vectors of a field and the points that they belong to.
+  type :: multiplier_field_t
+    integer :: n = 0 !! number of vectors
+    integer, allocatable :: vector(:, :) !! (3, points) the vectors a point is made of, or 0
+    real(wp), allocatable :: normal(:, :) !! (3, n) mean normal of their points
+    real(wp), allocatable :: point_normal(:, :) !! (3, points) normals of the points
+    real(wp), allocatable :: stiffness(:) !! (n) sum of N_i and the penalty [force/length]
+  end type multiplier_field_t
+
+contains
+
+  !> Vectors for all slave nodes of those points that are near the master.
+  pure subroutine make_field(pair, near, normal, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    logical, intent(in) :: near(:) !! (points) there is a master facet
+    real(wp), intent(in) :: normal(:, :) !! (3, points) unit normals of the master
+    type(multiplier_field_t), intent(out) :: field !! the field
+    real(wp), allocatable :: first_normal(:, :)
+    integer, allocatable :: faces(:, :)
+    integer :: p, b
+
+    field%point_normal = normal
+    allocate (field%vector(3, count_points(pair)), source=0)
+    allocate (faces(most_faces, maxval(pair%point_nodes)), source=0)
+    allocate (first_normal(3, 3*count(near)), source=0.0_wp)
+    do p = 1, count_points(pair)
+      if (.not. near(p)) cycle
+      do b = 1, 3
+        call find_vector(faces(:, pair%point_nodes(b, p)), normal(:, p), first_normal, field%n, &
+          field%vector(b, p))
+      end do
+    end do
+    call sum_up(pair, field)
+  end subroutine make_field
+
+  !> The vector of a node for a normal; a new one if there is none for such a face.
+  pure subroutine find_vector(faces, normal, first_normal, n, vector)
+    integer, intent(inout) :: faces(:) !! vectors of the node, 0 where there is none
+    real(wp), intent(in) :: normal(3) !! of the master
+    real(wp), intent(inout) :: first_normal(:, :) !! (3, room) normals that vectors began with
+    integer, intent(inout) :: n !! vectors so far
+    integer, intent(out) :: vector !! the vector
+    real(wp) :: cosine, best
+    integer :: k
+
+    best = -2.0_wp
+    vector = 0
+    do k = 1, size(faces)
+      if (faces(k) == 0) exit
+      cosine = dot_product(normal, first_normal(:, faces(k)))
+      if (cosine <= best) cycle
+      best = cosine
+      vector = faces(k)
+    end do
+    if (best > same_face .or. k > size(faces)) return
+    n = n + 1
+    first_normal(:, n) = normal
+    faces(k) = n
+    vector = n
+  end subroutine find_vector
+
+  !> Mean normals and stiffnesses.
+  pure subroutine sum_up(pair, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(inout) :: field !! vector, point_normal given
+    real(wp) :: share
+    integer :: p, b, i
+
+    allocate (field%normal(3, field%n), field%stiffness(field%n), source=0.0_wp)
+    do p = 1, count_points(pair)
+      do b = 1, 3
+        i = field%vector(b, p)
+        if (i == 0) cycle
+        share = pair%point_weights(b, p)*pair%area(p)
+        field%normal(:, i) = field%normal(:, i) + share*field%point_normal(:, p)
+        field%stiffness(i) = field%stiffness(i) + pair%point_weights(b, p)*pair%epsilon(p)
+      end do
+    end do
+    do i = 1, field%n
+      field%normal(:, i) = field%normal(:, i)/norm2(field%normal(:, i))
+    end do
+  end subroutine sum_up
+
+  !> A vector turned by the smallest rotation that takes one direction to another.
+  pure function turned(from, to, v) result(w)
+    real(wp), intent(in) :: from(3) !! unit vector
+    real(wp), intent(in) :: to(3) !! unit vector, not opposite to it
+    real(wp), intent(in) :: v(3) !! any vector
+    real(wp) :: w(3)
+    real(wp) :: axis(3), once(3)
+
+    axis = cross(from, to)
+    once = cross(axis, v)
+    w = v + once + cross(axis, once)/(1.0_wp + dot_product(from, to))
+  end function turned
+
+  !> Forces of points at the vectors: b_i = sum_q N_i R_iq^T f_q.
+  pure function gather_forces(pair, field, force) result(nodal)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(in) :: field !! its field
+    real(wp), intent(in) :: force(:, :) !! (3, points) in global axes [force]
+    real(wp) :: nodal(3, field%n)
+    integer :: p, b, i
+
+    nodal = 0.0_wp
+    do p = 1, size(force, 2)
+      do b = 1, 3
+        i = field%vector(b, p)
+        if (i == 0) cycle
+        nodal(:, i) = nodal(:, i) + pair%point_weights(b, p) &
+          *turned(field%point_normal(:, p), field%normal(:, i), force(:, p))
+      end do
+    end do
+  end function gather_forces
+
+  !> Forces at the points from vectors per area: A_q sum_i N_i R_iq lambda_i.
+  pure function spread_field(pair, field, nodal) result(force)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(in) :: field !! its field
+    real(wp), intent(in) :: nodal(:, :) !! (3, n) vectors [force/length^2]
+    real(wp) :: force(3, size(field%vector, 2))
+    integer :: p, b, i
+
+    force = 0.0_wp
+    do p = 1, size(force, 2)
+      do b = 1, 3
+        i = field%vector(b, p)
+        if (i == 0) cycle
+        force(:, p) = force(:, p) + pair%area(p)*pair%point_weights(b, p) &
+          *turned(field%normal(:, i), field%point_normal(:, p), nodal(:, i))
+      end do
+    end do
+  end function spread_field
+
+  !> The field that does the same work as the forces of the points with every other field: its
+  !! forces at the points. Conjugate gradients with the diagonal of the mass matrix.
+  pure subroutine project_forces(pair, field, force, multiplier)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(in) :: field !! its field
+    real(wp), intent(in) :: force(:, :) !! (3, points) in global axes [force]
+    real(wp), intent(out) :: multiplier(:, :) !! (3, points) those of the field [force]
+    real(wp) :: diagonal(field%n), nodal(3, field%n), r(3, field%n), s(3, field%n)
+    real(wp) :: m(3, field%n), energy, before, wanted, step
+    integer :: iteration
+
+    diagonal = mass_diagonal(pair, field)
+    nodal = 0.0_wp
+    r = gather_forces(pair, field, force)
+    s = scaled(r, diagonal)
+    energy = sum(r*s)
+    wanted = projection_tolerance**2*energy
+    do iteration = 1, most_iterations
+      if (energy <= wanted) exit
+      m = gather_forces(pair, field, spread_field(pair, field, s))
+      if (sum(s*m) <= 0.0_wp) exit
+      step = energy/sum(s*m)
+      nodal = nodal + step*s
+      r = r - step*m
+      before = energy
+      energy = sum(r*scaled(r, diagonal))
+      s = scaled(r, diagonal) + (energy/before)*s
+    end do
+    multiplier = spread_field(pair, field, nodal)
+  end subroutine project_forces
+
+  !> Diagonal of the mass matrix.
+  pure function mass_diagonal(pair, field) result(diagonal)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(in) :: field !! its field
+    real(wp) :: diagonal(field%n)
+    integer :: p, b, i
+
+    diagonal = 0.0_wp
+    do p = 1, size(field%vector, 2)
+      do b = 1, 3
+        i = field%vector(b, p)
+        if (i == 0) cycle
+        diagonal(i) = diagonal(i) + pair%area(p)*pair%point_weights(b, p)**2
+      end do
+    end do
+  end function mass_diagonal
+
+  !> Values over a diagonal.
+  pure function scaled(values, diagonal) result(divided)
+    real(wp), intent(in) :: values(:, :) !! (3, n) any values
+    real(wp), intent(in) :: diagonal(:) !! (n) positive numbers
+    real(wp) :: divided(3, size(values, 2))
+
+    divided = values/spread(diagonal, 1, 3)
+  end function scaled
+end module multiplier_field

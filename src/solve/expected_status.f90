@@ -1,0 +1,75 @@
+!> What the first tangent of an increment expects of the contact points: those that were closed at
+!! the last converged state are closed, those that slipped slip on (doc/theory, "First direction").
+module expected_status
+  use kinds, only: wp
+  use element_types, only: status_open, status_slip
+  use elmlib, only: routine_none
+  use element_lists, only: element_list_t
+  use model_types, only: model_t
+  use contact_types, only: pair_t, contact_point_t
+  use contact_points, only: count_points, point_position
+  use contact_parameters, only: point_shift
+  use smooth_normals, only: project_on_master
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: expect_status, forget_expected
+
+contains
+
+  !> Notes for the next tangent which points were closed, and which of them slipped. Points on cells
+  !! that are cut anew are others than those of the last state, and nothing is expected of them.
+  subroutine expect_status(model, system)
+    type(model_t), intent(in) :: model !! pairs with the hosts of the start
+    type(system_t), intent(inout) :: system !! contact elements at x_now; gets keep, slide
+    integer :: k, p, element
+
+    call forget_expected(system%contact)
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%segmented) cycle
+      do p = 1, count_points(model%pairs(k))
+        element = system%first_point(k) + p - 1
+        if (model%pairs(k)%old(p)%status <= status_open) cycle
+        if (system%contact%routine(element) == routine_none) cycle
+        system%contact%slide(element) = model%pairs(k)%old(p)%status == status_slip
+        system%contact%keep(element) = closing_shift(model%pairs(k), p, system)
+      end do
+    end do
+  end subroutine expect_status
+
+  !> The tangents to come take each point as it is.
+  pure subroutine forget_expected(list)
+    type(element_list_t), intent(inout) :: list !! contact elements
+
+    list%keep = 0.0_wp
+    list%slide = .false.
+  end subroutine forget_expected
+
+  !> The shift along the normal that gives a point above its facet the gap that it had at the last
+  !! converged state; 0 where it is closed.
+  pure real(wp) function closing_shift(pair, p, system) result(shift)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! a point that was closed
+    type(system_t), intent(in) :: system !! positions
+    real(wp) :: now, before
+
+    shift = 0.0_wp
+    now = shifted_gap(pair, p, pair%new(p), system%x_now)
+    if (now <= 0.0_wp) return
+    before = shifted_gap(pair, p, pair%old(p), system%x_old)
+    if (before < 0.0_wp) shift = before - now
+  end function closing_shift
+
+  !> Normal gap of a point with the shift of its multiplier.
+  pure real(wp) function shifted_gap(pair, p, point, x) result(gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! its state, with a host
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: xi(2), kappa(3)
+
+    call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
+    kappa = point_shift(pair, p, point)
+    gap = gap + kappa(3)
+  end function shifted_gap
+end module expected_status

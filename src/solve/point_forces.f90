@@ -1,0 +1,91 @@
+!> Forces and multipliers of the points of one pair in the axes of its multiplier field, and what
+!! the field's conditions leave of them (doc/theory, "Multipliers on slave facets").
+module point_forces
+  use kinds, only: wp
+  use element_types, only: status_open
+  use elmlib, only: routine_none
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use element_lists, only: master_nodes
+  use facet_geometry, only: facet_frame, facet_size
+  use multiplier_field, only: multiplier_field_t, make_field, gather_forces, project_forces
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: measure_field
+
+  !> Forces of the points of a pair at a converged state.
+  type :: point_forces_t
+    type(multiplier_field_t) :: field !! vectors at the slave nodes
+    real(wp), allocatable :: force(:, :) !! (3, points) in global axes [force]
+    real(wp), allocatable :: multiplier(:, :) !! (3, points) its part that is the multiplier [force]
+    real(wp), allocatable :: frame(:, :, :) !! (3, 3, points) frames of the hosts
+    logical, allocatable :: near(:) !! (points) there is a facet
+    real(wp) :: facet = 0.0_wp !! longest edge of the smallest facet in touch [length]
+  end type point_forces_t
+
+contains
+
+  !> Forces, multipliers and field of the points of a pair.
+  pure subroutine take_forces(model, system, k, stress, at)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! contact elements and u
+    integer, intent(in) :: k !! the pair
+    real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) their state
+    type(point_forces_t), intent(out) :: at !! the points
+    real(wp), allocatable :: normal(:, :)
+    integer :: p, element, n
+
+    n = count_points(model%pairs(k))
+    allocate (at%force(3, n), at%multiplier(3, n), at%frame(3, 3, n), normal(3, n), source=0.0_wp)
+    allocate (at%near(n), source=.false.)
+    at%facet = huge(1.0_wp)
+    do p = 1, n
+      element = system%first_point(k) + p - 1
+      if (system%contact%routine(element) == routine_none) cycle
+      associate (nodes => master_nodes(system%contact, element))
+        at%near(p) = .true.
+        at%frame(:, :, p) = facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes))
+        at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%new(p)%lambda)
+        at%force(:, p) = stress(1:3, p)
+        normal(:, p) = stress(10:12, p)
+        if (system%contact%status(element) > status_open) at%facet = min(at%facet, &
+          facet_size(model%mesh%x(:, nodes)))
+      end associate
+    end do
+    call make_field(model%pairs(k), at%near, normal, at%field)
+  end subroutine take_forces
+
+  !> The multipliers that take over the forces of a pair, and what the present ones leave to the
+  !! penalty, weighed at the vectors of the field.
+  pure subroutine measure_field(model, system, k, stress, multiplier, gap, change, force)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(in) :: system !! contact elements and u
+    integer, intent(in) :: k !! the pair
+    real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) state of its points
+    real(wp), intent(out) :: multiplier(:, :) !! (3, points) in the frames of their hosts [force]
+    real(wp), intent(out) :: gap !! largest weighted gap over the facet's size
+    real(wp), intent(out) :: change !! largest change of the multipliers at a vector [force]
+    real(wp), intent(out) :: force !! largest force at a vector [force]
+    type(point_forces_t) :: at
+    integer :: i, p
+
+    call take_forces(model, system, k, stress, at)
+    call project_forces(model%pairs(k), at%field, at%force, multiplier)
+    gap = 0.0_wp
+    change = 0.0_wp
+    force = 0.0_wp
+    associate (taken => gather_forces(model%pairs(k), at%field, multiplier), &
+               rest => gather_forces(model%pairs(k), at%field, multiplier - at%multiplier))
+      do i = 1, at%field%n
+        change = max(change, norm2(rest(:, i)))
+        force = max(force, norm2(taken(:, i)))
+        gap = max(gap, norm2(rest(:, i))/(model%pairs(k)%raise*at%field%stiffness(i)*at%facet))
+      end do
+    end associate
+    do p = 1, size(at%near)
+      if (at%near(p)) multiplier(:, p) = matmul(multiplier(:, p), at%frame(:, :, p))
+    end do
+  end subroutine measure_field
+end module point_forces
