@@ -180,8 +180,9 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
-stress: mfec ## scenes at the limits and 500 random ones, with a table (tests/stress/run --help)
+stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
 	@python3 tests/stress/run --full
+	@$(PYTHON) tests/agree/run --full
 
 bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (an hour)
 	@.ci/setup optional

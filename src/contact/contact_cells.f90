@@ -13,6 +13,7 @@ module contact_cells
   use facet_geometry, only: project_on_facet, facet_normal, facet_size
   use facet_tree, only: build_tree, fit_tree, facets_near
   use cell_history, only: fit_slip, fit_multipliers, place_tip, multiplier_at
+  use cell_motion, only: carry_tips, find_tips, have_stayed, lag_corners
   use linear_fields, only: linear_field_t
   implicit none
   private
@@ -22,9 +23,6 @@ module contact_cells
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
   real(wp), parameter :: facing = -0.1_wp
-  !> At the start of an increment the cells of a facet stay while its points have moved by less
-  !! than this on the master, in shape functions, and while it is covered to this share.
-  real(wp), parameter :: unmoved = 1.0e-3_wp
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
   !> Room over the expected number of points.
@@ -56,6 +54,7 @@ contains
     points = max(room_for(pair, x), nint(reserve*real(points_at(pair, x), wp)))
     deallocate (pair%point_nodes, pair%point_weights, pair%area)
     allocate (pair%cells(points), pair%old_cells(points))
+    allocate (pair%is_cut(size(pair%slave_facets, 2)), source=.false.)
     allocate (pair%point_nodes(3, points), pair%point_weights(3, points), pair%area(points))
     if (allocated(pair%epsilon)) deallocate (pair%epsilon)
     allocate (pair%epsilon(points), source=0.0_wp)
@@ -83,7 +82,7 @@ contains
     call build_tree(trial%tree, trial%facets, x)
     call make_fresh(size(pair%facets, 2), fresh)
     do f = 1, size(pair%slave_facets, 2)
-      call cut_facet(trial, f, x, fresh)
+      call cut_facet(trial, f, x(:, trial%slave_facets(:, f)), x, fresh)
       n = n + fresh%n
     end do
   end function points_at
@@ -164,36 +163,45 @@ contains
 
     pair%new = pair%old
     pair%cells = pair%old_cells
+    pair%is_cut = .false.
     call show_cells(pair)
   end subroutine begin_cells
 
-  !> Cuts those facets anew that have moved over the master, or whose cover has changed, by more
-  !! than the tolerance. New points get their history from the old ones of their facet.
+  !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed; those
+  !! with closed points that have been cut for this increment where the bodies were expected are cut
+  !! once more where they are. New points get their history from the old ones of their facet.
   subroutine follow_cells(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! in shape functions; 0 at the start of an increment
+    real(wp), intent(in) :: tolerance !! 0 at the start of an increment, else after a solve
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
     type(cell_t), allocatable :: cells(:)
-    type(contact_point_t), allocatable :: points(:)
+    type(contact_point_t), allocatable :: points(:), moved(:)
     type(fresh_t) :: fresh
     integer :: f, n, first, last, room
-    logical :: stays
+    logical :: stays, at_start
 
     if (count_points(pair) == 0) return
     call fit_tree(pair%tree, pair%facets, x)
     cells = pair%cells
     points = pair%new
+    at_start = tolerance <= 0.0_wp
+    if (at_start) then
+      call carry_tips(pair, cells, points, x_old, x, moved)
+    else
+      call find_tips(pair, points, x, moved)
+    end if
     call make_fresh(size(pair%facets, 2), fresh)
     n = 0
     first = 1
     do f = 1, size(pair%slave_facets, 2)
       last = last_of(cells, first, f)
-      call cut_facet(pair, f, x, fresh)
-      stays = have_stayed(pair, f, cells(first:last), points(first:last), fresh, x, &
-                          max(tolerance, unmoved))
-      if (tolerance > 0.0_wp .and. pair%moves(f) >= most_moves) stays = .true.
+      call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
+        x, fresh)
+      stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
+                          fresh%cell(:fresh%n), fresh%host(:fresh%n))
+      if (.not. at_start) stays = rests(pair, f, moved(first:last), stays)
       room = count_points(pair) - n - (size(pair%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -205,7 +213,8 @@ contains
         call fit_in(room, fresh)
         pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
-        if (tolerance > 0.0_wp) pair%moves(f) = pair%moves(f) + 1
+        if (.not. at_start) pair%moves(f) = pair%moves(f) + 1
+        pair%is_cut(f) = .true.
         changes = changes + fresh%n
       end if
       n = n + fresh%n
@@ -215,6 +224,21 @@ contains
     pair%new(n + 1:) = contact_point_t()
     call show_cells(pair)
   end subroutine follow_cells
+
+  !> Whether the cells of a facet stay after a solve: those that were cut where the bodies were
+  !! expected do not, where they are closed.
+  pure logical function rests(pair, f, moved, stays)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(contact_point_t), intent(in) :: moved(:) !! state of its points after the solve
+    logical, intent(in) :: stays !! the tips have hardly moved
+
+    rests = stays
+    if (pair%is_cut(f) .and. pair%moves(f) == 0) then
+      rests = stays .and. all(moved%status <= status_open)
+    end if
+    if (pair%moves(f) >= most_moves) rests = .true.
+  end function rests
 
   !> Last point of a facet whose first point would be `first`; one less if it has none.
   pure integer function last_of(cells, first, f) result(last)
@@ -230,15 +254,15 @@ contains
   end function last_of
 
   !> The points of one slave facet over the master at x.
-  pure subroutine cut_facet(pair, f, x, fresh)
+  pure subroutine cut_facet(pair, f, corners, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
     integer, intent(in) :: f !! the slave facet
+    real(wp), intent(in) :: corners(3, 3) !! its corners, or where the tips put them [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
-    real(wp) :: corners(3, 3), center(3), reach
+    real(wp) :: center(3), reach
     integer :: k, n
 
-    corners = x(:, pair%slave_facets(:, f))
     center = sum(corners, 2)/3.0_wp
     reach = pair%search_radius + maxval(norm2(corners - spread(center, 2, 3), 1))
     call facets_near(pair%tree, center, reach, fresh%near, n)
@@ -290,32 +314,6 @@ contains
     end do
     fresh%n = fresh%n + cell_points
   end subroutine add_cell
-
-  !> The points of a facet may stay: they have hardly moved over the master, and the master covers
-  !! hardly more or less of the facet.
-  pure logical function have_stayed(pair, f, cells, points, fresh, x, tolerance) result(stay)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: f !! the slave facet
-    type(cell_t), intent(in) :: cells(:) !! its points
-    type(contact_point_t), intent(in) :: points(:) !! their state
-    type(fresh_t), intent(in) :: fresh !! its points if it is cut anew
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: tolerance !! share of a facet
-    real(wp) :: xi(2), gap, y(3)
-    integer :: p
-
-    stay = size(cells) > 0
-    if (.not. stay) return
-    stay = abs(sum(cells%area) - sum(fresh%cell(:fresh%n)%area)) <= tolerance*pair%slave_area(f) &
-      .and. (any(points%host > 0) .eqv. any(fresh%host(:fresh%n) > 0))
-    do p = 1, size(cells)
-      if (.not. stay) return
-      if (points(p)%host == 0) cycle
-      y = matmul(x(:, pair%slave_facets(:, f)), cells(p)%weight)
-      call project_on_facet(x(:, pair%facets(:, points(p)%host)), y, xi, gap)
-      stay = maxval(abs(xi - cells(p)%place)) <= tolerance
-    end do
-  end function have_stayed
 
   !> Fewer points where there is no room for all of them: a third of the cells' areas and hosts are
   !! kept by one point in place of three, and if that is too many as well the largest cells share

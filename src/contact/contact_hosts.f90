@@ -4,15 +4,14 @@
 !! facet across edges until the tip lies inside; the start tip is unfolded at each edge.
 module contact_hosts
   use kinds, only: wp
-  use element_types, only: element_t, task_residual, status_off, status_open
-  use elmlib, only: element_routine, n_parameters
+  use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position, longest_facet
-  use contact_parameters, only: point_parameters, pair_routine, point_shift, first_raise, &
-    has_multipliers, has_field
+  use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth
+  use contact_tips, only: tip_of
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, altitude
@@ -204,7 +203,7 @@ contains
     do step = 1, longest_walk
       ridge = look_at_ridges(pair, x, p, point%host)
       next = ridge%next
-      if (next == 0) next = facet_across(pair, x, point%host, tip_in_facet(pair, p, point, x), &
+      if (next == 0) next = facet_across(pair, x, point%host, tip_of(pair, p, point, x), &
         tolerance, ridge%barred)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
       before = point%host
@@ -231,24 +230,6 @@ contains
     point%host = next
     point%tip = start
   end subroutine step_over
-
-  !> Where the tip goes at positions x with the point's host and start tip.
-  function tip_in_facet(pair, p, point, x) result(tip)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! host and start tip
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: tip(2), d(n_parameters)
-    type(element_t) :: e
-
-    d = point_parameters(pair, p, point%host)
-    e%xl(:, 1) = point_position(pair, p, x)
-    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
-    e%h1 = point%tip
-    e%shift = point_shift(pair, p, point)
-    call element_routine(pair_routine(pair), task_residual, d, e)
-    tip = e%h2
-  end function tip_in_facet
 
   !> The facet across the edge behind which a point of facet `host` lies, 0 if it stays.
   pure integer function facet_across(pair, x, host, xi, tolerance, barred) result(next)

@@ -8,10 +8,16 @@ module contact_ridges
   use vectors, only: cross
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex
+  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex, &
+    facet_size
   implicit none
   private
   public :: find_ridges, ridge_t, look_at_ridges, is_smooth
+
+  !> A point this deep below a facet, over the facet's size, has been caught there
+  real(wp), parameter :: caught = 0.05_wp
+  !> if its slave side faces the other one with a smaller cosine than this.
+  real(wp), parameter :: facing = -0.1_wp
 
   !> What the ridges around a host say of a point.
   type :: ridge_t
@@ -140,7 +146,7 @@ contains
   end function look_at_ridges
 
   !> A point below facet a belongs to facet b behind a ridge: it is less deep below b, and b faces
-  !! the slave side better.
+  !! the slave side better or, for a point that is deep below a, at all.
   pure logical function belongs(pair, x, y, n, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -148,14 +154,17 @@ contains
     real(wp), intent(in) :: n(3) !! normal of the slave side
     integer, intent(in) :: a !! a facet
     integer, intent(in) :: b !! another one
-    real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b
+    real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b, across
 
     ca = corners(x, pair%facets(:, a))
     cb = corners(x, pair%facets(:, b))
     call project_on_facet(ca, y, xi, gap_a)
     call project_on_facet(cb, y, xi, gap_b)
-    belongs = gap_a < 0.0_wp .and. gap_b > gap_a .and. &
-      dot_product(n, facet_normal(cb)) < dot_product(n, facet_normal(ca))
+    belongs = .false.
+    if (gap_a >= 0.0_wp .or. gap_b <= gap_a) return
+    across = dot_product(n, facet_normal(cb))
+    belongs = across < dot_product(n, facet_normal(ca)) .or. &
+      (gap_a < -caught*facet_size(ca) .and. across < facing*norm2(n))
   end function belongs
 
   !> The projection of a point lies in a facet.

@@ -60,12 +60,15 @@ contains
     value = field%mean + matmul(field%slope, xi - field%center)
   end function field_at
 
-  !> The field at a point, within the range of the values it was fitted to.
-  pure function bounded_field_at(field, xi) result(value)
+  !> The field at a point, no further outside the range of the values it was fitted to than this
+  !! many times their range.
+  pure function bounded_field_at(field, xi, beyond) result(value)
     type(linear_field_t), intent(in) :: field !! the field
     real(wp), intent(in) :: xi(2) !! where
-    real(wp) :: value(size(field%mean))
+    real(wp), intent(in) :: beyond !! times the range
+    real(wp) :: value(size(field%mean)), range(size(field%mean))
 
-    value = min(field%high, max(field%low, field_at(field, xi)))
+    range = beyond*(field%high - field%low)
+    value = min(field%high + range, max(field%low - range, field_at(field, xi)))
   end function bounded_field_at
 end module linear_fields

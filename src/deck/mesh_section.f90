@@ -329,15 +329,17 @@ contains
     end if
   end subroutine report_stray
 
-  !> Whether a record that begins with an unknown word continues a set of names that a blank line
-  !! has ended.
+  !> Whether a record that begins with an unknown word continues a set that a blank line has ended:
+  !! with an own word of it, or with a name.
   logical function is_stray_name(reading, record, commands) result(stray)
     type(reading_t), intent(in) :: reading !! where reading stands
     type(record_t), intent(in) :: record !! the record
     type(word_list_t), intent(in) :: commands !! all commands
 
     stray = .false.
-    if (reading%open > 0 .or. reading%closed == 0 .or. item_count(record) < 2) return
+    if (reading%open > 0 .or. reading%closed == 0) return
+    stray = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
+    if (stray .or. item_count(record) < 2) return
     if (.not. takes_names(reading%table%commands(reading%closed))) return
     stray = len(nearest_word(commands, record%items(1)%text)) == 0
   end function is_stray_name

@@ -47,8 +47,8 @@ contains
       if (pairs(k)%n_slaves > 1 .or. .not. is_round_off(pairs(k))) cycle
       do i = 1, size(commands)
         if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
-        call report_error(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, and the '// &
-          to_text(pairs(k)%relative, 3)//' E/h of pair '//pairs(k)%name// &
+        call report_error(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, '// &
+          'and the '//to_text(pairs(k)%relative, 3)//' E/h of pair '//pairs(k)%name// &
           ' make forces of the round-off of a gap', &
           'write STEP,,n, which helps it by multipliers, or a factor of AUTO up to 1000')
         return

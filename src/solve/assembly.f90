@@ -82,8 +82,8 @@ contains
     !$omp end parallel do
   end subroutine compute
 
-  !> Matrix and force of one element. A contact point may be taken for one that sticks, slips or is
-  !! closed (doc/theory, "Points that turn back" and "First direction").
+  !> Matrix and force of one element. A contact point may be taken for one that sticks, is closed or
+  !! slips (doc/theory, "First direction").
   subroutine compute_tangent(list, k, e)
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element

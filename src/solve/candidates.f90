@@ -10,7 +10,7 @@ module candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: load_patterns, foresee_candidates, add_ring
+  public :: load_patterns, foresee_candidates, add_ring, add_patch_rings
 
   !> Slave nodes further from the master than this many search radii do not count.
   real(wp), parameter :: reach = 1.5_wp
@@ -67,6 +67,7 @@ contains
         from = to
       end do
       call add_ring(model%pairs(k)%facets, candidate)
+      if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%facets, candidate)
     end do
   end subroutine foresee_candidates
 
@@ -184,4 +185,14 @@ contains
       if (any(before(facets(:, f)))) candidate(facets(:, f)) = .true.
     end do
   end subroutine add_ring
+
+  !> Marks what the patch of a facet of marked nodes depends on: the facets around its corners, and
+  !! around theirs, for a normal at the rim follows from those beside it.
+  pure subroutine add_patch_rings(facets, candidate)
+    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
+    logical, intent(inout) :: candidate(:) !! (nodes) marked
+
+    call add_ring(facets, candidate)
+    call add_ring(facets, candidate)
+  end subroutine add_patch_rings
 end module candidates

@@ -1,12 +1,12 @@
 !> Prototypes of the CHOLMOD routines in use (long integers) and mirrors of its structures, and
 !! nothing else. The layouts are those of CHOLMOD 3 and 4, cholmod_core.h.
 module cholmod_interface
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_long, c_size_t, c_double
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_size_t, c_double
   implicit none
   private
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
-  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
-    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
+    cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
     cholmod_l_free_dense
 
   !> cholmod_common: what is set or read has a name, the rest is room.
@@ -84,18 +84,6 @@ module cholmod_interface
       type(cholmod_sparse_t), intent(in) :: a
       type(cholmod_common_t), intent(inout) :: common
     end function cholmod_l_analyze
-
-    !> Symbolic analysis with a given permutation.
-    type(c_ptr) function cholmod_l_analyze_p(a, perm, fset, fsize, common) &
-      bind(c, name='cholmod_l_analyze_p')
-      import :: c_ptr, c_long, c_size_t, cholmod_sparse_t, cholmod_common_t
-      implicit none
-      type(cholmod_sparse_t), intent(in) :: a
-      integer(c_long), intent(in) :: perm(*)
-      type(c_ptr), value :: fset
-      integer(c_size_t), value :: fsize
-      type(cholmod_common_t), intent(inout) :: common
-    end function cholmod_l_analyze_p
 
     !> Numeric factorisation.
     integer(c_int) function cholmod_l_factorize(a, factor, common) &

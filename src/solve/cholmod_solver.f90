@@ -1,5 +1,5 @@
-!> Symmetric positive definite linear systems through CHOLMOD: supernodal, METIS ordering or a
-!! given one, long integers.
+!> Symmetric positive definite linear systems through CHOLMOD: supernodal, METIS ordering or
+!! the matrix as it is, long integers.
 module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
     c_f_pointer
@@ -9,8 +9,8 @@ module cholmod_solver
   use csc_matrix, only: csc_matrix_t
   use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
-    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
-    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
+    cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
     cholmod_l_free_dense
   implicit none
   private
@@ -22,7 +22,8 @@ module cholmod_solver
   !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
   integer, parameter :: solver_not_definite = 4
 
-  integer(c_int), parameter :: system_a = 0, ordering_given = 1, ordering_metis = 3, &
+  integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
+    ordering_metis = 3, &
     always_supernodal = 2, use_lower = -1, status_memory = -2
 
   !> Handles and settings of one factorisation.
@@ -79,13 +80,12 @@ contains
       1_c_int, 1_c_int, solver%factor, solver%common)
   end subroutine drop_symmetric_factor
 
-  !> Analyses the pattern: ordered by METIS and postordered, or in the order given.
-  subroutine analyse_symmetric(solver, a, costs, outcome, permutation)
+  !> Analyses the pattern: ordered by METIS and postordered; a lower triangle in the order it has.
+  subroutine analyse_symmetric(solver, a, costs, outcome)
     type(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
     type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
-    integer(long), intent(in), optional :: permutation(:) !! (n) 0-based, kept as it is
     type(cholmod_sparse_t) :: view
 
     call start(solver, outcome)
@@ -93,16 +93,9 @@ contains
     call forget_symmetric(solver)
     call begin_cost(costs, cost_symbolic)
     call view_of(a, view)
-    if (present(permutation)) then
-      solver%common%ordering = ordering_given
-      solver%common%postorder = 0_c_int
-      solver%factor = cholmod_l_analyze_p(view, permutation, c_null_ptr, 0_c_size_t, &
-        solver%common)
-    else
-      solver%common%ordering = ordering_metis
-      solver%common%postorder = 1_c_int
-      solver%factor = cholmod_l_analyze(view, solver%common)
-    end if
+    solver%common%ordering = merge(ordering_natural, ordering_metis, a%lower)
+    solver%common%postorder = merge(0_c_int, 1_c_int, a%lower)
+    solver%factor = cholmod_l_analyze(view, solver%common)
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
@@ -188,6 +181,7 @@ contains
     view%ncol = view%nrow
     view%nzmax = size(a%row, kind=c_size_t)
     view%stype = use_lower
+    if (a%lower) view%sorted = 0_c_int
     view%p = c_loc(a%ptr)
     view%i = c_loc(a%row)
     view%x = c_loc(a%val)
@@ -248,14 +242,14 @@ contains
   !> Completes x, known at the last m unknowns, where the right-hand side is zero at all others:
   !! L11^T x1 = -L21^T x2, the back substitution alone (doc/theory, "Condensed contact").
   subroutine complete_solution(solver, m, x, costs)
-    type(cholmod_t), intent(in) :: solver !! factorised in a given order
-    integer, intent(in) :: m !! unknowns at the end of that order
-    real(wp), intent(inout) :: x(:) !! (n) in: the last m of the order; out: all
+    type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: the last m; out: all
     type(cost_t), intent(inout) :: costs !! cost table
     type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:), px(:), s(:), perm(:)
+    integer(long), pointer :: super(:), pi(:), px(:), s(:)
     real(wp), pointer, contiguous :: values(:)
-    real(wp) :: y(size(x)), below(size(x))
+    real(wp) :: below(size(x))
     integer :: k, w, rows, first
 
     call begin_cost(costs, cost_solve)
@@ -265,20 +259,18 @@ contains
     call c_f_pointer(factor%px, px, [factor%nsuper + 1])
     call c_f_pointer(factor%s, s, [factor%ssize])
     call c_f_pointer(factor%x, values, [factor%xsize])
-    call c_f_pointer(factor%perm, perm, [factor%n])
-    y = x(perm + 1)
     do k = int(factor%nsuper), 1, -1
       first = int(super(k)) + 1
       w = min(int(super(k + 1)), size(x) - m) - int(super(k))
       if (w <= 0) cycle
       rows = int(pi(k + 1) - pi(k))
-      below(:rows - w) = y(s(pi(k) + w + 1:pi(k + 1)) + 1)
-      y(first:first + w - 1) = 0.0_wp
+      below(:rows - w) = x(s(pi(k) + w + 1:pi(k + 1)) + 1)
+      x(first:first + w - 1) = 0.0_wp
       if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:px(k + 1)), rows, &
-        below, 1, 0.0_wp, y(first), 1)
-      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:px(k + 1)), rows, y(first), 1)
+        below, 1, 0.0_wp, x(first:first + w - 1), 1)
+      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:px(k + 1)), rows, &
+        x(first:first + w - 1), 1)
     end do
-    x(perm + 1) = y
     call end_cost(costs, cost_solve)
   end subroutine complete_solution
 

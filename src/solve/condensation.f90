@@ -1,7 +1,7 @@
 !> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
 module condensation
-  use kinds, only: wp, long
+  use kinds, only: wp
   use memory, only: memory_left
   use costs, only: cost_t, count_cost, cost_compliance
   use lapack_interface, only: dpotri
@@ -26,33 +26,22 @@ contains
     type(condensed_body_t), intent(inout) :: body !! filled; first stays
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in cholmod_solver
-    integer(long), allocatable :: order(:)
+    integer :: ordered(3, size(equation, 2))
+    type(csc_matrix_t) :: matrix
     real(wp) :: left, needed
-    integer :: i, k
 
-    if (.not. allocated(body%matrix%ptr)) then
-      call build_pattern(blocks, equation, body%matrix)
-      call fill_values(blocks, equation, body%matrix)
-      allocate (body%node(body%matrix%n), body%direction(body%matrix%n))
-      do i = 1, size(equation, 2)
-        do k = 1, 3
-          if (equation(k, i) == 0) cycle
-          body%node(equation(k, i)) = i
-          body%direction(equation(k, i)) = k
-        end do
-      end do
+    call order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
+    if (outcome == solver_done) then
+      call build_pattern(blocks, ordered, matrix, lower=.true.)
+      call fill_values(blocks, ordered, matrix)
+      call analyse_symmetric(body%solver, matrix, costs, outcome)
     end if
-    body%equation = pack([(i, i=1, size(body%node))], candidate(body%node))
-    body%m = size(body%equation)
-    call order_equations(blocks, equation, candidate, body, costs, order, outcome)
-    if (outcome == solver_done) call analyse_symmetric(body%solver, body%matrix, costs, outcome, &
-      order)
     if (outcome == solver_done) then
       left = memory_left()
       call estimate_bytes(body, needed)
       if (needed > left) outcome = solver_out_of_memory
     end if
-    if (outcome == solver_done) call factorise_symmetric(body%solver, body%matrix, costs, outcome)
+    if (outcome == solver_done) call factorise_symmetric(body%solver, matrix, costs, outcome)
     if (outcome == solver_done) call invert_trailing_block(body, outcome)
     if (outcome == solver_done) call count_cost(costs, cost_compliance, body%m)
   end subroutine condense_body
@@ -65,45 +54,63 @@ contains
     bytes = symmetric_factor_bytes(body%solver) + 8.0_wp*real(body%m, wp)**2
   end subroutine estimate_bytes
 
-  !> The order of elimination: the graph of the other nodes by METIS, their equations together;
-  !! then the candidates.
-  subroutine order_equations(blocks, equation, candidate, body, costs, order, outcome)
+  !> The equations in the order of elimination: the graph of the other nodes by METIS, their
+  !! equations together; then the candidates.
+  subroutine order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
     logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
-    type(condensed_body_t), intent(in) :: body !! its candidates
+    type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
+    integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
     type(cost_t), intent(inout) :: costs !! cost table
-    integer(long), allocatable, intent(out) :: order(:) !! (n) 0-based
     integer, intent(out) :: outcome !! as in cholmod_solver
-    integer, allocatable :: vertex(:, :), inner(:)
-    integer(long), allocatable :: node_order(:)
+    integer, allocatable :: vertex(:, :), inner(:), outer(:)
     type(csc_matrix_t) :: graph
     type(cholmod_t) :: orderer
-    integer :: i, k, filled
+    integer :: i, filled
 
     outcome = solver_done
     allocate (vertex(3, size(equation, 2)), source=0)
     inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. .not. candidate)
+    outer = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. candidate)
     vertex(1, inner) = [(i, i=1, size(inner))]
-    allocate (order(size(body%node)))
-    filled = 0
     if (size(inner) > 0) then
       call build_pattern(blocks, vertex, graph)
       graph%val = 1.0_wp
       call analyse_symmetric(orderer, graph, costs, outcome)
       if (outcome /= solver_done) return
-      node_order = factor_order(orderer)
+      inner = inner(factor_order(orderer) + 1)
       call free_cholmod(orderer)
-      do i = 1, size(inner)
-        do k = 1, 3
-          if (equation(k, inner(node_order(i) + 1)) == 0) cycle
-          filled = filled + 1
-          order(filled) = equation(k, inner(node_order(i) + 1)) - 1
-        end do
-      end do
     end if
-    order(filled + 1:) = body%equation - 1
+    body%node = spread(0, 1, count(equation > 0))
+    body%direction = body%node
+    ordered = 0
+    filled = 0
+    call number_nodes(inner, equation, body, ordered, filled)
+    body%m = size(body%node) - filled
+    body%equation = [(filled + i, i=1, body%m)]
+    call number_nodes(outer, equation, body, ordered, filled)
   end subroutine order_equations
+
+  !> Numbers the equations of a list of nodes.
+  pure subroutine number_nodes(nodes, equation, body, ordered, filled)
+    integer, intent(in) :: nodes(:) !! the list
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of the body, 0 elsewhere
+    type(condensed_body_t), intent(inout) :: body !! gets node and direction
+    integer, intent(inout) :: ordered(:, :) !! (3, nodes) gets the numbers
+    integer, intent(inout) :: filled !! numbers that are given
+    integer :: i, k
+
+    do i = 1, size(nodes)
+      do k = 1, 3
+        if (equation(k, nodes(i)) == 0) cycle
+        filled = filled + 1
+        ordered(k, nodes(i)) = filled
+        body%node(filled) = nodes(i)
+        body%direction(filled) = k
+      end do
+    end do
+  end subroutine number_nodes
 
   !> C = (L22 L22^T)^-1, the lower triangle.
   subroutine invert_trailing_block(body, outcome)

@@ -3,7 +3,8 @@
 module condensed_system
   use kinds, only: wp
   use element_types, only: max_dofs
-  use elmlib, only: routine_none
+  use elmlib, only: routine_none, routine_smooth
+  use element_lists, only: master_nodes
   use loads, only: load_factor
   use model_types, only: model_t
   use block_matrix, only: multiply
@@ -13,7 +14,7 @@ module condensed_system
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
     load_candidates, find_equilibrium, spread_yield, gather_compliance, &
     free_condensed
-  use candidates, only: load_patterns, foresee_candidates, add_ring
+  use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -184,6 +185,24 @@ contains
     end associate
   end subroutine refresh_candidates
 
+  !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
+  pure subroutine mark_touched(system)
+    type(system_t), intent(inout) :: system !! contact elements; gets candidate
+    logical :: bent(size(system%condensed%candidate))
+    integer :: k
+
+    bent = .false.
+    associate (candidate => system%condensed%candidate, list => system%contact)
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        candidate(list%ix(1:list%nel(k), k)) = .true.
+        if (list%routine(k) == routine_smooth) bent(master_nodes(list, k)) = .true.
+      end do
+      if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
+      candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)
+    end associate
+  end subroutine mark_touched
+
   !> Makes sure that every node of a contact element is a candidate, and gathers the compliance of
   !! the live ones.
   subroutine couple_condensed(system)
@@ -246,17 +265,11 @@ contains
     type(system_t), intent(inout) :: system !! condensed may grow
     logical :: before(size(system%node_body)), wanted(system%bodies)
     real(wp), allocatable :: force(:, :), u(:)
-    integer :: k, a, i, outcome
+    integer :: i, outcome
 
-    associate (condensed => system%condensed, list => system%contact)
+    associate (condensed => system%condensed)
       before = condensed%candidate
-      do k = 1, list%n
-        if (list%routine(k) == routine_none) cycle
-        do a = 1, list%nel(k)
-          if (any(system%equation(:, list%ix(a, k)) > 0)) condensed%candidate(list%ix(a, k)) = &
-            .true.
-        end do
-      end do
+      call mark_touched(system)
       if (all(before .eqv. condensed%candidate)) return
       call add_ring(condensed%facets, condensed%candidate)
       call add_ring(condensed%facets, condensed%candidate)

@@ -2,7 +2,6 @@
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
   use kinds, only: wp
-  use csc_matrix, only: csc_matrix_t
   use cholmod_solver, only: cholmod_t
   implicit none
   private
@@ -10,13 +9,14 @@ module condensed_types
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
-    type(csc_matrix_t) :: matrix !! stiffness of its free degrees of freedom
     type(cholmod_t) :: solver !! its factor, kept
-    integer, allocatable :: node(:), direction(:) !! (n) where each equation of it belongs
+    integer, allocatable :: node(:), direction(:) !! (n) where each equation of it belongs, in the
+    !! order of elimination, the candidates last
     integer :: first = 0 !! candidates of the bodies before
     integer :: m = 0 !! its candidates
     integer, allocatable :: equation(:) !! (m) equation of each candidate
-    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates, lower triangle [length/force]
+    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates [length/force]; its lower
+    !! triangle alone
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
     real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]

@@ -1,9 +1,10 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_no_convergence
   use contact_points, only: count_points
+  use contact_parameters, only: shifts_gap
   use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
@@ -26,15 +27,17 @@ contains
     character(1), parameter :: nl = new_line('a')
     integer :: body
 
-    text = '  tried: increments down to the last cut before time '//to_text(time, 12)//', '// &
-      to_text(progress%solves)//' linear solves in the last'
+    text = '  tried: ever smaller increments, the last one to time '//to_text(time, 12)// &
+      ' with '//count_noun(progress%solves, 'linear solve')
     if (progress%outcome == outcome_open) text = '  tried: '//to_text(progress%solves)// &
       ' times TANG; write LOOP,,n TANG,,1 NEXT behind TIME, or STEP,,n instead'
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
     if (progress%outcome == outcome_gaps) then
-      text = text//nl//'  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
+      text = text//nl//'  pairs with multipliers:'//with_multipliers(model)// &
+        '; the log tells what each update has left'//nl// &
+        '  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
         'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
       return
     end if
@@ -47,6 +50,18 @@ contains
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
   end subroutine explain_failure
+
+  !> Names of the pairs whose forces come partly from multipliers.
+  pure function with_multipliers(model) result(names)
+    type(model_t), intent(in) :: model !! pairs
+    character(:), allocatable :: names
+    integer :: k
+
+    names = ''
+    do k = 1, size(model%pairs)
+      if (shifts_gap(model%pairs(k))) names = names//' '//model%pairs(k)%name
+    end do
+  end function with_multipliers
 
   !> Before the first solve: a body that no support holds and no contact pair can hold is an error,
   !! one that only contact can hold is worth a warning.

@@ -8,17 +8,24 @@ module expected_status
   use model_types, only: model_t
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_shift
+  use contact_parameters, only: point_shift, shifts_gap
   use smooth_normals, only: project_on_master
   use system_types, only: system_t
   implicit none
   private
   public :: expect_status, forget_expected
 
+  !> What is expected of the points of one slave facet of a segmented pair.
+  type :: expected_t
+    real(wp) :: area = 0.0_wp !! of its points at the last converged state [length^2]
+    real(wp) :: gap = 0.0_wp !! their mean gap [length]
+    logical :: closed = .true. !! all of them were closed
+    logical :: slips = .true. !! and slipped
+  end type expected_t
+
 contains
 
-  !> Notes for the next tangent which points were closed, and which of them slipped. Points on cells
-  !! that are cut anew are others than those of the last state, and nothing is expected of them.
+  !> Notes for the next tangent which points were closed, and which of them slipped.
   subroutine expect_status(model, system)
     type(model_t), intent(in) :: model !! pairs with the hosts of the start
     type(system_t), intent(inout) :: system !! contact elements at x_now; gets keep, slide
@@ -26,7 +33,10 @@ contains
 
     call forget_expected(system%contact)
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%segmented) cycle
+      if (model%pairs(k)%segmented) then
+        call expect_on_facets(model%pairs(k), system%first_point(k), system)
+        cycle
+      end if
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         if (model%pairs(k)%old(p)%status <= status_open) cycle
@@ -36,6 +46,54 @@ contains
       end do
     end do
   end subroutine expect_status
+
+  !> The same for the points of a segmented pair, which may be others than those of the last state:
+  !! what is expected of one is what all the points of its slave facet did.
+  subroutine expect_on_facets(pair, first, system)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: first !! its first contact element
+    type(system_t), intent(inout) :: system !! gets keep, slide
+    type(expected_t) :: facets(size(pair%slave_facets, 2))
+    real(wp) :: now
+    integer :: p
+
+    if (shifts_gap(pair)) return
+    call look_back(pair, system%x_old, facets)
+    do p = 1, count_points(pair)
+      if (pair%cells(p)%slave == 0) cycle
+      if (system%contact%routine(first + p - 1) == routine_none) cycle
+      associate (facet => facets(pair%cells(p)%slave))
+        if (.not. facet%closed .or. facet%area <= 0.0_wp) cycle
+        system%contact%slide(first + p - 1) = facet%slips
+        now = shifted_gap(pair, p, pair%new(p), system%x_now)
+        if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
+      end associate
+    end do
+  end subroutine expect_on_facets
+
+  !> What the points of each slave facet did at the last converged state.
+  pure subroutine look_back(pair, x, facets)
+    type(pair_t), intent(in) :: pair !! a segmented pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    type(expected_t), intent(inout) :: facets(:) !! (slave facets)
+    real(wp) :: xi(2), gap
+    integer :: p
+
+    do p = 1, size(pair%old)
+      associate (cell => pair%old_cells(p), point => pair%old(p))
+        if (cell%slave == 0 .or. cell%area <= 0.0_wp) cycle
+        associate (facet => facets(cell%slave))
+          facet%closed = facet%closed .and. point%status > status_open
+          facet%slips = facet%slips .and. point%status == status_slip
+          if (.not. facet%closed) cycle
+          call project_on_master(pair, point%host, x, &
+            matmul(x(:, pair%slave_facets(:, cell%slave)), cell%weight), xi, gap)
+          facet%area = facet%area + cell%area
+          facet%gap = facet%gap + (gap - facet%gap)*cell%area/facet%area
+        end associate
+      end associate
+    end do
+  end subroutine look_back
 
   !> The tangents to come take each point as it is.
   pure subroutine forget_expected(list)

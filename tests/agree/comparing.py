@@ -11,8 +11,11 @@ import numpy as np
 CUT = re.compile(r'^step +(\d+) cut: ', re.MULTILINE)
 DECISION = re.compile(r'REDUced cannot be had, [^;\n]*|REDUced, one symmetric factor', re.MULTILINE)
 STATUS = {-1: 'off', 0: 'open', 1: 'stick', 2: 'slip'}
-# Share of scenes that may part, by ties of facets over flat edges or of stick and slip.
-MOST_OTHERS = 0.1
+# Forces that differ by less belong to the same solution, whatever facets and statuses are called: the
+# facet is a tie over a flat edge, stick and slip are one at the edge of the cone.
+SAME = 1e-8
+# Share of scenes that may take another path.
+MOST_OTHERS = 0.01
 # A gap is known to so many units in the last place of the coordinates: all that a stiff penalty or
 # a multiplier leaves of it.
 ROUNDINGS = 64
@@ -29,6 +32,16 @@ class Finished:
         self.log = read(base + '.log')
         self.cuts = [int(step) for step in CUT.findall(self.log)]
         self.decision = ' / '.join(DECISION.findall(self.log))
+
+    def adrift(self):
+        """The first step at which a pair carries no force in a scene with a body that contact alone
+        holds: where such a body lies from then on is not determined."""
+        if 'held by contact alone' not in self.decision:
+            return np.inf
+        rows = [line.split() for line in read(self.base + '.con').split('\n') if line.strip()]
+        forces = [(int(row[0]), abs(float(row[6]))) for row in rows if row[0] != '#']
+        top = max((force for _, force in forces), default=0.0)
+        return min((step for step, force in forces if force <= 1e-12*top), default=np.inf)
 
     def converged(self):
         """It has reached its end."""
@@ -73,10 +86,18 @@ def compare(one, other, least=0.0):
         count = min(len(a['contact/step']), len(b['contact/step'])) if 'contact/step' in a else 0
         cut = first_cut(one.cuts, other.cuts)
         step, where = first_choice(a, b, count)
-        before, what = numbers(one, other, (a, b), min(cut, step) - 1, least)
-        if not np.isfinite(min(cut, step)):
-            return Difference('agree', before, before, what)
+        adrift = other.adrift()
+        before, what = numbers(one, other, (a, b), min(cut, step, adrift) - 1, least)
         whole, _ = numbers(one, other, (a, b), np.inf, least)
+        if not np.isfinite(min(cut, step, adrift)):
+            return Difference('agree', before, before, what)
+        if adrift <= min(cut, step) and whole > SAME:
+            return Difference('adrift', before, before, f'step {adrift:g}, {before:.1e} before it: nothing '
+                              f'holds a body; {whole:.1e} after it')
+        if not np.isfinite(min(cut, step)):
+            return Difference('agree', whole, before, what)
+        if whole <= SAME and not np.isfinite(cut):
+            return Difference(f'tie of {where[0]}', whole, before, f'step {step:g}: {where[1]}')
         if cut <= step:
             return Difference('other cuts', whole, before,
                               f'step {cut:g}, {before:.1e} before it')

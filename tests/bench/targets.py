@@ -68,7 +68,7 @@ def largest_cost(result):
 
 def ratios(runs, row, sizes, wanted, other):
     """Fills a row with the ratios other/mfec at several sizes; other(n) is (time, estimated, ..)."""
-    text, misses, last = [], [], None
+    text, misses, last, share = [], [], None, ''
     for n, least in zip(sizes, wanted):
         own, theirs = runs.get(CUBE, n, 'AUTO'), other(n)
         if not own or theirs[0] is None:
@@ -78,10 +78,13 @@ def ratios(runs, row, sizes, wanted, other):
         last = own
         if ratio < least:
             misses.append(f'n={n} by {least/ratio:.3g}x')
+            share = f'n={n}: the one factorisation alone takes ' \
+                f'{100*factorisation(own)*least/theirs[0]:.0f} % of the {theirs[0]/least:.3g} s ' \
+                'that are wanted; of the whole run: '
     if text:
         row.measured, row.met = ', '.join(text), not misses
         row.missed = ', '.join(misses)
-        row.limit = largest_cost(last)
+        row.limit = share + largest_cost(last)
     return row
 
 
@@ -108,6 +111,10 @@ def memory(runs):
         text.append(part)
     if text:
         row.measured, row.met, row.missed = ', '.join(text), not misses, ', '.join(misses)
+    empty = runs.get(CANTILEVER, 4, 'AUTO')
+    if misses and empty:
+        row.limit = f'small scenes: the shared libraries and their work space (the cantilever of ' \
+            f'{empty["dofs"]} dofs takes {empty["memory"]:.0f} MB); large ones: the factors'
     return row
 
 

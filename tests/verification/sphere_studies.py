@@ -6,11 +6,13 @@ import meshing
 
 SIZES, FINE = (0.3, 0.15, 0.075), 0.06
 OTHERS = ('GTOS SEGMent', 'NTOS +AUGM', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
+DEAR = ('the error of its mesh, which the other forms have on it as well; they hold on a finer one, where '
+        'this one takes many minutes')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
 PRESS = 8
-RATIOS = (1.0, 1.2, 1.5)
+RATIOS = {1.0: 1.0, 1.2: 1.39, 1.5: 1.33, 2.0: 1.0}
 
 
 def pressed(values):
@@ -56,12 +58,13 @@ class Hertz:
         self.points = [(r, abs(p), area) for r, p, area in half_spaces.Traction(pair, tables).pressures()]
         self.top = half_spaces.top_of(self.points, self.width)
         self.reach = half_spaces.radius_of(self.points)
+        self.pole = min(self.points)[1]/self.p0 - 1
         self.worst = max(abs(p - self.p0*math.sqrt(1 - (r/self.width)**2))/self.p0
                          for r, p, _ in self.points if r < 0.8*self.width)
 
 
 def hertz_rows(bench, size, form, known):
-    """Rows of one run; known: largest errors of force, p0 and a that are known to miss."""
+    """Rows of one run; known: largest errors of force and p0 that are known to miss."""
     run = Hertz(bench, size, form)
     mesh, source = f'facet {size} a', 'exact (Hertz)'
     errors = (
@@ -88,11 +91,9 @@ def hertz(bench):
         profile.append((form, style, [r/run.width for r, _, _ in run.points],
                         [p/run.p0 for _, p, _ in run.points]))
     curves.append(('CalculiX T4, node to surface: F', '^:', *zip(*CALCULIX)))
-    for form in OTHERS:
+    for form in OTHERS + ('GTOS SEGMent +AUGM',):
         run, _ = hertz_rows(bench, FINE, form, (None, None))
         bench.remark(f'{form}, facet {FINE} a: pressure, worst node {100*run.worst:.1f} % of p0')
-    run, _ = hertz_rows(bench, 0.15, 'GTOS SEGMent +AUGM', known[0.15])
-    bench.remark(f'GTOS SEGMent +AUGM, facet 0.15 a: pressure, worst node {100*run.worst:.1f} % of p0')
     worst_node(bench)
     bench.picture('hertz_convergence', ('facet size / radius of contact', 'relative error',
                                         'Hertz, two equal spheres'), curves, True)
@@ -102,19 +103,23 @@ def hertz(bench):
 
 
 def worst_node(bench):
-    """Why the pressure of single nodes is off with NTOS: ratios of the facets of master and slave."""
-    found = [[Hertz(bench, 0.15, form, ratio).worst for ratio in RATIOS] for form in ('NTOS', 'GTOS SEGMent')]
-    for form, errors in zip(('NTOS', 'GTOS SEGMent'), found):
-        bench.remark(f'{form}, facet 0.15 a: worst node with a master 1, 1.2 and 1.5 times as coarse: ' +
-                     ', '.join(f'{100*error:.1f} %' for error in errors))
-    bench.compare('worst node over that of GTOS SEGMent, meshes that match', 'the same to 20 %', 1.0,
-                  found[0][0]/found[1][0], 0.2, form='NTOS')
-    bench.remark('the worst node of NTOS is the pole at every facet size. Its area is right. It lies on a '
-                 'node of the master, which gets all of its force and a share of its neighbours\': under an '
-                 'even pressure 1.39 times what its own facets (0.48 of a cell) would receive, as '
-                 'the coarser meshes are copies of the finer ones there. So the master gives way below it, and '
-                 'its gap opens. That is the error which NTOS has in the patch test, and it does not fall '
-                 'with the facet: where the meshes match, or with integrals over the facets (GTOS), it is gone')
+    """Why the pressure of the pole is off with NTOS: facets of the master over those of the slave.
+
+    RATIOS: what the master's node there gets of an even pressure over what its facets would get.
+    """
+    poles = {form: [abs(Hertz(bench, 0.15, form, ratio).pole) for ratio in RATIOS]
+             for form in ('NTOS', 'GTOS SEGMent')}
+    bench.compare('pole, meshes that match, over that of GTOS SEGMent', 'equal to 20 %', 1.0,
+                  poles['NTOS'][0]/poles['GTOS SEGMent'][0], 0.2, form='NTOS')
+    bench.remark(
+        'the worst node of NTOS is the pole, at every facet size. Its area is right. It lies on a node of '
+        'the master, which gets all of its force and a share of its neighbours\': of an even pressure more '
+        'than its facets would get, so it gives way and the gap opens. Master coarser by '
+        + ', '.join(f'{r:g}' for r in RATIOS) + ': force '
+        + ', '.join(f'{r:g}' for r in RATIOS.values()) + ' times that of its facets, error of the pole '
+        + ', '.join(f'{100*e:.0f}' for e in poles['NTOS']) + ' % (GTOS SEGMent: '
+        + ', '.join(f'{100*e:.0f}' for e in poles['GTOS SEGMent']) + ' %). It is the error that NTOS has in '
+        'the patch test; the meshes are copies of each other at the pole, so it does not fall with the facet')
 
 
 def report(bench, form, runs, force, peak):
@@ -166,13 +171,14 @@ def mindlin_rows(bench, size, form, known):
         place, mesh = f'Q/(mu F) = {nominal}', f'facet {size} a ({share:.3f})'
         errors.append((
             bench.compare(f'u_t at {place}', source, way, applied, 0.03, form=form, known=known[0], mesh=mesh),
-            bench.compare(f'c/a at {place}', source, c, found, 0.03, form=form, known=known[1], mesh=mesh)))
+            bench.compare(f'c/a at {place}', source, c, found, 0.03, form=form, known=known[1], mesh=mesh,
+                          why=f'c is {c/size:.1f} facets there, and the error {abs(found - c)/size:.2f} of one')))
     return run, [max(column) for column in zip(*errors)]
 
 
 def mindlin(bench):
     """Tangential displacement and radius of the stick zone while a tangential force grows."""
-    known = {0.3: (0.07, 0.11), 0.15: (None, 0.045), 0.12: (None, None)}
+    known = {0.3: (0.07, 0.15), 0.15: (None, 0.045), 0.12: (None, None)}
     sizes, curves, profile = tuple(known), [], []
     for form, style in (('NTOS', 'o'), ('GTOS', 's')):
         runs = [mindlin_rows(bench, size, form, known[size]) for size in sizes]
@@ -185,7 +191,7 @@ def mindlin(bench):
         profile.append((form, style, [row[2] for row in runs[-1][0].rows],
                         [row[0] for row in runs[-1][0].rows]))
     for form in OTHERS:
-        mindlin_rows(bench, sizes[-1], form, known[sizes[-1]])
+        mindlin_rows(bench, sizes[-1], form, (None, 0.04))
     bench.picture('mindlin_convergence', ('facet size / radius of contact', 'largest relative error',
                                           'Cattaneo-Mindlin'), curves, True)
     exact = [k/100 for k in range(100)]
@@ -236,7 +242,7 @@ def lubkin_rows(bench, size, form, known):
     run = Lubkin(bench, size, form)
     for nominal, (x, exact, moment) in zip(Lubkin.twists, run.rows):
         bench.compare(f'M/(mu F a) at beta G/(mu p0) = {nominal:.4f}', 'paper (Lubkin)', exact, moment,
-                      0.03, form=form, known=known, mesh=f'facet {size} a ({x:.4f})')
+                      0.03, form=form, known=known, mesh=f'facet {size} a ({x:.4f})', why=DEAR)
     return run
 
 
@@ -245,7 +251,7 @@ def lubkin(bench):
     profile, known = [], {0.15: 0.06, 0.1: None}
     for form, style in (('NTOS', 'o'), ('GTOS', 's'), ('NTOS +AUGM', '+'), ('GTOS +AUGM', 'd'),
                         ('GTOS +SMOO', 'x')):
-        for size in known if form in ('NTOS', 'GTOS') else (0.1,):
+        for size in known if form in ('NTOS', 'GTOS') else (0.15 if form == 'GTOS +AUGM' else 0.1,):
             run = lubkin_rows(bench, size, form, known[size])
         profile.append((form, style, [row[0] for row in run.rows], [row[2] for row in run.rows]))
     bench.picture('lubkin', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [

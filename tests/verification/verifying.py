@@ -50,36 +50,26 @@ class Bench:
         self.case, self.form, self.variant = '', '', None
         self.runs = 0
 
-    def study(self, name, work, form='NTOS', variant=False, stops=''):
+    def study(self, name, work, form='NTOS', variant=False):
         """Runs one study; a run that fails becomes a row of its own.
 
         form: the form of contact of its rows, unless a row names its own;
-        variant: whether to change its decks, which have NTOS, to that form;
-        stops: why a run of it is known not to converge.
+        variant: whether to change its decks, which have NTOS, to that form.
         """
         self.case, self.form, self.variant = name, form, form if variant else None
         start, first = time.time(), len(self.rows)
         try:
             work(self)
         except (Trouble, OSError, ValueError, IndexError, KeyError, ArithmeticError) as fault:
-            self.broken(form, fault, stops)
+            self.broken(form, fault)
         self.spent[name] = time.time() - start
         return self.rows[first:]
 
-    def attempt(self, form, work, why):
-        """Does a piece of a study that is known not to converge, and why."""
-        try:
-            work()
-        except Trouble as fault:
-            self.broken(form, fault, why)
-
-    def broken(self, form, fault, why):
+    def broken(self, form, fault):
         """A row for a run that failed."""
         text = ' '.join(str(fault).split()) or type(fault).__name__
-        row = Row(self.case, form, (text[:90] if why else text).replace('|', '/'), '', math.nan, math.nan,
-                  math.inf, 0.0, math.inf if why else None)
-        row.why = why
-        self.rows.append(row)
+        self.rows.append(Row(self.case, form, text.replace('|', '/'), '', math.nan, math.nan, math.inf,
+                             0.0, None))
 
     def compare(self, quantity, source, reference, reached, wanted, *, scale=None, known=None,
                 form=None, mesh=None, why=''):

@@ -1,0 +1,110 @@
+!> Where the tips of a segmented pair go, and whether its cells still fit (doc/theory,
+!! "Segmentation").
+module cell_motion
+  use kinds, only: wp
+  use contact_types, only: pair_t, contact_point_t, cell_t, status_open, status_stick
+  use contact_tips, only: find_tip
+  use cell_history, only: fit_slip
+  use linear_fields, only: linear_field_t, bounded_field_at
+  use facet_geometry, only: project_on_facet, facet_frame
+  implicit none
+  private
+  public :: carry_tips, find_tips, have_stayed, lag_corners
+
+  !> The cells of a facet stay while the tips have moved by less than this on the master since they
+  !! were made, in shape functions, and while the facet is covered to this share.
+  real(wp), parameter :: unmoved = 1.0e-3_wp
+
+contains
+
+  !> Tips of closed points as they are expected: they go with the projection.
+  pure subroutine carry_tips(pair, cells, points, x_old, x, moved)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(cell_t), intent(in) :: cells(:) !! (points) where the points are
+    type(contact_point_t), intent(in) :: points(:) !! (points) last converged state
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) expected positions [length]
+    type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) state, tips at x
+    real(wp) :: before(2), xi(2), gap
+    integer :: p
+
+    moved = points
+    do p = 1, size(points)
+      if (points(p)%host == 0 .or. points(p)%status <= status_open) cycle
+      associate (nodes => pair%facets(:, points(p)%host), &
+                 slave => pair%slave_facets(:, cells(p)%slave))
+        call project_on_facet(x_old(:, nodes), matmul(x_old(:, slave), cells(p)%weight), before, &
+                              gap)
+        call project_on_facet(x(:, nodes), matmul(x(:, slave), cells(p)%weight), xi, gap)
+      end associate
+      moved(p)%tip = points(p)%tip + xi - before
+    end do
+  end subroutine carry_tips
+
+  !> Tips and status of all points at the positions x.
+  subroutine find_tips(pair, points, x, moved)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(contact_point_t), intent(in) :: points(:) !! (points) working state with start tips
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) the state at x
+    logical :: closed
+    integer :: p
+
+    moved = points
+    do p = 1, size(points)
+      if (points(p)%host == 0) cycle
+      call find_tip(pair, p, points(p), x, moved(p)%tip, closed)
+      moved(p)%status = merge(status_stick, status_open, closed)
+    end do
+  end subroutine find_tips
+
+  !> The points of a facet may stay: their tips (the projections of open ones) have hardly moved
+  !! over the master, and the master covers hardly more or less of the facet.
+  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host) result(stay)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: cells(:) !! its points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
+    integer, intent(in) :: host(:) !! and their hosts
+    real(wp) :: xi(2), gap, y(3)
+    integer :: p
+
+    stay = size(cells) > 0
+    if (.not. stay) return
+    stay = abs(sum(cells%area) - sum(fresh%area)) <= unmoved*pair%slave_area(f) &
+      .and. (any(moved%host > 0) .eqv. any(host > 0))
+    do p = 1, size(cells)
+      if (.not. stay) return
+      if (moved(p)%host == 0) cycle
+      xi = moved(p)%tip
+      if (moved(p)%status <= status_open) then
+        y = matmul(x(:, pair%slave_facets(:, f)), cells(p)%weight)
+        call project_on_facet(x(:, pair%facets(:, moved(p)%host)), y, xi, gap)
+      end if
+      stay = maxval(abs(xi - cells(p)%place)) <= unmoved
+    end do
+  end function have_stayed
+
+  !> Corners of a slave facet less the elastic slip there: where its tips are integrated exactly.
+  pure function lag_corners(pair, f, cells, moved, x) result(corners)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: cells(:) !! its points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: corners(3, 3), frame(3, 3)
+    real(wp), parameter :: xi(2, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], &
+                                              [2, 3])
+    type(linear_field_t) :: slip
+    integer :: k
+
+    corners = x(:, pair%slave_facets(:, f))
+    frame = facet_frame(corners)
+    call fit_slip(pair, f, cells, moved, x, slip)
+    do k = 1, 3
+      corners(:, k) = corners(:, k) - matmul(frame, bounded_field_at(slip, xi(:, k), 1.0_wp))
+    end do
+  end function lag_corners
+end module cell_motion

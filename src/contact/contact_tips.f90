@@ -1,0 +1,48 @@
+!> Where the tip of a contact point goes (doc/theory, "Hosts").
+module contact_tips
+  use kinds, only: wp
+  use element_types, only: element_t, task_residual, status_open
+  use elmlib, only: element_routine, n_parameters
+  use contact_types, only: pair_t, contact_point_t
+  use contact_points, only: point_position
+  use contact_parameters, only: point_parameters, pair_routine, point_shift
+  use facet_geometry, only: corners
+  implicit none
+  private
+  public :: tip_of, find_tip
+
+contains
+
+  !> Where the tip goes at positions x with the point's host and start tip.
+  function tip_of(pair, p, point, x) result(tip)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! host and start tip
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: tip(2)
+    logical :: closed
+
+    call find_tip(pair, p, point, x, tip, closed)
+  end function tip_of
+
+  !> The same, and whether the point is closed there.
+  subroutine find_tip(pair, p, point, x, tip, closed)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! host and start tip
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
+    logical, intent(out) :: closed !! it carries a force
+    real(wp) :: d(n_parameters)
+    type(element_t) :: e
+
+    d = point_parameters(pair, p, point%host)
+    e%xl(:, 1) = point_position(pair, p, x)
+    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
+    e%h1 = point%tip
+    e%shift = point_shift(pair, p, point)
+    call element_routine(pair_routine(pair), task_residual, d, e)
+    tip = e%h2
+    closed = e%status > status_open
+  end subroutine find_tip
+end module contact_tips
