@@ -164,7 +164,7 @@ def non_matching_patch(bench):
             patch_error(bench, slave, master, SEGMENTED), 1e-9, scale=1.0, form=SEGMENTED))
         for text, slope, shear in cases + (('inclined, sheared, sticking', 0.3, 0.2),):
             bench.compare(f'{text}, {slave} on {master}', EXACT, 0.0,
-                          loaded_patch(bench, slave, master, SEGMENTED, slope, shear), 1e-9,
+                          loaded_patch(bench, slave, master, SEGMENTED, slope, shear), 1e-8,
                           scale=1.0, form=SEGMENTED)
     for form, wanted in ((SEGMENTED, 1e-8), ('GTOS 6', 5e-3)):
         for slave, master in NOT_MATCHING:

@@ -4,6 +4,7 @@ Python's standard library only; `stresses` alone wants h5py.
 """
 import math
 import os
+import shutil
 import sys
 import time
 
@@ -63,7 +64,14 @@ class Bench:
         except (Trouble, OSError, ValueError, IndexError, KeyError, ArithmeticError) as fault:
             self.broken(form, fault)
         self.spent[name] = time.time() - start
+        self.clear()
         return self.rows[first:]
+
+    def clear(self):
+        """Removes what the runs of a study have written: together they would be gigabytes."""
+        for name in os.listdir(self.folder):
+            if name.startswith('run') and os.path.isdir(os.path.join(self.folder, name)):
+                shutil.rmtree(os.path.join(self.folder, name))
 
     def broken(self, form, fault):
         """A row for a run that failed."""
