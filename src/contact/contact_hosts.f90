@@ -195,7 +195,7 @@ contains
     real(wp), intent(in) :: tolerance !! in shape functions
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! its working state
-    integer :: step, next, before, start_host
+    integer :: step, next, before, start_host, k
     type(ridge_t) :: ridge
 
     start_host = point%host
@@ -207,7 +207,9 @@ contains
         tolerance, ridge%barred)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
       before = point%host
-      if (ridge%via > 0) call step_over(pair, x_old, ridge%via, point)
+      do k = 1, count(ridge%via > 0)
+        call step_over(pair, x_old, ridge%via(k), point)
+      end do
       call step_over(pair, x_old, next, point)
     end do
   end subroutine follow_tip

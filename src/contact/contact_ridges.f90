@@ -8,21 +8,20 @@ module contact_ridges
   use vectors, only: cross
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex, &
-    facet_size
+  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex
   implicit none
   private
   public :: find_ridges, ridge_t, look_at_ridges, is_smooth
 
-  !> A point this deep below a facet, over the facet's size, has been caught there
-  real(wp), parameter :: caught = 0.05_wp
-  !> if its slave side faces the other one with a smaller cosine than this.
-  real(wp), parameter :: facing = -0.1_wp
+  !> Most facets between one that touches a ridge with a corner only and the ridge.
+  integer, parameter :: most_between = 4
+  !> Steps of a walk on the far side of a ridge.
+  integer, parameter :: longest_walk = 100
 
   !> What the ridges around a host say of a point.
   type :: ridge_t
     integer :: next = 0 !! the facet it belongs to, 0 if the tip may decide
-    integer :: via = 0 !! the facet in between if `next` is no neighbour of the host
+    integer :: via(most_between) = 0 !! facets in between if `next` is no neighbour of the host
     logical :: barred(3) = .false. !! edges of the host that the tip must not cross
   end type ridge_t
 
@@ -131,22 +130,49 @@ contains
       end associate
     end do
     do k = 1, 3
-      associate (between => pair%neighbours(k, host))
-        if (between == 0 .or. pair%ridge(k, host) .or. pair%fold(k, host)) cycle
-        do j = 1, 3
-          if (.not. pair%ridge(j, between)) cycle
-          if (.not. belongs(pair, x, y, n, host, pair%neighbours(j, between))) cycle
-          if (.not. lies_in(pair, x, y, pair%neighbours(j, between))) cycle
-          ridge%next = pair%neighbours(j, between)
-          ridge%via = between
-          return
-        end do
-      end associate
+      do j = 0, 1
+        call look_around(pair, x, y, n, host, [k, modulo(k + j, 3) + 1, modulo(k - j + 1, 3) + 1], &
+          ridge)
+        if (ridge%next > 0) return
+      end do
     end do
   end function look_at_ridges
 
+  !> Looks for a ridge around one corner of a host, over the edges that are none.
+  pure subroutine look_around(pair, x, y, n, host, turn, ridge)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(in) :: n(3) !! normal of the slave side
+    integer, intent(in) :: host !! the host of the point
+    integer, intent(in) :: turn(3) !! corners of the host: facing the first edge, pivot, the third
+    type(ridge_t), intent(inout) :: ridge !! gets next and via if the point belongs behind a ridge
+    integer :: via(most_between), i, edge, facet, pivot, far, behind
+
+    via = 0
+    facet = host
+    edge = turn(1)
+    pivot = pair%facets(turn(2), host)
+    far = pair%facets(turn(3), host)
+    do i = 1, most_between
+      if (pair%ridge(edge, facet) .or. pair%fold(edge, facet)) return
+      facet = pair%neighbours(edge, facet)
+      if (facet == 0) return
+      via(i) = facet
+      edge = findloc(pair%facets(:, facet), far, 1)
+      far = sum(pair%facets(:, facet)) - pivot - far
+      if (.not. pair%ridge(edge, facet)) cycle
+      behind = pair%neighbours(edge, facet)
+      if (.not. belongs(pair, x, y, n, host, behind)) return
+      if (.not. lies_behind(pair, x, y, behind)) return
+      ridge%next = behind
+      ridge%via = via
+      return
+    end do
+  end subroutine look_around
+
   !> A point below facet a belongs to facet b behind a ridge: it is less deep below b, and b faces
-  !! the slave side better or, for a point that is deep below a, at all.
+  !! the slave side better.
   pure logical function belongs(pair, x, y, n, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -154,30 +180,39 @@ contains
     real(wp), intent(in) :: n(3) !! normal of the slave side
     integer, intent(in) :: a !! a facet
     integer, intent(in) :: b !! another one
-    real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b, across
+    real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b
 
     ca = corners(x, pair%facets(:, a))
     cb = corners(x, pair%facets(:, b))
     call project_on_facet(ca, y, xi, gap_a)
     call project_on_facet(cb, y, xi, gap_b)
-    belongs = .false.
-    if (gap_a >= 0.0_wp .or. gap_b <= gap_a) return
-    across = dot_product(n, facet_normal(cb))
-    belongs = across < dot_product(n, facet_normal(ca)) .or. &
-      (gap_a < -caught*facet_size(ca) .and. across < facing*norm2(n))
+    belongs = gap_a < 0.0_wp .and. gap_b > gap_a .and. &
+      dot_product(n, facet_normal(cb)) < dot_product(n, facet_normal(ca))
   end function belongs
 
-  !> The projection of a point lies in a facet.
-  pure logical function lies_in(pair, x, y, facet)
+  !> The projection of a point lies on that side of a ridge to which a facet belongs.
+  pure logical function lies_behind(pair, x, y, behind)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(in) :: facet !! the facet
-    real(wp) :: xi(2), gap
+    integer, intent(in) :: behind !! the facet
+    real(wp) :: xi(2), gap, n(3)
+    integer :: step, k, facet, next, before
 
-    call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
-    lies_in = all(barycentric(xi) >= 0.0_wp)
-  end function lies_in
+    facet = behind
+    before = 0
+    do step = 1, longest_walk
+      call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
+      n = barycentric(xi)
+      lies_behind = all(n >= 0.0_wp)
+      k = minloc(n, 1, .not. (pair%ridge(:, facet) .or. pair%fold(:, facet)))
+      if (lies_behind .or. k == 0) return
+      next = pair%neighbours(k, facet)
+      if (n(k) >= 0.0_wp .or. next == 0 .or. next == before) return
+      before = facet
+      facet = next
+    end do
+  end function lies_behind
 
   !> Two neighbouring facets are parts of one smooth surface.
   pure logical function is_smooth(pair, host, across)
