@@ -40,8 +40,8 @@ contains
           'working directory')
       else
         call report_error(diagnostics, at, 'no SAVE before it keeps this state, and '// &
-          'there is no file '//path, 'write SAVE'//comma_name(commands(i)%text)//' where the state is reached, or name a '// &
-          'file: REST,run.h5')
+          'there is no file '//path, 'write SAVE'//comma_name(commands(i)%text)// &
+          ' where the state is reached, or name a file: REST,run.h5')
       end if
     end do
   end subroutine check_files

@@ -30,8 +30,8 @@ contains
     t = ''
     if (.not. cut) t = '  try smaller steps (DT)'
     if (all(system%contact%status <= status_open)) then
-      t = joined(t, '  no contact point is closed: let the bodies touch at the start (ADJUst, or '// &
-        'move one), and bring them together by DISPlacement before they are loaded')
+      t = joined(t, '  no contact point is closed: let the bodies touch at the start '// &
+        '(ADJUst, or move one), and bring them together by DISPlacement before they are loaded')
       return
     end if
     do k = 1, size(model%pairs)
