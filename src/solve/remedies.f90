@@ -60,6 +60,8 @@ contains
       if (pair%relative > soft) t = joined(t, '  pair '//pair%name//': a penalty of '// &
         to_text(pair%relative, 3)//' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its '// &
         'gaps must close')
+      if (pair%relative > 0.0_wp .and. pair%relative <= soft) t = joined(t, '  pair '// &
+        pair%name//': try a softer penalty (PENAlty AUTO 1), with AUGMent if its gaps must close')
       if (pair%relative <= 0.0_wp) t = joined(t, '  pair '//pair%name//': try PENAlty AUTO, '// &
         'or a softer penalty')
       if (any(pair%mu > 0.0_wp) .and. mostly_slips(system, k)) t = joined(t, '  pair '// &
