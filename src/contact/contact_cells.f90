@@ -4,13 +4,13 @@
 !! The points of a slave facet stand together, in the order of the facets; a facet without a master
 !! under it keeps one point that is off. Places behind the last point are idle.
 module contact_cells
-  use kinds, only: wp, pi
+  use kinds, only: wp
   use element_types, only: status_off, status_open
-  use vectors, only: cross
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points
   use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
   use facet_geometry, only: project_on_facet, facet_normal, facet_size
+  use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree, facets_near
   use cell_history, only: fit_slip, fit_multipliers, place_tip, multiplier_at
   use cell_motion, only: carry_tips, find_tips, have_stayed, lag_corners
@@ -25,8 +25,9 @@ module contact_cells
   real(wp), parameter :: facing = -0.1_wp
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
-  !> Room over the expected number of points.
+  !> Room over the number of points at the start, and over the bound for any position.
   real(wp), parameter :: reserve = 1.6_wp
+  real(wp), parameter :: spare = 1.3_wp
 
   !> The points of one slave facet while it is cut.
   type :: fresh_t
@@ -51,7 +52,8 @@ contains
     if (allocated(pair%epsilon)) then
       if (size(pair%epsilon) > 0) pair%density = pair%epsilon(1)/pair%area(1)
     end if
-    points = max(room_for(pair, x), nint(reserve*real(points_at(pair, x), wp)))
+    points = max(nint(reserve*real(points_at(pair, x), wp)), 6*size(pair%slave_facets, 2), &
+      nint(spare*real(cell_points*most_cells(pair%slave_facets, pair%facets, x), wp)))
     deallocate (pair%point_nodes, pair%point_weights, pair%area)
     allocate (pair%cells(points), pair%old_cells(points))
     allocate (pair%is_cut(size(pair%slave_facets, 2)), source=.false.)
@@ -95,42 +97,6 @@ contains
     allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
               fresh%host(cell_points*(facets + 1)))
   end subroutine make_fresh
-
-  !> The expected number of points and a reserve: a convex body at random over a mesh of others of
-  !! mean area A and circumference L meets 1 + (a + l L/2 pi)/A of them. The means are geometric,
-  !! for a few large facets mean little.
-  pure integer function room_for(pair, x) result(room)
-    type(pair_t), intent(in) :: pair !! slave facets, areas, master facets
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp) :: area, length, cells
-    integer :: f, n
-
-    n = size(pair%facets, 2)
-    area = 0.5_wp*exp(sum([(log(max(tiny(area), twice_area(x(:, &
-      pair%facets(:, f))))), f=1, n)])/real(max(1, n), wp))
-    length = exp(sum([(log(circumference(x(:, pair%facets(:, f)))), f=1, n)])/real(max(1, n), wp))
-    cells = 0.0_wp
-    do f = 1, size(pair%slave_facets, 2)
-      cells = cells + 2.0_wp
-      if (n > 0) cells = cells + reserve*(1.0_wp + (pair%slave_area(f) + length/(2.0_wp*pi)* &
-        circumference(x(:, pair%slave_facets(:, f))))/area)
-    end do
-    room = cell_points*ceiling(cells)
-  end function room_for
-
-  !> Twice the area of a triangle.
-  pure real(wp) function twice_area(x)
-    real(wp), intent(in) :: x(3, 3) !! corners [length]
-
-    twice_area = norm2(cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3)))
-  end function twice_area
-
-  !> Circumference of a triangle.
-  pure real(wp) function circumference(x)
-    real(wp), intent(in) :: x(3, 3) !! corners [length]
-
-    circumference = norm2(x(:, 2) - x(:, 1)) + norm2(x(:, 3) - x(:, 2)) + norm2(x(:, 1) - x(:, 3))
-  end function circumference
 
   !> Forgets all cells: each facet is cut anew.
   pure subroutine clear_cells(pair)

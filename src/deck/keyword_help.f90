@@ -4,7 +4,7 @@ module keyword_help
   use signatures, only: syntax_text, signature_t
   use hints, only: word_list_t, did_you_mean
   use keyword_types, only: keyword_table_t, keyword_t, find_keyword, find_word, &
-    list_keywords, table_mesh, table_batch
+    own_word_t, list_keywords, table_mesh, table_batch
   use keywords, only: keyword_table
   implicit none
   private
@@ -34,9 +34,13 @@ contains
     t = ''
     if (mesh > 0) t = t//command_help(table%commands(mesh))
     if (batch > 0) t = t//command_help(table%commands(batch))
-    if (mesh + batch > 0) return
     do i = 1, table%count
-      if (find_word(table%commands(i), item) > 0) t = t//command_help(table%commands(i))
+      if (i == mesh .or. i == batch .or. find_word(table%commands(i), item) == 0) cycle
+      if (mesh + batch > 0) then
+        t = t//word_help(table%commands(i), find_word(table%commands(i), item))
+      else
+        t = t//command_help(table%commands(i))
+      end if
     end do
     if (len(t) > 0) return
     call list_keywords(table, table_mesh, list)
@@ -119,10 +123,7 @@ contains
     t = t//syntax_lines(command%head, trim(command%name), '  ', command%table == table_batch)
     if (command%has_data) t = t//syntax_lines(command%data, '', '    ', .false.)
     do i = 1, size(command%words)
-      associate (word => command%words(i))
-        t = t//syntax_lines(word%signature, trim(word%name), '    ', .false.)
-        t = t//'      '//trim(word%summary)//unavailable(word%available)//nl
-      end associate
+      t = t//word_lines(command%words(i))
     end do
     t = t//nl
     do i = 1, size(command%help)
@@ -130,6 +131,26 @@ contains
     end do
     if (size(command%help) > 0) t = t//nl
   end function command_help
+
+  !> What a word that is a command as well means among the records of another command.
+  function word_help(command, number) result(t)
+    type(keyword_t), intent(in) :: command !! the other command
+    integer, intent(in) :: number !! which of its own words
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+
+    t = trim(command%words(number)%name)//' as a record of '//trim(command%name)// &
+      ' (more with --help '//trim(command%name)//'):'//nl//nl//word_lines(command%words(number))//nl
+  end function word_help
+
+  !> The ways to write a record that begins with an own word, and what it means.
+  function word_lines(word) result(t)
+    type(own_word_t), intent(in) :: word !! the word
+    character(:), allocatable :: t
+
+    t = syntax_lines(word%signature, trim(word%name), '    ', .false.)// &
+      '      '//trim(word%summary)//unavailable(word%available)//new_line('a')
+  end function word_lines
 
   !> The ways to write a record, one a line; those that are not available say so.
   function syntax_lines(signature, head, indent, fields) result(t)

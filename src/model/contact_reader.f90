@@ -4,7 +4,7 @@ module contact_reader
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
-  use diagnostics, only: diagnostics_t, report_error
+  use diagnostics, only: diagnostics_t, report_error, report_note
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
     direction_circumferential, direction_radial, direction_field, form_node_to_surface, &
     form_quadrature_to_surface
@@ -281,6 +281,7 @@ contains
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &
           'delete one of them: ADJUst moves nodes onto the flat facets')
       end if
+      call note_twin(drafts, i, diagnostics)
       do k = 1, i - 1
         if (drafts(k)%pair%number == pair%number) then
           call report_error(diagnostics, pair%at, 'pair '//to_text(pair%number)// &
@@ -294,6 +295,25 @@ contains
       end do
     end associate
   end subroutine check_pair
+
+  !> Two pairs of the same slave and master both press: worth a note.
+  subroutine note_twin(drafts, i, diagnostics)
+    type(pair_draft_t), intent(in) :: drafts(:) !! the pairs
+    integer, intent(in) :: i !! the pair that may repeat an earlier one
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets a note
+    integer :: k
+
+    associate (pair => drafts(i)%pair)
+      do k = 1, i - 1
+        if (.not. (drafts(i)%has_form .and. drafts(k)%has_form)) cycle
+        if (drafts(k)%pair%slave /= pair%slave .or. drafts(k)%pair%master /= pair%master) cycle
+        call report_note(diagnostics, pair%slave_at, 'pair '//pair%name// &
+          ' has the slave and the master of pair '//drafts(k)%pair%name// &
+          ': both act, with the sum of their penalties and of their friction')
+        return
+      end do
+    end associate
+  end subroutine note_twin
 
   !> What segmentation cannot do.
   subroutine check_segmented(pair, diagnostics)

@@ -188,7 +188,7 @@ contains
       if (stop_requested()) then
         run%progress%outcome = outcome_stopped
         call raise_outcome(context%model, context%system, context%state, run%progress, &
-          context%state%time, error)
+          context%state%time, .false., error)
         return
       end if
       context%monitor%step = context%state%step + 1
@@ -307,7 +307,8 @@ contains
         run%progress%outcome = outcome_stopped
       end if
       if (run%progress%outcome /= outcome_going_on) then
-        call raise_outcome(model, system, state, run%progress, run%pending_time, error)
+        call raise_outcome(model, system, state, run%progress, run%pending_time, .false., &
+          error)
         return
       end if
       run%converged = is_converged(system, run%settings, run%progress)
@@ -335,7 +336,7 @@ contains
     if (.not. run%converged) then
       run%progress%outcome = outcome_open
       call raise_outcome(context%model, context%system, context%state, run%progress, &
-        run%pending_time, error)
+        run%pending_time, .false., error)
       return
     end if
     call accept(context%model, context%system, context%state, run%pending_time)

@@ -3,13 +3,14 @@ module printing
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
+  use mesh_types, only: mesh_t
   use model_types, only: model_t
   use system_types, only: state_t
   use batch_types, only: batch_command_t
   use run_log, only: log_t, log_line
   implicit none
   private
-  public :: print_displacements, print_reactions
+  public :: print_displacements, print_reactions, nodes_to_print
 
 contains
 
@@ -35,6 +36,20 @@ contains
     call print_vectors(command, model, 'reactions', state%time, state%reaction, log, error)
   end subroutine print_reactions
 
+  !> The nodes that a command names: n1 to n2 in steps of n3; n1 alone is one node, none are all.
+  pure subroutine nodes_to_print(command, mesh, first, last, stride)
+    type(batch_command_t), intent(in) :: command !! which nodes
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(out) :: first !! first node
+    integer, intent(out) :: last !! last node as asked for, may be beyond the mesh
+    integer, intent(out) :: stride !! step between them
+
+    first = max(1, nint(command%v(1)))
+    last = nint(command%v(2))
+    if (last == 0) last = merge(mesh%nodes, first, command%v(1) < 1.0_wp)
+    stride = max(1, nint(command%v(3)))
+  end subroutine nodes_to_print
+
   !> A vector a node, and the sum.
   subroutine print_vectors(command, model, what, time, v, log, error)
     type(batch_command_t), intent(in) :: command !! which nodes
@@ -47,11 +62,8 @@ contains
     character(80) :: line
     integer :: first, last, stride, i
 
-    first = max(1, nint(command%v(1)))
-    last = nint(command%v(2))
-    if (last == 0) last = merge(model%mesh%nodes, first, command%v(1) < 1.0_wp)
+    call nodes_to_print(command, model%mesh, first, last, stride)
     last = min(last, model%mesh%nodes)
-    stride = max(1, nint(command%v(3)))
     call log_line(log, '  nodal '//what//' at time '//to_text(time, 12), error)
     do i = first, last, stride
       if (allocated(error)) return

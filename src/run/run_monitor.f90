@@ -4,7 +4,7 @@ module run_monitor
   use errors, only: error_t
   use text, only: to_text
   use monitors, only: monitor_t, iteration_t
-  use terminal, only: terminal_t, show_progress
+  use terminal, only: terminal_t, show_progress, print_line
   use run_log, only: log_t, log_iteration_t, log_iteration, log_line, &
     log_warning, log_cut
   implicit none
@@ -23,7 +23,7 @@ module run_monitor
   contains
     procedure :: iteration => take_iteration !! one line of the log
     procedure :: event => take_event !! one line of the log
-    procedure :: warning => take_warning !! one line of the log
+    procedure :: warning => take_warning !! one line of the log and of the terminal
     procedure :: cut => take_cut !! one line of the log
   end type run_monitor_t
 
@@ -66,12 +66,13 @@ contains
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_event
 
-  !> Logs a warning.
+  !> Logs a warning and shows it.
   subroutine take_warning(self, text)
     class(run_monitor_t), intent(inout) :: self !! the receiver
     character(*), intent(in) :: text !! the warning
     type(error_t), allocatable :: error
 
+    if (associated(self%terminal)) call print_line(self%terminal, 'warning: '//text)
     if (associated(self%log)) call log_warning(self%log, text, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_warning

@@ -18,7 +18,8 @@ module saved_states
   use text_files, only: real_path
   implicit none
   private
-  public :: saved_states_t, keep_state, read_kept_state, take_state, note_passed, restart_base
+  public :: saved_states_t, keep_state, read_kept_state, take_state, note_passed, restart_base, &
+    file_of
 
   !> Where states are kept.
   type :: saved_states_t

@@ -15,6 +15,7 @@ module session
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
+  use batch_checks, only: check_files, check_nodes
   use system_types, only: system_t, state_t
   use system_building, only: build_system
   use linear_solver, only: free_solver
@@ -77,6 +78,9 @@ contains
     if (allocated(error)) return
     call read_model(deck, diagnostics, model)
     call read_batch(deck, model%pairs, diagnostics, commands)
+    call check_files(deck, commands, restart_base(base_name(options), options%restart), &
+      diagnostics)
+    if (allocated(model%pairs)) call check_nodes(deck, commands, model%mesh, diagnostics)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

@@ -10,6 +10,7 @@ module diagnosis
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless
   use contact_report, only: worst_contact, restless_point, closed_points, has_friction
+  use remedies, only: what_may_help, settle_advice
   use system_types, only: system_t
   implicit none
   private
@@ -18,22 +19,25 @@ module diagnosis
 contains
 
   !> What can be said about a failed solve, in lines that begin with two blanks.
-  subroutine explain_failure(model, system, progress, time, text)
+  subroutine explain_failure(model, system, progress, time, cut, text)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
     type(newton_t), intent(in) :: progress !! how it ended
     real(wp), intent(in) :: time !! the time that was tried
+    logical, intent(in) :: cut !! increments have been cut as far as it goes
     character(:), allocatable, intent(out) :: text !! the explanation
     character(1), parameter :: nl = new_line('a')
     integer :: body
 
-    text = '  tried: ever smaller increments, the last one to time '//to_text(time, 12)// &
-      ' with '//count_noun(progress%solves, 'linear solve')
+    text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
+      count_noun(progress%solves, 'linear solve')
+    if (cut) text = '  tried: ever smaller increments, the last one to time '// &
+      to_text(time, 12)//' with '//count_noun(progress%solves, 'linear solve')
     if (progress%outcome == outcome_open) text = '  tried: '//to_text(progress%solves)// &
       ' times TANG; write LOOP,,n TANG,,1 NEXT behind TIME, or STEP,,n instead'
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
-      //restless_point(model)//nl//'  refine or smooth the master there, or move in smaller steps'
+      //restless_point(model)//nl//settle_advice(model, cut)
     if (progress%outcome == outcome_gaps) then
       text = text//nl//'  pairs with multipliers:'//with_multipliers(model)// &
         '; the log tells what each update has left'//nl// &
@@ -45,7 +49,7 @@ contains
     if (body > 0) then
       text = text//nl//describe_body(model, system, body)
     else
-      text = text//nl//worst_node(model, system)
+      text = text//nl//worst_node(model, system, cut)
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
@@ -203,9 +207,10 @@ contains
   end function body_name
 
   !> Names the node and dof with the largest residual, and the worst contact point of its body.
-  function worst_node(model, system) result(t)
+  function worst_node(model, system, cut) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! residual formed
+    logical, intent(in) :: cut !! increments have been cut as far as it goes
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
     character(:), allocatable :: contact
@@ -227,6 +232,6 @@ contains
       //to_text(node)//', dof '//to_text(dof)
     contact = worst_contact(model, system, max(system%node_body(node), 0))
     if (len(contact) == 0) contact = worst_contact(model, system, 0)
-    if (len(contact) > 0) t = t//nl//contact//nl//'  try smaller steps (DT) or a softer penalty'
+    if (len(contact) > 0) t = t//nl//contact//nl//what_may_help(model, system, cut)
   end function worst_node
 end module diagnosis

@@ -68,8 +68,11 @@ contains
     do k = 1, size(model%pairs)
       if (model%pairs(k)%crowd_told .or. .not. model%pairs(k)%crowded) cycle
       model%pairs(k)%crowd_told = .true.
-      call monitor%warning('pair '//model%pairs(k)%name//': more cells than there is room for; '// &
-        'the last facets have fewer points')
+      call monitor%warning('pair '//model%pairs(k)%name//': the slave lies on more facets than '// &
+        'there is room for ('//to_text(size(model%pairs(k)%cells))//' points): some '// &
+        'slave facets have one point a cell or fewer, and what they carry is not exact from '// &
+        'here on; write a number of points in place of SEGMent, or make '// &
+        'the coarser surface the master')
     end do
   end subroutine tell_crowded
 

@@ -61,8 +61,10 @@ POINT = re.compile(rf'pair \S+, slave (node \d+|{FACET}), {FACET}: (open|stick|s
 def message_helps(text):
     """An exit code 2 must name pair, slave node or facet, facet and status, node and dof, and a
     remedy."""
+    if 'ever smaller increments' in text and 'smaller steps (DT)' in text:
+        return False
     return bool(POINT.search(text)) and bool(re.search(r'node \d+, dof [123]', text)) and any(
-        word in text for word in ('BOUNdary', 'DT', 'restrain'))
+        word in text for word in ('BOUNdary', 'restrain', '(DT)', 'PENAlty', 'ADJUst'))
 
 
 def common_faults(outcome, scene):
