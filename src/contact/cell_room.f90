@@ -98,7 +98,7 @@ contains
       width(f) = radius(x, facets(:, f))
     end do
     do k = 1, min(places, count(.not. taken))
-      taken(minloc(width, 1, .not. taken)) = .true.
+      taken(minloc(merge(huge(1.0_wp), width, taken), 1)) = .true.
     end do
     spots = pack([(f, f=1, size(taken))], taken)
   end subroutine choose_spots
