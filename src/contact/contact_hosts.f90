@@ -11,7 +11,7 @@ module contact_hosts
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth
-  use contact_tips, only: tip_of
+  use contact_tips, only: tip_of, find_tip
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, altitude
@@ -149,8 +149,9 @@ contains
     integer, intent(inout) :: changes !! grows by one if the host has changed
     type(contact_point_t) :: before
     integer :: host
-    logical :: touched
+    logical :: touched, back
 
+    back = .false.
     associate (point => pair%new(p))
       host = point%host
       touched = touches(pair, x, p, host)
@@ -161,11 +162,12 @@ contains
       else if (pair%moves(p) < most_moves) then
         before = point
         call follow_tip(pair, x_old, x, tolerance, p, point)
+        if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
         if (point%host == pair%left(p)) point = before
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then
-        pair%left(p) = host
+        pair%left(p) = merge(0, host, back)
         pair%moves(p) = pair%moves(p) + 1
       end if
       if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
@@ -213,6 +215,36 @@ contains
       call step_over(pair, x_old, next, point)
     end do
   end subroutine follow_tip
+
+  !> Gives a point to the facet that holds its tip when it is followed from the last converged
+  !! state. Below a convex kink either facet may hold its own tip: it must not matter with which of
+  !! them the solve began. One that this increment has left already is not taken back.
+  subroutine take_back(pair, x_old, x, tolerance, p, point, back)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    real(wp), intent(in) :: tolerance !! in shape functions
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(inout) :: point !! its working state
+    logical, intent(out) :: back !! it has another host now
+    type(contact_point_t) :: trial
+    real(wp) :: tip(2)
+
+    back = .false.
+    if (any(pair%old(p)%host == [0, point%host, pair%left(p)])) return
+    trial = point
+    trial%host = pair%old(p)%host
+    trial%tip = pair%old(p)%tip
+    call follow_tip(pair, x_old, x, tolerance, p, trial)
+    if (any(trial%host == [point%host, pair%left(p)])) return
+    if (has_multipliers(pair) .and. all(pair%neighbours(:, point%host) /= trial%host)) return
+    call find_tip(pair, p, trial, x, tip, back)
+    back = back .and. all(barycentric(tip) > rim_tolerance)
+    if (.not. back) return
+    if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%facets(:, point%host), &
+      pair%facets(:, trial%host), x_old, point%lambda)
+    point = trial
+  end subroutine take_back
 
   !> Hands a point on to a neighbour of its host, with its start tip and its multiplier.
   subroutine step_over(pair, x_old, next, point)

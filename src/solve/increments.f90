@@ -12,7 +12,7 @@ module increments
     refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless, outcome_gaps
+    outcome_too_many, outcome_restless, outcome_gaps, is_converged
   use contact_report, only: restless_point
   use contact_parameters, only: is_stiff, shifts_gap, most_updates
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
@@ -24,9 +24,11 @@ module increments
   public :: solve_increment, begin_at, choose_start, follow_solution, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
-  real(wp), parameter :: patch_tolerance = 1.0e-5_wp
-  !> Passes of an increment that are due to the shape of smooth surfaces alone.
-  integer, parameter :: most_renewals = 3
+  real(wp), parameter :: patch_tolerance = 1.0e-10_wp
+  !> Changes of the shape of smooth surfaces after which an increment is solved once more.
+  integer, parameter :: most_renewals = 8
+  !> Energy tolerance of the first solve where surfaces are smooth.
+  real(wp), parameter :: rough_energy = 1.0e-2_wp
 
 contains
 
@@ -105,7 +107,8 @@ contains
     end do
   end subroutine solve_from_start
 
-  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape.
+  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
+  !! shape changes, solves are rough (doc/theory, "Smooth surfaces").
   subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
@@ -113,23 +116,58 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    integer :: pass, renewals
-    logical :: settled
+    type(settings_t) :: budget
+    integer :: pass, renewals, before
+    logical :: settled, rough
 
+    rough = any(model%pairs%smooth) .and. progress%solves == 0
     renewals = 0
-    do pass = 1, settings%most_passes
+    pass = 0
+    do while (pass < settings%most_passes)
+      budget = settings
+      if (rough) budget = roughened(settings, progress, renewals)
       call load_contact(model, system)
       call couple(system)
-      call solve_frozen(system, model%mesh%x, time, settings, monitor, progress)
-      if (progress%outcome /= outcome_converged) return
-      if (size(model%pairs) == 0) exit
-      call follow_solution(model, system, settings, monitor, renewals, settled)
-      if (settled) exit
+      call solve_frozen(system, model%mesh%x, time, budget, monitor, progress)
+      if (progress%outcome == outcome_too_many .and. budget%most_solves < settings%most_solves) &
+        progress%outcome = outcome_converged
+      if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
+      if (rough) rough = .not. is_fine(system, settings, progress)
+      if (.not. rough) budget = settings
+      before = renewals
+      call follow_solution(model, system, budget, monitor, renewals, settled)
+      if (settled .and. .not. rough) return
+      rough = rough .and. renewals > before
+      if (renewals == before) pass = pass + 1
     end do
-    if (pass <= settings%most_passes) return
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
   end subroutine solve_with_hosts
+
+  !> Settings of a rough solve: few digits at first, then a single iteration for each new shape.
+  !! A host that a point leaves in between may take it back.
+  pure type(settings_t) function roughened(settings, progress, renewals) result(budget)
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! its solves so far
+    integer, intent(in) :: renewals !! changes of shape so far
+
+    budget = settings
+    budget%energy_tolerance = max(rough_energy, settings%energy_tolerance)
+    budget%extrapolation = 0.0_wp
+    if (renewals > 0) budget%most_solves = min(progress%solves + 1, settings%most_solves)
+  end function roughened
+
+  !> A solve, rough or not, has met the settings.
+  logical function is_fine(system, settings, progress) result(fine)
+    type(system_t), intent(in) :: system !! residual formed
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+    type(newton_t) :: exact
+
+    exact = progress
+    exact%energy_met = progress%energy <= settings%energy_tolerance*progress%first_energy
+    fine = is_converged(system, settings, exact)
+  end function is_fine
 
   !> After a solve: hosts follow the tips, and smooth surfaces take the shape of their facets.
   subroutine follow_solution(model, system, settings, monitor, renewals, settled)
