@@ -6,7 +6,7 @@ module contact_hosts
   use kinds, only: wp
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
-  use contact_points, only: count_points, point_position, longest_facet
+  use contact_points, only: count_points, point_position, is_first, longest_facet
   use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
@@ -104,14 +104,6 @@ contains
       end associate
     end do
   end subroutine begin_increment
-
-  !> The point is a first slot.
-  pure logical function is_first(pair, p)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point
-
-    is_first = p <= count_points(pair)/pair%slots
-  end function is_first
 
   !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
   !! outside its facet than `tolerance` (less at a kinked edge). A new host counts as a change only

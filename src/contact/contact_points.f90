@@ -9,7 +9,7 @@ module contact_points
   use facet_geometry, only: corners, facet_size
   implicit none
   private
-  public :: count_points, used_points, point_position, point_text, make_node_points, &
+  public :: is_first, count_points, used_points, point_position, point_text, make_node_points, &
     make_facet_points, longest_facet, coupling, most_coupled, coupled_nodes
 
 contains
@@ -145,4 +145,12 @@ contains
       end associate
     end do
   end subroutine make_facet_points
+
+  !> The point is a first slot.
+  pure logical function is_first(pair, p)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+
+    is_first = p <= count_points(pair)/pair%slots
+  end function is_first
 end module contact_points
