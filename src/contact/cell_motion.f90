@@ -2,7 +2,7 @@
 !! "Segmentation").
 module cell_motion
   use kinds, only: wp
-  use contact_types, only: pair_t, contact_point_t, cell_t, status_open, status_stick
+  use contact_types, only: pair_t, contact_point_t, cell_t, status_open
   use contact_tips, only: find_tip
   use cell_history, only: fit_slip
   use linear_fields, only: linear_field_t, bounded_field_at
@@ -10,10 +10,6 @@ module cell_motion
   implicit none
   private
   public :: carry_tips, find_tips, have_stayed, lag_corners
-
-  !> The cells of a facet stay while the tips have moved by less than this on the master since they
-  !! were made, in shape functions, and while the facet is covered to this share.
-  real(wp), parameter :: unmoved = 1.0e-3_wp
 
 contains
 
@@ -47,20 +43,18 @@ contains
     type(contact_point_t), intent(in) :: points(:) !! (points) working state with start tips
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) the state at x
-    logical :: closed
     integer :: p
 
     moved = points
     do p = 1, size(points)
       if (points(p)%host == 0) cycle
-      call find_tip(pair, p, points(p), x, moved(p)%tip, closed)
-      moved(p)%status = merge(status_stick, status_open, closed)
+      call find_tip(pair, p, points(p), x, moved(p)%tip, moved(p)%status)
     end do
   end subroutine find_tips
 
   !> The points of a facet may stay: their tips (the projections of open ones) have hardly moved
   !! over the master, and the master covers hardly more or less of the facet.
-  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host) result(stay)
+  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host, unmoved) result(stay)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points
@@ -68,6 +62,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
     integer, intent(in) :: host(:) !! and their hosts
+    real(wp), intent(in) :: unmoved !! in shape functions, and of the covered share
     real(wp) :: xi(2), gap, y(3)
     integer :: p
 

@@ -5,7 +5,7 @@
 !! under it keeps one point that is off. Places behind the last point are idle.
 module contact_cells
   use kinds, only: wp
-  use element_types, only: status_off, status_open
+  use element_types, only: status_off, status_open, status_stick
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points
   use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
@@ -23,6 +23,11 @@ module contact_cells
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
   real(wp), parameter :: facing = -0.1_wp
+  !> The cells of a facet stay while the tips have moved by less than this on the master since they
+  !! were made, in shape functions, and while the facet is covered to this share.
+  real(wp), parameter :: unmoved = 1.0e-3_wp
+  !> The same after a solve in which all of its closed points slip: they were expected to.
+  real(wp), parameter :: slipped = 0.05_wp
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
   !> Room over the number of points at the start, and over the bound for any position.
@@ -56,7 +61,6 @@ contains
       nint(spare*real(cell_points*most_cells(pair%slave_facets, pair%facets, x), wp)))
     deallocate (pair%point_nodes, pair%point_weights, pair%area)
     allocate (pair%cells(points), pair%old_cells(points))
-    allocate (pair%is_cut(size(pair%slave_facets, 2)), source=.false.)
     allocate (pair%point_nodes(3, points), pair%point_weights(3, points), pair%area(points))
     if (allocated(pair%epsilon)) deallocate (pair%epsilon)
     allocate (pair%epsilon(points), source=0.0_wp)
@@ -129,13 +133,11 @@ contains
 
     pair%new = pair%old
     pair%cells = pair%old_cells
-    pair%is_cut = .false.
     call show_cells(pair)
   end subroutine begin_cells
 
-  !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed; those
-  !! with closed points that have been cut for this increment where the bodies were expected are cut
-  !! once more where they are. New points get their history from the old ones of their facet.
+  !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed. New
+  !! points get their history from the old ones of their facet.
   subroutine follow_cells(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -166,8 +168,10 @@ contains
       call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
         x, fresh)
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                          fresh%cell(:fresh%n), fresh%host(:fresh%n))
-      if (.not. at_start) stays = rests(pair, f, moved(first:last), stays)
+                          fresh%cell(:fresh%n), fresh%host(:fresh%n), &
+                          merge(unmoved, slipped, at_start .or. any(moved(first:last)%status &
+                                                                    == status_stick)))
+      if (.not. at_start .and. pair%moves(f) >= most_moves) stays = .true.
       room = count_points(pair) - n - (size(pair%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -180,7 +184,6 @@ contains
         pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
         if (.not. at_start) pair%moves(f) = pair%moves(f) + 1
-        pair%is_cut(f) = .true.
         changes = changes + fresh%n
       end if
       n = n + fresh%n
@@ -190,21 +193,6 @@ contains
     pair%new(n + 1:) = contact_point_t()
     call show_cells(pair)
   end subroutine follow_cells
-
-  !> Whether the cells of a facet stay after a solve: those that were cut where the bodies were
-  !! expected do not, where they are closed.
-  pure logical function rests(pair, f, moved, stays)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: f !! the slave facet
-    type(contact_point_t), intent(in) :: moved(:) !! state of its points after the solve
-    logical, intent(in) :: stays !! the tips have hardly moved
-
-    rests = stays
-    if (pair%is_cut(f) .and. pair%moves(f) == 0) then
-      rests = stays .and. all(moved%status <= status_open)
-    end if
-    if (pair%moves(f) >= most_moves) rests = .true.
-  end function rests
 
   !> Last point of a facet whose first point would be `first`; one less if it has none.
   pure integer function last_of(cells, first, f) result(last)

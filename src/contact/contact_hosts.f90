@@ -221,6 +221,7 @@ contains
     logical, intent(out) :: back !! it has another host now
     type(contact_point_t) :: trial
     real(wp) :: tip(2)
+    integer :: status
 
     back = .false.
     if (any(pair%old(p)%host == [0, point%host, pair%left(p)])) return
@@ -230,8 +231,8 @@ contains
     call follow_tip(pair, x_old, x, tolerance, p, trial)
     if (any(trial%host == [point%host, pair%left(p)])) return
     if (has_multipliers(pair) .and. all(pair%neighbours(:, point%host) /= trial%host)) return
-    call find_tip(pair, p, trial, x, tip, back)
-    back = back .and. all(barycentric(tip) > rim_tolerance)
+    call find_tip(pair, p, trial, x, tip, status)
+    back = status > status_open .and. all(barycentric(tip) > rim_tolerance)
     if (.not. back) return
     if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%facets(:, point%host), &
       pair%facets(:, trial%host), x_old, point%lambda)

@@ -1,7 +1,7 @@
 !> Where the tip of a contact point goes (doc/theory, "Hosts").
 module contact_tips
   use kinds, only: wp
-  use element_types, only: element_t, task_residual, status_open
+  use element_types, only: element_t, task_residual
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: point_position
@@ -20,19 +20,19 @@ contains
     type(contact_point_t), intent(in) :: point !! host and start tip
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: tip(2)
-    logical :: closed
+    integer :: status
 
-    call find_tip(pair, p, point, x, tip, closed)
+    call find_tip(pair, p, point, x, tip, status)
   end function tip_of
 
-  !> The same, and whether the point is closed there.
-  subroutine find_tip(pair, p, point, x, tip, closed)
+  !> The same, and what the point does there.
+  subroutine find_tip(pair, p, point, x, tip, status)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(in) :: point !! host and start tip
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
-    logical, intent(out) :: closed !! it carries a force
+    integer, intent(out) :: status !! open, stick or slip
     real(wp) :: d(n_parameters)
     type(element_t) :: e
 
@@ -43,6 +43,6 @@ contains
     e%shift = point_shift(pair, p, point)
     call element_routine(pair_routine(pair), task_residual, d, e)
     tip = e%h2
-    closed = e%status > status_open
+    status = e%status
   end subroutine find_tip
 end module contact_tips

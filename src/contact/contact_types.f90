@@ -114,6 +114,5 @@ module contact_types
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
-    logical, allocatable :: is_cut(:) !! (slave facets) its cells were made in this increment
   end type pair_t
 end module contact_types
