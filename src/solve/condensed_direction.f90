@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, cost_solve
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance
+  use condensed_bodies, only: gather_compliance, apply_compliance
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
   use system_types, only: system_t
@@ -34,6 +34,7 @@ contains
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
+    call gather_compliance(system%condensed)
     call form_element_matrices(system, x)
     associate (condensed => system%condensed)
       allocate (y(condensed%n_live))

@@ -12,7 +12,7 @@ module condensed_system
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
-    load_candidates, find_equilibrium, spread_yield, gather_compliance, &
+    load_candidates, find_equilibrium, spread_yield, number_live, &
     free_condensed
   use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
@@ -203,8 +203,8 @@ contains
     end associate
   end subroutine mark_touched
 
-  !> Makes sure that every node of a contact element is a candidate, and gathers the compliance of
-  !! the live ones.
+  !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
+  !! their compliance is gathered when an iteration wants it.
   subroutine couple_condensed(system)
     type(system_t), intent(inout) :: system !! condensed follows the contact elements
     logical, allocatable :: live(:)
@@ -232,7 +232,7 @@ contains
       condensed%n_live = size(condensed%live)
       condensed%live_place = 0
       condensed%live_place(condensed%live) = [(i, i=1, condensed%n_live)]
-      call gather_compliance(condensed)
+      call number_live(condensed)
       call measure_defects(condensed)
       call place_elements(system)
     end associate
