@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, cost_solve
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: gather_compliance, apply_compliance
+  use condensed_bodies, only: apply_compliance
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
   use system_types, only: system_t
@@ -18,7 +18,7 @@ module condensed_direction
   !> A factor is worth trying again if no more elements than these have changed their status.
   integer, parameter :: most_changes = 3
   !> Accuracies of a direction.
-  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-3_wp
 
 contains
 
@@ -34,7 +34,6 @@ contains
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
-    call gather_compliance(system%condensed)
     call form_element_matrices(system, x)
     associate (condensed => system%condensed)
       allocate (y(condensed%n_live))
@@ -76,13 +75,14 @@ contains
       <= most_changes
   end function is_worth_trying
 
-  !> As many digits as Newton can use: about the square of the share that the last iteration left.
+  !> As many digits as Newton can use: a tenth of the square of the share that the last iteration
+  !! left.
   pure real(wp) function wanted_accuracy(condensed) result(accuracy)
     type(condensed_t), intent(in) :: condensed !! right given
 
     accuracy = coarsest
     if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
-      1.0e-3_wp*(norm2(condensed%right)/condensed%norm_before)**2))
+      0.1_wp*(norm2(condensed%right)/condensed%norm_before)**2))
   end function wanted_accuracy
 
   !> change = b - C y for b = share d + C r with the answer y of contact.

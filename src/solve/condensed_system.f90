@@ -7,7 +7,7 @@ module condensed_system
   use element_lists, only: master_nodes
   use loads, only: load_factor
   use model_types, only: model_t
-  use block_matrix, only: multiply
+  use block_matrix, only: multiply, multiply_some
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
@@ -333,7 +333,8 @@ contains
     condensed%defect_share = 1.0_wp
   end subroutine take_condensed
 
-  !> Displacements of all nodes and the forces of the bulk from the forces of the iterate.
+  !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
+  !! supports want to know them.
   subroutine recover_interior(system)
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
     integer :: k
@@ -346,7 +347,8 @@ contains
       call refresh_candidates(system)
       where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
       system%du = 0.0_wp
-      call multiply(system%bulk_matrix, system%u, system%bulk_force)
+      call multiply_some(system%bulk_matrix, any(system%equation == 0, 1), system%u, &
+        system%bulk_force)
     end associate
   end subroutine recover_interior
 

@@ -10,6 +10,7 @@ module contact_tangent
   use assembly, only: assemble
   use umfpack_solver, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_bodies, only: gather_compliance
   use condensed_system, only: gather_condensed
   use system_types, only: system_t
   implicit none
@@ -72,6 +73,7 @@ contains
     outcome = solver_done
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
+      call gather_compliance(condensed)
       call peel_elements(condensed, tangent)
       call form_small(condensed, tangent)
       tangent%status = system%contact%status
