@@ -148,6 +148,7 @@ contains
       if (pair%new(p)%status > status_open) cycle
       pair%new(p)%host = 0
       pair%new(p)%status = status_off
+      pair%new(p)%lambda = 0.0_wp
     end do
   end subroutine close_open_slots
 end module contact_folds

@@ -10,7 +10,7 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
-    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty
+    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -18,6 +18,10 @@ module contact_parameters
   !> Pairs whose multipliers are a field have a penalty of this times E/h, whatever the deck says
   !! (doc/theory, "Multipliers on slave facets").
   real(wp), parameter :: field_penalty = 100.0_wp
+  !> Updates of the multipliers in an increment unless the deck says how many, with nodes and with
+  !! a field.
+  integer, parameter :: most_updates_of_nodes = 25
+  integer, parameter :: most_updates_of_field = 50
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
   real(wp), parameter :: stiffest_plain = 2000.0_wp
@@ -121,6 +125,15 @@ contains
 
     has_field = pair%augmented .and. pair%n_slaves > 1
   end function has_field
+
+  !> Most updates of the multipliers in an increment.
+  elemental integer function most_updates(pair) result(most)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    most = most_updates_of_nodes
+    if (has_field(pair)) most = most_updates_of_field
+    if (pair%augment_most > 0) most = pair%augment_most
+  end function most_updates
 
   !> The points of the pair carry multipliers from one increment to the next.
   elemental logical function has_multipliers(pair)

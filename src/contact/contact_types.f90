@@ -73,7 +73,7 @@ module contact_types
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
-    integer :: augment_most = 25 !! most updates of the multipliers in an increment
+    integer :: augment_most = 0 !! most updates of multipliers in an increment, 0: by the form
     logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
     real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
 

@@ -2,9 +2,9 @@
 !! there are no more conditions than nodes that can meet them (doc/theory, "Multipliers on slave
 !! facets").
 !!
-!! A vector of the field goes with the normal of the master: it is turned from the mean normal around
-!! its node to that of each point. Where faces of the master meet at an angle a node has one vector
-!! for each of them.
+!! A vector of the field goes with the normal of the master: it is turned from the mean normal
+!! around its node to that of each point. Where faces of the master meet at an angle a node has one
+!! vector for each of them.
 module multiplier_field
   use kinds, only: wp
   use vectors, only: cross

@@ -37,7 +37,7 @@ contains
     call explain(t, '$ElementData of that name in a Gmsh file.')
     call explain(t, 'AUGMent: multipliers take over from the penalty until penetration and elastic')
     call explain(t, 'slip are below tol facet sizes and contact forces stay to tol of the largest')
-    call explain(t, '(default 1e-6), within max updates (25).')
+    call explain(t, '(default 1e-6), within max updates (25; GTOS: 50).')
     call explain(t, 'ADJUst: with a gap or penetration at the start of at most tolerance (default:')
     call explain(t, '1/20 of the longest edge of the master); elements keep their shape.')
     call explain(t, 'Example:')

@@ -8,10 +8,9 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
-  use contact_parameters, only: is_round_off
+  use contact_parameters, only: is_round_off, has_field
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
   use contact_cells, only: prepare_cells
-  use contact_parameters, only: has_field
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
   use node_queries, only: report_unknown_name

@@ -10,6 +10,7 @@ module run_log
   use memory, only: peak_memory
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: used_points
+  use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
@@ -128,13 +129,7 @@ contains
       line = line//range_text(pair%epsilon)
     end if
     if (.not. pair%segmented) line = line//' force/length a point'
-    select case (pair%penalty_kind)
-    case (penalty_nodal)
-    case (penalty_area)
-      line = line//' ('//to_text(pair%penalty)//' times its area)'
-    case default
-      line = line//' (AUTO, factor '//to_text(pair%penalty)//')'
-    end select
+    line = line//penalty_origin(pair)
     if (maxval(pair%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%mu(1))//' and '//to_text(pair%mu(2))//', slip '// &
         trim(rules(pair%slip_rule))
@@ -145,6 +140,25 @@ contains
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
+
+  !> Where the penalty of a pair comes from.
+  function penalty_origin(pair) result(text)
+    type(pair_t), intent(in) :: pair !! the pair
+    character(:), allocatable :: text
+
+    text = ''
+    if (has_field(pair) .and. pair%relative > 0.0_wp) then
+      text = ' (that of AUGMent on slave facets)'
+      return
+    end if
+    select case (pair%penalty_kind)
+    case (penalty_nodal)
+    case (penalty_area)
+      text = ' ('//to_text(pair%penalty)//' times its area)'
+    case default
+      text = ' (AUTO, factor '//to_text(pair%penalty)//')'
+    end select
+  end function penalty_origin
 
   !> Writes one line (or several) and hands it to the system.
   subroutine log_line(log, line, error)

@@ -14,7 +14,7 @@ module increments
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_gaps
   use contact_report, only: restless_point
-  use contact_parameters, only: is_stiff, shifts_gap
+  use contact_parameters, only: is_stiff, shifts_gap, most_updates
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
@@ -90,7 +90,7 @@ contains
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
-      if (augmentation%updates >= maxval(model%pairs%augment_most, &
+      if (augmentation%updates >= maxval(most_updates(model%pairs), &
         shifts_gap(model%pairs))) then
         progress%outcome = outcome_gaps
         return

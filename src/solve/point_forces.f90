@@ -5,7 +5,6 @@ module point_forces
   use element_types, only: status_open
   use elmlib, only: routine_none
   use model_types, only: model_t
-  use contact_types, only: pair_t
   use contact_points, only: count_points
   use element_lists, only: master_nodes
   use facet_geometry, only: facet_frame, facet_size
@@ -14,6 +13,10 @@ module point_forces
   implicit none
   private
   public :: measure_field
+
+  !> A vector whose points have less than this share of the largest stiffness counts as if it had
+  !! so much: a gap over next to nothing of the surface is none.
+  real(wp), parameter :: least_share = 1.0e-3_wp
 
   !> Forces of the points of a pair at a converged state.
   type :: point_forces_t
@@ -81,8 +84,10 @@ contains
       do i = 1, at%field%n
         change = max(change, norm2(rest(:, i)))
         force = max(force, norm2(taken(:, i)))
-        gap = max(gap, norm2(rest(:, i))/(model%pairs(k)%raise*at%field%stiffness(i)*at%facet))
+        gap = max(gap, norm2(rest(:, i))/max(at%field%stiffness(i), least_share &
+          *maxval(at%field%stiffness)))
       end do
+      gap = gap/(model%pairs(k)%raise*at%facet)
     end associate
     do p = 1, size(at%near)
       if (at%near(p)) multiplier(:, p) = matmul(multiplier(:, p), at%frame(:, :, p))
