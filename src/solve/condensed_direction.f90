@@ -18,7 +18,7 @@ module condensed_direction
   !> A factor is worth trying again if no more elements than these have changed their status.
   integer, parameter :: most_changes = 3
   !> Accuracies of a direction.
-  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-3_wp
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
 
 contains
 
