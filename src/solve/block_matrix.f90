@@ -8,8 +8,8 @@ module block_matrix
   use elmlib, only: routine_none
   implicit none
   private
-  public :: block_matrix_t, build_graph, find_block, locate_elements, multiply, multiply_absolute, &
-    graph_holds
+  public :: block_matrix_t, build_graph, find_block, locate_elements, multiply, multiply_some, &
+    multiply_absolute, graph_holds
 
   !> Blocks of one matrix.
   type :: block_matrix_t
@@ -236,6 +236,23 @@ contains
       end do
     end do
   end subroutine multiply
+
+  !> y = A x at some nodes alone, with a symmetric A: the columns of these nodes hold their rows.
+  pure subroutine multiply_some(matrix, wanted, x, y)
+    type(block_matrix_t), intent(in) :: matrix !! A, symmetric
+    logical, intent(in) :: wanted(:) !! (nodes) where y is wanted
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(inout) :: y(:, :) !! (3, nodes) elsewhere it stays
+    integer :: j, k
+
+    do j = 1, matrix%nodes
+      if (.not. wanted(j)) cycle
+      y(:, j) = 0.0_wp
+      do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+        y(:, j) = y(:, j) + matmul(x(:, matrix%row(k)), matrix%val(:, :, k))
+      end do
+    end do
+  end subroutine multiply_some
 
   !> y = |A| |x|: the size of the terms that A x sums, for estimates of round-off.
   pure subroutine multiply_absolute(matrix, x, y)

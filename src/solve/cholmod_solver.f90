@@ -4,7 +4,8 @@ module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
     c_f_pointer
   use kinds, only: wp, long
-  use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, cost_solve
+  use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
+    cost_solve, cost_interior
   use lapack_interface, only: dgemv, dtrsv
   use csc_matrix, only: csc_matrix_t
   use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
@@ -252,7 +253,7 @@ contains
     real(wp) :: below(size(x))
     integer :: k, w, rows, first
 
-    call begin_cost(costs, cost_solve)
+    call begin_cost(costs, cost_interior)
     call c_f_pointer(solver%factor, factor)
     call c_f_pointer(factor%super, super, [factor%nsuper + 1])
     call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
@@ -271,7 +272,7 @@ contains
       call dtrsv('L', 'T', 'N', w, values(px(k) + 1:px(k + 1)), rows, &
         x(first:first + w - 1), 1)
     end do
-    call end_cost(costs, cost_solve)
+    call end_cost(costs, cost_interior)
   end subroutine complete_solution
 
   !> Releases everything.

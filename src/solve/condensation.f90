@@ -3,7 +3,7 @@
 module condensation
   use kinds, only: wp
   use memory, only: memory_left
-  use costs, only: cost_t, count_cost, cost_compliance
+  use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use lapack_interface, only: dpotri
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
@@ -42,8 +42,7 @@ contains
       if (needed > left) outcome = solver_out_of_memory
     end if
     if (outcome == solver_done) call factorise_symmetric(body%solver, matrix, costs, outcome)
-    if (outcome == solver_done) call invert_trailing_block(body, outcome)
-    if (outcome == solver_done) call count_cost(costs, cost_compliance, body%m)
+    if (outcome == solver_done) call invert_trailing_block(body, costs, outcome)
   end subroutine condense_body
 
   !> Memory that the factor and the compliance of a body will take [byte].
@@ -113,8 +112,9 @@ contains
   end subroutine number_nodes
 
   !> C = (L22 L22^T)^-1, the lower triangle.
-  subroutine invert_trailing_block(body, outcome)
+  subroutine invert_trailing_block(body, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
+    type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
     integer :: info
 
@@ -122,8 +122,11 @@ contains
     if (allocated(body%compliance)) deallocate (body%compliance)
     allocate (body%compliance(body%m, body%m))
     if (body%m == 0) return
+    call begin_cost(costs, cost_compliance)
     call trailing_block(body%solver, body%compliance)
     call dpotri('L', body%m, body%compliance, body%m, info)
+    call end_cost(costs, cost_compliance)
+    call count_cost(costs, cost_compliance, body%m - 1)
     if (info /= 0) outcome = solver_failed
   end subroutine invert_trailing_block
 
@@ -141,7 +144,8 @@ contains
     do i = 1, size(right)
       right(i) = b(body%direction(i), body%node(i))
     end do
-    call solve_symmetric(body%solver, right, left, costs, outcome)
+    outcome = solver_done
+    if (any(abs(right) > 0.0_wp)) call solve_symmetric(body%solver, right, left, costs, outcome)
     do i = 1, size(left)
       x(body%direction(i), body%node(i)) = left(i)
     end do

@@ -12,7 +12,7 @@ module condensed_bodies
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, spread_yield, gather_compliance, apply_compliance, free_condensed
+    find_equilibrium, spread_yield, number_live, gather_compliance, apply_compliance, free_condensed
 
 contains
 
@@ -108,6 +108,7 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           body%n_live = 0
+          if (allocated(body%gathered)) deallocate (body%gathered)
           do j = 1, body%m
             n = body%first + j
             condensed%node(n) = body%node(body%equation(j))
@@ -181,30 +182,49 @@ contains
     end do
   end subroutine spread_yield
 
-  !> Compliance of the live candidates of each body.
-  subroutine gather_compliance(condensed)
-    type(condensed_t), intent(inout) :: condensed !! live given
-    integer, allocatable :: mine(:)
-    integer :: b, j, first
+  !> Numbers the live candidates body after body.
+  subroutine number_live(condensed)
+    type(condensed_t), intent(inout) :: condensed !! live given; gets right and change
+    integer :: b, first
 
     first = 0
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        mine = pack(condensed%live, condensed%live > body%first .and. &
-          condensed%live <= body%first + body%m) - body%first
         body%first_live = first
-        body%n_live = size(mine)
+        body%n_live = count(condensed%live > body%first .and. &
+          condensed%live <= body%first + body%m)
         first = first + body%n_live
-        if (allocated(body%live)) deallocate (body%live)
-        allocate (body%live(body%n_live, body%n_live))
-        do j = 1, body%n_live
-          body%live(j:, j) = body%compliance(mine(j:), mine(j))
-        end do
-        call mirror(body%live)
       end associate
     end do
     condensed%right = spread(0.0_wp, 1, condensed%n_live)
     condensed%change = condensed%right
+  end subroutine number_live
+
+  !> Compliance of the live candidates of each body, unless it is at hand.
+  subroutine gather_compliance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! live numbered
+    integer :: b, j
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => condensed%live( &
+        condensed%bodies(b)%first_live + 1:condensed%bodies(b)%first_live &
+        + condensed%bodies(b)%n_live) - condensed%bodies(b)%first)
+        if (allocated(body%gathered)) then
+          if (size(body%gathered) == size(mine)) then
+            if (all(body%gathered == mine)) cycle
+          end if
+        end if
+        body%gathered = mine
+        if (allocated(body%live)) then
+          if (size(body%live, 1) /= body%n_live) deallocate (body%live)
+        end if
+        if (.not. allocated(body%live)) allocate (body%live(body%n_live, body%n_live))
+        do j = 1, body%n_live
+          body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
+        end do
+        call mirror(body%live)
+      end associate
+    end do
   end subroutine gather_compliance
 
   !> Fills the upper triangle of a symmetric matrix from the lower one, in blocks.

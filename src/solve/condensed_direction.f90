@@ -75,13 +75,14 @@ contains
       <= most_changes
   end function is_worth_trying
 
-  !> As many digits as Newton can use: about the square of the share that the last iteration left.
+  !> As many digits as Newton can use: a tenth of the square of the share that the last iteration
+  !! left.
   pure real(wp) function wanted_accuracy(condensed) result(accuracy)
     type(condensed_t), intent(in) :: condensed !! right given
 
     accuracy = coarsest
     if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
-      1.0e-3_wp*(norm2(condensed%right)/condensed%norm_before)**2))
+      0.1_wp*(norm2(condensed%right)/condensed%norm_before)**2))
   end function wanted_accuracy
 
   !> change = b - C y for b = share d + C r with the answer y of contact.

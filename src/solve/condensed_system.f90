@@ -7,12 +7,12 @@ module condensed_system
   use element_lists, only: master_nodes
   use loads, only: load_factor
   use model_types, only: model_t
-  use block_matrix, only: multiply
+  use block_matrix, only: multiply, multiply_some
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
-    load_candidates, find_equilibrium, spread_yield, gather_compliance, &
+    load_candidates, find_equilibrium, spread_yield, number_live, &
     free_condensed
   use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
@@ -203,8 +203,8 @@ contains
     end associate
   end subroutine mark_touched
 
-  !> Makes sure that every node of a contact element is a candidate, and gathers the compliance of
-  !! the live ones.
+  !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
+  !! their compliance is gathered when an iteration wants it.
   subroutine couple_condensed(system)
     type(system_t), intent(inout) :: system !! condensed follows the contact elements
     logical, allocatable :: live(:)
@@ -232,7 +232,7 @@ contains
       condensed%n_live = size(condensed%live)
       condensed%live_place = 0
       condensed%live_place(condensed%live) = [(i, i=1, condensed%n_live)]
-      call gather_compliance(condensed)
+      call number_live(condensed)
       call measure_defects(condensed)
       call place_elements(system)
     end associate
@@ -333,7 +333,8 @@ contains
     condensed%defect_share = 1.0_wp
   end subroutine take_condensed
 
-  !> Displacements of all nodes and the forces of the bulk from the forces of the iterate.
+  !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
+  !! supports want to know them.
   subroutine recover_interior(system)
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
     integer :: k
@@ -346,7 +347,8 @@ contains
       call refresh_candidates(system)
       where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
       system%du = 0.0_wp
-      call multiply(system%bulk_matrix, system%u, system%bulk_force)
+      call multiply_some(system%bulk_matrix, any(system%equation == 0, 1), system%u, &
+        system%bulk_force)
     end associate
   end subroutine recover_interior
 

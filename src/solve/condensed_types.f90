@@ -19,6 +19,7 @@ module condensed_types
     !! triangle alone
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
+    integer, allocatable :: gathered(:) !! (n_live) its candidates that live belongs to
     real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
   end type condensed_body_t
 

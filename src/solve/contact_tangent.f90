@@ -10,6 +10,7 @@ module contact_tangent
   use assembly, only: assemble
   use umfpack_solver, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_bodies, only: gather_compliance
   use condensed_system, only: gather_condensed
   use system_types, only: system_t
   implicit none
@@ -72,6 +73,7 @@ contains
     outcome = solver_done
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
+      call gather_compliance(condensed)
       call peel_elements(condensed, tangent)
       call form_small(condensed, tangent)
       tangent%status = system%contact%status
@@ -174,20 +176,41 @@ contains
     integer, intent(in) :: dofs(:) !! (max_dofs) live candidates, 0 for none
     real(wp), intent(in) :: u(:) !! (max_dofs) values
     real(wp), intent(out) :: y(:) !! (n_live) C u
-    integer :: b, i
+    integer :: b, i, n, mine(max_dofs)
+    real(wp) :: share(max_dofs)
 
     do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        y(body%first_live + 1:body%first_live + body%n_live) = 0.0_wp
+      associate (first => condensed%bodies(b)%first_live, last => condensed%bodies(b)%first_live &
+        + condensed%bodies(b)%n_live)
+        n = 0
         do i = 1, size(dofs)
-          if (dofs(i) <= body%first_live .or. dofs(i) > body%first_live + body%n_live) cycle
-          y(body%first_live + 1:body%first_live + body%n_live) = &
-            y(body%first_live + 1:body%first_live + body%n_live) &
-            + u(i)*body%live(:, dofs(i) - body%first_live)
+          if (dofs(i) <= first .or. dofs(i) > last) cycle
+          n = n + 1
+          mine(n) = dofs(i) - first
+          share(n) = u(i)
         end do
+        call combine(condensed%bodies(b)%live, mine(:n), share(:n), y(first + 1:last))
       end associate
     end do
   end subroutine add_columns
+
+  !> Sum of some columns with shares, three at a time.
+  pure subroutine combine(a, column, share, y)
+    real(wp), intent(in), contiguous :: a(:, :) !! the columns
+    integer, intent(in) :: column(:) !! which of them
+    real(wp), intent(in) :: share(:) !! how much of each
+    real(wp), intent(out) :: y(:) !! the sum
+    integer :: i
+
+    y = 0.0_wp
+    do i = 1, size(column) - 2, 3
+      y = y + share(i)*a(:, column(i)) + share(i + 1)*a(:, column(i + 1)) &
+        + share(i + 2)*a(:, column(i + 2))
+    end do
+    do i = size(column)/3*3 + 1, size(column)
+      y = y + share(i)*a(:, column(i))
+    end do
+  end subroutine combine
 
   !> What U V^T leaves of the element matrices; the factor may be older than these.
   subroutine form_rest(system)

@@ -219,12 +219,16 @@ contains
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     real(wp) :: factor
-    integer :: i, k
+    integer :: i, k, known
 
     system%u = state%u
+    known = -1
     do i = 1, model%mesh%nodes
       do k = 1, 3
-        factor = load_factor(model%loads, model%conditions%load(k, i), time)
+        if (model%conditions%load(k, i) /= known) then
+          known = model%conditions%load(k, i)
+          factor = load_factor(model%loads, known, time)
+        end if
         if (system%equation(k, i) == 0) then
           system%u(k, i) = factor*model%conditions%displacement(k, i)
           system%external(k, i) = 0.0_wp

@@ -104,9 +104,12 @@ contains
   pure real(wp) function residual_norm(system) result(norm)
     type(system_t), intent(in) :: system !! right given
 
-    norm = norm2(system%right)
-    if (system%condensed%active) norm = hypot(norm, system%condensed%defect_share &
-      *system%condensed%defect_norm)
+    if (system%condensed%active) then
+      norm = hypot(norm2(system%condensed%right), system%condensed%defect_share &
+        *system%condensed%defect_norm)
+    else
+      norm = norm2(system%right)
+    end if
   end function residual_norm
 
   !> Norm of all nodal forces: applied, reactions, contact.
