@@ -184,7 +184,7 @@ stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with 
 	@python3 tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
 
-bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (an hour)
+bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (20 minutes)
 	@.ci/setup optional
 	@$(PYTHON) tests/bench/bench --program ./mfec
 
