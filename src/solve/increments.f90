@@ -24,7 +24,7 @@ module increments
   public :: solve_increment, begin_at, choose_start, follow_solution, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
-  real(wp), parameter :: patch_tolerance = 1.0e-10_wp
+  real(wp), parameter :: patch_tolerance = 1.0e-11_wp
   !> Changes of the shape of smooth surfaces after which an increment is solved once more.
   integer, parameter :: most_renewals = 8
   !> Energy tolerance of the first solve where surfaces are smooth.
