@@ -205,7 +205,7 @@ contains
       call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
       n = barycentric(xi)
       lies_behind = all(n >= 0.0_wp)
-      k = minloc(n, 1, .not. (pair%ridge(:, facet) .or. pair%fold(:, facet)))
+      k = minloc(n, 1, mask=.not. (pair%ridge(:, facet) .or. pair%fold(:, facet)))
       if (lies_behind .or. k == 0) return
       next = pair%neighbours(k, facet)
       if (n(k) >= 0.0_wp .or. next == 0 .or. next == before) return

@@ -209,8 +209,9 @@ contains
         j = token_number(tokens, k)
         if (j == 0) cycle
         if (tokens(j)%kind /= kind_keyword) cycle
-        if (.not. is_listed(words, trim(tokens(j)%label))) &
+        if (.not. is_listed(words, trim(tokens(j)%label))) then
           call add_candidate(words, trim(tokens(j)%label))
+        end if
       end associate
     end do
   end subroutine list_expected_words

@@ -129,8 +129,10 @@ contains
       call load_contact(model, system)
       call couple(system)
       call solve_frozen(system, model%mesh%x, time, budget, monitor, progress)
-      if (progress%outcome == outcome_too_many .and. budget%most_solves < settings%most_solves) &
+      if (progress%outcome == outcome_too_many .and. &
+        budget%most_solves < settings%most_solves) then
         progress%outcome = outcome_converged
+      end if
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
       if (rough) rough = .not. is_fine(system, settings, progress)
       if (.not. rough) budget = settings
