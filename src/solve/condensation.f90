@@ -1,7 +1,7 @@
 !> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
 module condensation
-  use kinds, only: wp
+  use kinds, only: wp, long
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use lapack_interface, only: dpotri
@@ -34,6 +34,7 @@ contains
     if (outcome == solver_done) then
       call build_pattern(blocks, ordered, matrix, lower=.true.)
       call fill_values(blocks, ordered, matrix)
+      call add_pins(body, ordered, matrix)
       call analyse_symmetric(body%solver, matrix, costs, outcome)
     end if
     if (outcome == solver_done) then
@@ -44,6 +45,24 @@ contains
     if (outcome == solver_done) call factorise_symmetric(body%solver, matrix, costs, outcome)
     if (outcome == solver_done) call invert_trailing_block(body, costs, outcome)
   end subroutine condense_body
+
+  !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
+  !! so that displacements with them are exact but for a rigid motion (doc/theory, "Bodies that
+  !! contact holds").
+  pure subroutine add_pins(body, ordered, matrix)
+    type(condensed_body_t), intent(in) :: body !! its pins
+    integer, intent(in) :: ordered(:, :) !! (3, nodes) equations in the order of elimination
+    type(csc_matrix_t), intent(inout) :: matrix !! lower triangle; gets the springs
+    integer :: pin, column
+    integer(long) :: k
+
+    do pin = 1, body%motions%n
+      column = ordered(body%pin_direction(pin), body%pin_node(pin))
+      do k = matrix%ptr(column) + 1, matrix%ptr(column + 1)
+        if (matrix%row(k) == column - 1) matrix%val(k) = 2.0_wp*matrix%val(k)
+      end do
+    end do
+  end subroutine add_pins
 
   !> Memory that the factor and the compliance of a body will take [byte].
   subroutine estimate_bytes(body, bytes)

@@ -2,17 +2,19 @@
 !! (doc/theory, "Condensed contact").
 module condensed_bodies
   use kinds, only: wp
-  use lapack_interface, only: dsymv
+  use lapack_interface, only: dsymv, dgelss
   use model_types, only: model_t
   use block_matrix, only: multiply
   use umfpack_solver, only: solver_done
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_motions, only: choose_pins, mode_row
   use condensation, only: condense_body, solve_body, spread_body, free_body
   use system_types, only: system_t
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, spread_yield, number_live, gather_compliance, apply_compliance, free_condensed
+    find_equilibrium, fit_motions, find_imbalance, push_bodies, spread_yield, number_live, &
+    gather_compliance, apply_compliance, add_motion, sum_forces, free_condensed
 
 contains
 
@@ -39,11 +41,27 @@ contains
         end do
       end do
       if (n == 0) cycle
+      call pin_body(system, b)
       call condense_body(system%bulk_matrix, equation, system%condensed%candidate, &
         system%condensed%bodies(b), system%costs, outcome)
       if (outcome /= solver_done) return
     end do
   end subroutine condense_all
+
+  !> The rigid motions that the supports leave a body, and the pins that stop them.
+  subroutine pin_body(system, b)
+    type(system_t), intent(inout) :: system !! gets motions and pins of a body of condensed
+    integer, intent(in) :: b !! the body
+
+    associate (body => system%condensed%bodies(b))
+      if (allocated(body%pin_node)) return
+      body%motions = system%motions(b)
+      allocate (body%pin_node(0), body%pin_direction(0))
+      if (body%motions%n == 0) return
+      call choose_pins(system%condensed%x, system%equation, system%node_body, b, body%motions, &
+        body%pin_node, body%pin_direction)
+    end associate
+  end subroutine pin_body
 
   !> Displacements for a unit of each proportional load, no contact.
   subroutine find_influence(model, system, outcome)
@@ -56,20 +74,45 @@ contains
     outcome = solver_done
     allocate (force(3, model%mesh%nodes))
     associate (condensed => system%condensed, conditions => model%conditions)
+      allocate (condensed%pushes(sum(system%motions%n), size(condensed%patterns)), source=0.0_wp)
       allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
       do k = 1, size(condensed%patterns)
         associate (u => condensed%influence(:, :, k), mine => conditions%load == &
           condensed%patterns(k))
           where (system%equation == 0 .and. mine) u = conditions%displacement
-          call multiply(system%bulk_matrix, u, force)
-          force = -force
-          where (system%equation > 0 .and. mine) force = force + conditions%force
+          force = 0.0_wp
+          where (system%equation > 0 .and. mine) force = conditions%force
+          call push_bodies(system, force, condensed%pushes(:, k))
+          call multiply(system%bulk_matrix, u, system%trial)
+          force = force - system%trial
           call solve_all(system, force, u, outcome)
         end associate
         if (outcome /= solver_done) return
       end do
     end associate
   end subroutine find_influence
+
+  !> Work of nodal forces on the rigid motions that supports leave.
+  pure subroutine push_bodies(system, force, push)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: i, k, b, first(system%bodies)
+
+    push = 0.0_wp
+    first = [(sum(system%motions(:b - 1)%n), b=1, system%bodies)]
+    do i = 1, size(system%node_body)
+      b = system%node_body(i)
+      if (b == 0) cycle
+      if (system%motions(b)%n == 0) cycle
+      do k = 1, 3
+        if (abs(force(k, i)) <= 0.0_wp) cycle
+        associate (mine => push(first(b) + 1:first(b) + system%motions(b)%n))
+          mine = mine + force(k, i)*mode_row(system%motions(b), k, system%condensed%x(:, i))
+        end associate
+      end do
+    end do
+  end subroutine push_bodies
 
   !> Displacements of the free degrees of freedom under forces.
   subroutine solve_all(system, force, u, outcome)
@@ -122,8 +165,36 @@ contains
       condensed%force = condensed%loaded
       condensed%force_change = condensed%loaded
       condensed%defect = condensed%loaded
+      call place_modes(condensed)
     end associate
   end subroutine number_candidates
+
+  !> What the rigid motions of each body do to its candidates.
+  pure subroutine place_modes(condensed)
+    type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
+    integer :: b, i
+
+    condensed%modes = 0
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%first_mode = condensed%modes
+        condensed%modes = condensed%modes + body%motions%n
+        if (body%motions%n == 0) cycle
+        body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
+        do i = 1, body%m
+          associate (n => body%first + i)
+            body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
+              condensed%x(:, condensed%node(n)))
+          end associate
+        end do
+      end associate
+    end do
+    if (.not. allocated(condensed%alpha)) then
+      allocate (condensed%alpha(condensed%modes), condensed%alpha_change(condensed%modes), &
+        condensed%imbalance(condensed%modes), condensed%imbalance_change(condensed%modes), &
+        source=0.0_wp)
+    end if
+  end subroutine place_modes
 
   !> Displacements of the candidates without contact.
   subroutine load_candidates(condensed)
@@ -143,7 +214,76 @@ contains
 
     call find_yield(condensed)
     u = condensed%loaded - condensed%yielded
+    call add_motion(condensed, condensed%alpha, u)
   end subroutine find_equilibrium
+
+  !> Adds rigid motions of the bodies to displacements of the candidates.
+  pure subroutine add_motion(condensed, alpha, u)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: u(:) !! (n) [length]
+    integer :: b
+
+    if (condensed%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        associate (mine => u(body%first + 1:body%first + body%m))
+          mine = mine + matmul(body%modes, alpha(body%first_mode + 1:body%first_mode &
+            + body%motions%n))
+        end associate
+      end associate
+    end do
+  end subroutine add_motion
+
+  !> The rigid motions with which the equilibrium under the forces of the iterate comes closest to
+  !! given displacements.
+  subroutine fit_motions(condensed, u)
+    type(condensed_t), intent(inout) :: condensed !! loaded and force given; gets alpha
+    real(wp), intent(in) :: u(:) !! (n) displacements of the candidates [length]
+    real(wp) :: normal(6, 6), right(6, 1), values(6), work(200)
+    integer :: b, rank, info
+
+    if (condensed%modes == 0) return
+    call find_yield(condensed)
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), n => condensed%bodies(b)%motions%n)
+        if (n == 0 .or. body%m == 0) cycle
+        associate (first => body%first + 1, last => body%first + body%m)
+          right(:n, 1) = matmul(u(first:last) - condensed%loaded(first:last) &
+            + condensed%yielded(first:last), body%modes)
+        end associate
+        normal(:n, :n) = matmul(transpose(body%modes), body%modes)
+        call dgelss(n, n, 1, normal, 6, right, 6, values, 1.0e-12_wp, rank, work, size(work), info)
+        condensed%alpha(body%first_mode + 1:body%first_mode + n) = right(:n, 1)
+      end associate
+    end do
+  end subroutine fit_motions
+
+  !> What contact forces and loads do to the rigid motions: zero in equilibrium.
+  pure subroutine find_imbalance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force and factors given; gets imbalance
+
+    if (condensed%modes == 0) return
+    call sum_forces(condensed, condensed%force, condensed%imbalance)
+    condensed%imbalance = condensed%imbalance - matmul(condensed%pushes, condensed%factors)
+  end subroutine find_imbalance
+
+  !> Work of forces at the candidates on the rigid motions.
+  pure subroutine sum_forces(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: force(:) !! (n) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        push(body%first_mode + 1:body%first_mode + body%motions%n) = &
+          matmul(force(body%first + 1:body%first + body%m), body%modes)
+      end associate
+    end do
+  end subroutine sum_forces
 
   !> C times the forces of the iterate, unless they are those of the last time.
   subroutine find_yield(condensed)
@@ -215,6 +355,7 @@ contains
           end if
         end if
         body%gathered = mine
+        body%softness = 0.0_wp
         if (allocated(body%live)) then
           if (size(body%live, 1) /= body%n_live) deallocate (body%live)
         end if
@@ -223,6 +364,9 @@ contains
           body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
         end do
         call mirror(body%live)
+        do j = 1, body%n_live
+          body%softness = body%softness + body%live(j, j)/real(body%n_live, wp)
+        end do
       end associate
     end do
   end subroutine gather_compliance

@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, cost_solve
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance
+  use condensed_bodies, only: apply_compliance, sum_forces
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
   use system_types, only: system_t
@@ -37,8 +37,8 @@ contains
     call form_element_matrices(system, x)
     associate (condensed => system%condensed)
       allocate (y(condensed%n_live))
-      floor = max(wanted_accuracy(condensed)*hypot(norm2(condensed%right), &
-        condensed%defect_norm), 1.0e-3_wp*system%round_off)
+      floor = max(wanted_accuracy(condensed)*residual_size(condensed), &
+        1.0e-3_wp*system%round_off)
       arrived = .false.
       if (is_worth_trying(system)) then
         call form_rest(system)
@@ -51,7 +51,7 @@ contains
         call form_rest(system)
         call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
       end if
-      condensed%norm_before = norm2(condensed%right)
+      condensed%norm_before = residual_size(condensed)
       system%solution = 0.0_wp
       condensed%force_change = 0.0_wp
       do i = 1, condensed%n_live
@@ -62,6 +62,10 @@ contains
             condensed%change(i)
         end associate
       end do
+      if (condensed%modes > 0) then
+        condensed%alpha_change = condensed%alpha_next
+        call sum_forces(condensed, condensed%force_change, condensed%imbalance_change)
+      end if
     end associate
   end subroutine find_condensed_direction
 
@@ -82,8 +86,16 @@ contains
 
     accuracy = coarsest
     if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
-      0.1_wp*(norm2(condensed%right)/condensed%norm_before)**2))
+      0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy
+
+  !> Forces out of balance on candidates, bodies and their motions.
+  pure real(wp) function residual_size(condensed) result(norm)
+    type(condensed_t), intent(in) :: condensed !! right, defects, imbalance
+
+    norm = hypot(norm2(condensed%right), condensed%defect_norm)
+    if (condensed%modes > 0) norm = hypot(norm, norm2(condensed%imbalance))
+  end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
   subroutine respond(system, share, floor, most, y, arrived)
@@ -94,35 +106,77 @@ contains
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
+    real(wp) :: push(system%condensed%modes)
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
+      call push_live(condensed, condensed%right, push)
+      if (condensed%modes > 0) push = push - in_lengths(condensed, condensed%imbalance &
+        + (1.0_wp - share)*condensed%imbalance_change)
       allocate (b(condensed%n_live), source=0.0_wp)
       call apply_compliance(condensed, condensed%right, b)
       b = b + share*condensed%defect(condensed%live)
-      call answer(condensed, b, floor, most, y, condensed%change, arrived)
+      call answer(condensed, b, push, floor, most, y, condensed%change, arrived)
     end associate
     call end_cost(system%costs, cost_solve)
   end subroutine respond
 
-  !> The answer y = U z + q of contact to a displacement b, and t = b - C y. The leading part is
-  !! solved for, so that no force is a difference of displacements times a penalty; the rest,
-  !! q = k' t, by GMRES.
-  subroutine answer(condensed, b, floor, most, y, t, arrived)
+  !> What forces at the live candidates do to the rigid motions, in the unit of displacements.
+  pure subroutine push_live(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! live candidates, motions
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [length]
+    integer :: b, i
+
+    push = 0.0_wp
+    if (condensed%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => push(condensed%bodies(b)%first_mode + 1: &
+        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
+        if (body%motions%n == 0) cycle
+        do i = 1, body%n_live
+          mine = mine + force(body%first_live + i)*body%modes(body%gathered(i), :)
+        end do
+      end associate
+    end do
+    push = in_lengths(condensed, push)
+  end subroutine push_live
+
+  !> Forces on the rigid motions times the compliance of their bodies.
+  pure function in_lengths(condensed, push) result(way)
+    type(condensed_t), intent(in) :: condensed !! bodies
+    real(wp), intent(in) :: push(:) !! (modes) [force]
+    real(wp) :: way(size(push))
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode + 1, &
+        last => condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n)
+        way(first:last) = body%softness*push(first:last)
+      end associate
+    end do
+  end function in_lengths
+
+  !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
+  !! a so that y has the push that is asked for. The leading part is solved for, so that no force
+  !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
+  subroutine answer(condensed, b, push, floor, most, y, t, arrived)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
     real(wp), intent(in) :: floor !! residual to arrive at [force]
     integer, intent(in) :: most !! iterations allowed, at most most_vectors
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
     real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
-    real(wp) :: cosine(most_vectors), sine(most_vectors), z(condensed%tangent%rank + 1)
+    real(wp) :: cosine(most_vectors), sine(most_vectors), pushed(condensed%modes)
+    real(wp) :: z(condensed%tangent%rank + condensed%modes + 1)
     integer :: j, i
 
     call make_room(condensed%tangent, size(b))
-    associate (tangent => condensed%tangent, rank => condensed%tangent%rank)
-      call answer_leading(tangent, b, z, t)
+    associate (tangent => condensed%tangent, unknowns => condensed%tangent%rank + condensed%modes)
+      call answer_leading(tangent, b, push, z, t)
       call apply_rest(tangent, t, tangent%base(:, 1))
       y = 0.0_wp
       h = 0.0_wp
@@ -134,7 +188,8 @@ contains
       do while (.not. arrived .and. j < most)
         j = j + 1
         call apply_compliance(condensed, tangent%base(:, j), y)
-        call answer_leading(tangent, y, tangent%shares(:, j), tangent%moved(:, j))
+        call push_live(condensed, tangent%base(:, j), pushed)
+        call answer_leading(tangent, y, pushed, tangent%shares(:, j), tangent%moved(:, j))
         call apply_rest(tangent, tangent%moved(:, j), tangent%base(:, j + 1))
         tangent%base(:, j + 1) = tangent%base(:, j + 1) + tangent%base(:, j)
         call orthogonalise(tangent%base(:, 1:j + 1), h(1:j + 1, j))
@@ -149,9 +204,10 @@ contains
         g(i) = (g(i) - dot_product(h(i, i + 1:j), g(i + 1:j)))/h(i, i)
         y = y + g(i)*tangent%base(:, i)
         t = t - g(i)*tangent%moved(:, i)
-        z(1:rank) = z(1:rank) - g(i)*tangent%shares(1:rank, i)
+        z(:unknowns) = z(:unknowns) - g(i)*tangent%shares(:unknowns, i)
       end do
       call add_leading(tangent, z, y)
+      condensed%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
   end subroutine answer
 
@@ -161,7 +217,8 @@ contains
     integer, intent(in) :: n !! their length
 
     if (allocated(tangent%base)) then
-      if (size(tangent%base, 1) == n .and. size(tangent%shares, 1) >= tangent%rank) return
+      if (size(tangent%base, 1) == n .and. size(tangent%shares, 1) >= &
+        tangent%rank + tangent%modes) return
       deallocate (tangent%base, tangent%moved, tangent%shares)
     end if
     allocate (tangent%base(n, most_vectors + 1), tangent%moved(n, most_vectors), &
@@ -215,8 +272,10 @@ contains
     type(system_t), intent(in) :: system !! direction found
 
     energy = 0.0_wp
-    if (system%condensed%active) energy = abs(dot_product(system%condensed%force_change, &
-      system%condensed%defect))
+    if (.not. system%condensed%active) return
+    energy = abs(dot_product(system%condensed%force_change, system%condensed%defect))
+    if (system%condensed%modes > 0) energy = energy + abs(dot_product( &
+      system%condensed%alpha_change, system%condensed%imbalance))
   end function defect_energy
 
   !> Length of the direction that the leading part of the present tangent gives for the residual of

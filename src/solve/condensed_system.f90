@@ -12,8 +12,9 @@ module condensed_system
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
-    load_candidates, find_equilibrium, spread_yield, number_live, &
+    load_candidates, find_equilibrium, fit_motions, find_imbalance, spread_yield, number_live, &
     free_condensed
+  use rigid_motions, only: mode_row
   use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
@@ -33,7 +34,6 @@ contains
 
     why = ''
     if (system%equations == 0) why = 'there are no unknowns'
-    if (any(system%weak)) why = 'a body is held by contact alone'
     if (len(why) > 0) return
     associate (condensed => system%condensed)
       call load_patterns(model, condensed%patterns)
@@ -44,6 +44,7 @@ contains
       end if
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
+      if (any(system%weak)) condensed%x = model%mesh%x
       call condense_all(system, spread(.true., 1, system%bodies), outcome)
       if (outcome == solver_done) call find_influence(model, system, outcome)
     end associate
@@ -69,7 +70,6 @@ contains
     associate (condensed => system%condensed)
       condensed%factors = [(load_factor(model%loads, condensed%patterns(i), time), i=1, &
         size(condensed%patterns))]
-      condensed%reactions = norm2(state%reaction)
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
       if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
@@ -96,7 +96,8 @@ contains
   end subroutine find_forces
 
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
-  !! state under the new loads. Other nodes are carried along.
+  !! state under the new loads. Other nodes are carried along, and so are bodies that contact holds:
+  !! under the new loads those forces are no equilibrium of theirs.
   subroutine place_starts(system)
     type(system_t), intent(inout) :: system !! left and carried given; both are completed
     real(wp) :: u(system%condensed%n)
@@ -106,9 +107,22 @@ contains
     call restore_forces(system%condensed)
     call find_equilibrium(system%condensed, u)
     do i = 1, system%condensed%n
+      if (system%weak(system%node_body(system%condensed%node(i)))) cycle
       system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
     end do
   end subroutine place_starts
+
+  !> A nodal field at the candidates.
+  pure function candidate_values(condensed, u) result(values)
+    type(condensed_t), intent(in) :: condensed !! its candidates
+    real(wp), intent(in) :: u(:, :) !! (3, nodes)
+    real(wp) :: values(condensed%n)
+    integer :: i
+
+    do i = 1, condensed%n
+      values(i) = u(condensed%direction(i), condensed%node(i))
+    end do
+  end function candidate_values
 
   !> The forces of the last state.
   subroutine restore_forces(condensed)
@@ -124,13 +138,12 @@ contains
   subroutine find_defects(system)
     type(system_t), intent(inout) :: system !! u given; gets defect
     real(wp) :: u(system%condensed%n)
-    integer :: i
 
     associate (condensed => system%condensed)
+      call fit_motions(condensed, candidate_values(condensed, system%u))
       call find_equilibrium(condensed, u)
-      do i = 1, condensed%n
-        condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
-      end do
+      condensed%defect = u - candidate_values(condensed, system%u)
+      call find_imbalance(condensed)
       call measure_defects(condensed)
       condensed%norm_before = 0.0_wp
     end associate
@@ -292,6 +305,7 @@ contains
       call load_candidates(condensed)
       allocate (u(condensed%n))
       call find_equilibrium(condensed, u)
+      call find_imbalance(condensed)
       do i = 1, condensed%n
         if (before(condensed%node(i))) then
           condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
@@ -331,6 +345,9 @@ contains
     condensed%defect = (1.0_wp - length)*condensed%defect
     condensed%defect_norm = (1.0_wp - length)*condensed%defect_norm
     condensed%defect_share = 1.0_wp
+    if (condensed%modes == 0) return
+    condensed%alpha = condensed%alpha + length*condensed%alpha_change
+    condensed%imbalance = condensed%imbalance + length*condensed%imbalance_change
   end subroutine take_condensed
 
   !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
@@ -344,6 +361,7 @@ contains
       do k = 1, size(condensed%patterns)
         system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
       end do
+      if (condensed%modes > 0) call add_motion_inside(system)
       call refresh_candidates(system)
       where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
       system%du = 0.0_wp
@@ -351,6 +369,26 @@ contains
         system%bulk_force)
     end associate
   end subroutine recover_interior
+
+  !> Adds the rigid motions of the iterate to the displacements of all nodes.
+  pure subroutine add_motion_inside(system)
+    type(system_t), intent(inout) :: system !! du is moved
+    integer :: i, k
+
+    associate (condensed => system%condensed)
+      do i = 1, size(system%node_body)
+        if (system%node_body(i) == 0) cycle
+        associate (body => condensed%bodies(system%node_body(i)))
+          if (body%motions%n == 0) cycle
+          do k = 1, 3
+            system%du(k, i) = system%du(k, i) + dot_product(mode_row(body%motions, k, &
+              condensed%x(:, i)), condensed%alpha(body%first_mode + 1:body%first_mode &
+              + body%motions%n))
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_motion_inside
 
   !> Keeps the contact forces of the converged state.
   subroutine keep_forces(condensed)

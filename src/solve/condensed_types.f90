@@ -3,6 +3,7 @@
 module condensed_types
   use kinds, only: wp
   use cholmod_solver, only: cholmod_t
+  use rigid_motions, only: motions_t
   implicit none
   private
   public :: condensed_t, condensed_body_t, contact_tangent_t
@@ -21,12 +22,19 @@ module condensed_types
     integer :: n_live = 0 !! its live candidates
     integer, allocatable :: gathered(:) !! (n_live) its candidates that live belongs to
     real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
+    type(motions_t) :: motions !! rigid motions that its supports leave
+    integer :: first_mode = 0 !! motions of the bodies before
+    integer, allocatable :: pin_node(:), pin_direction(:) !! (motions) where springs stop them
+    real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
+    real(wp) :: softness = 0.0_wp !! mean compliance of its live candidates [length/force]
+    logical :: grounded = .false. !! springs hold its motions in this iteration
   end type condensed_body_t
 
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
     integer :: elements = 0 !! closed contact elements
     integer :: rank = 0 !! columns of U and V
+    integer :: modes = 0 !! rigid motions that are unknowns beside them
     integer, allocatable :: element(:) !! (elements) place in the list of contact elements
     integer, allocatable :: dofs(:, :) !! (max_dofs, list) live candidates, 0 for none
     real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, list) element matrices, their rest
@@ -34,11 +42,12 @@ module condensed_types
     integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
     integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
     real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
-    real(wp), allocatable :: cu(:, :) !! (live, rank) C U
-    real(wp), allocatable :: small(:, :) !! (rank, rank) I + V^T C U, factorised
-    integer, allocatable :: pivot(:) !! (rank) of its factor
+    real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R
+    real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the rigid
+    !! motions, factorised
+    integer, allocatable :: pivot(:) !! (rank+modes) of its factor
     real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
-    real(wp), allocatable :: shares(:, :) !! (rank, most) of the columns for each of them
+    real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
   end type contact_tangent_t
 
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
@@ -61,6 +70,14 @@ module condensed_types
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
+    integer :: modes = 0 !! rigid motions of all bodies
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if there are such [length]
+    real(wp), allocatable :: pushes(:, :) !! (modes, patterns) work of unit loads on them [force]
+    real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
+    real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
+    real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]
+    real(wp), allocatable :: imbalance(:) !! (modes) contact forces less loads on them [force]
+    real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     integer, allocatable :: facets(:, :) !! (3, facets) master facets of all pairs
     integer :: n_live = 0 !! candidates that elements or forces touch at present
     integer, allocatable :: live(:) !! (n_live) candidate
@@ -70,6 +87,5 @@ module condensed_types
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
     real(wp) :: norm_before = 0.0_wp !! residual norm one iteration before, 0 at a start [force]
     integer :: failed = 0 !! outcome of the last extension
-    real(wp) :: reactions = 0.0_wp !! norm of the supports' forces at the last state [force]
   end type condensed_t
 end module condensed_types

@@ -12,6 +12,7 @@ module contact_tangent
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: gather_compliance
   use condensed_system, only: gather_condensed
+  use supports, only: find_grounded, grounding
   use system_types, only: system_t
   implicit none
   private
@@ -40,6 +41,8 @@ contains
       call gather_condensed(system, 0.0_wp)
       call list_elements(system, tangent)
     end associate
+    if (any(system%weak)) call find_grounded(x, system)
+    system%condensed%bodies%grounded = system%grounded
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
@@ -78,8 +81,9 @@ contains
       call form_small(condensed, tangent)
       tangent%status = system%contact%status
       info = 0
-      if (tangent%rank > 0) call dgetrf(tangent%rank, tangent%rank, tangent%small, &
-        size(tangent%small, 1), tangent%pivot, info)
+      associate (n => tangent%rank + tangent%modes)
+        if (n > 0) call dgetrf(n, n, tangent%small, size(tangent%small, 1), tangent%pivot, info)
+      end associate
       if (info /= 0) outcome = solver_singular
     end associate
     call end_cost(system%costs, cost_dense_factor)
@@ -125,14 +129,15 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
     integer :: j, room
 
+    tangent%modes = condensed%modes
     room = 0
     if (allocated(tangent%small)) then
       room = size(tangent%small, 1)
       if (size(tangent%cu, 1) /= condensed%n_live) room = 0
     end if
-    if (room < max(1, tangent%rank)) then
+    if (room < max(1, tangent%rank + tangent%modes)) then
       if (allocated(tangent%small)) deallocate (tangent%small, tangent%cu, tangent%pivot)
-      room = 1 + tangent%rank + tangent%rank/4
+      room = 1 + tangent%rank + tangent%rank/4 + tangent%modes
       allocate (tangent%small(room, room), tangent%cu(condensed%n_live, room), &
         tangent%pivot(room))
     end if
@@ -140,10 +145,51 @@ contains
       call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
         tangent%cu(:, j))
     end do
-    do j = 1, tangent%rank, block
-      call multiply_rows(tangent, j, min(block, tangent%rank - j + 1))
+    if (tangent%modes > 0) call border_with_motions(condensed, tangent)
+    do j = 1, tangent%rank + tangent%modes, block
+      call multiply_rows(tangent, j, min(block, tangent%rank + tangent%modes - j + 1))
     end do
   end subroutine form_small
+
+  !> The border of the small matrix: -R beside C U, and below them R^T U, which balances the forces
+  !! on each rigid motion, in the unit of the compliance; a grounded body has springs there.
+  subroutine border_with_motions(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! live candidates, motions
+    type(contact_tangent_t), intent(inout) :: tangent !! u given; gets columns of cu, rows of small
+    integer :: b, i, j, k
+
+    associate (n => tangent%rank)
+      tangent%cu(:, n + 1:n + tangent%modes) = 0.0_wp
+      tangent%small(n + 1:n + tangent%modes, :n + tangent%modes) = 0.0_wp
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          do j = 1, body%motions%n
+            do i = 1, body%n_live
+              tangent%cu(body%first_live + i, n + body%first_mode + j) = &
+                -body%modes(body%gathered(i), j)
+            end do
+          end do
+        end associate
+      end do
+      do k = 1, n
+        associate (dofs => tangent%dofs(:, tangent%owner(k)))
+          do i = 1, max_dofs
+            if (dofs(i) == 0) cycle
+            tangent%small(n + 1:n + tangent%modes, k) = tangent%small(n + 1:n + tangent%modes, k) &
+              - tangent%u(i, k)*tangent%cu(dofs(i), n + 1:n + tangent%modes)
+          end do
+        end associate
+      end do
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          do j = n + body%first_mode + 1, n + body%first_mode + body%motions%n
+            tangent%small(j, :n) = body%softness*tangent%small(j, :n)
+            if (body%grounded) tangent%small(j, j) = grounding*real(size(body%node), wp)
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine border_with_motions
 
   !> Some columns of I + V^T C U. They are turned first, so that a degree of freedom of V finds all
   !! of them side by side.
@@ -165,7 +211,7 @@ contains
       end associate
       tangent%small(k, first:first + columns - 1) = total(:columns)
     end do
-    do k = first, first + columns - 1
+    do k = first, min(first + columns - 1, tangent%rank)
       tangent%small(k, k) = tangent%small(k, k) + 1.0_wp
     end do
   end subroutine multiply_rows
@@ -261,15 +307,17 @@ contains
 
   !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
   !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.
-  subroutine answer_leading(tangent, d, z, t)
+  subroutine answer_leading(tangent, d, push, z, t)
     type(contact_tangent_t), intent(in) :: tangent !! with its factor
     real(wp), intent(in) :: d(:) !! (live) [length]
-    real(wp), intent(out) :: z(:) !! (rank) the force is U z
+    real(wp), intent(in) :: push(:) !! (modes) what the forces shall do to the motions [length]
+    real(wp), intent(out) :: z(:) !! (rank+modes) the force is U z, then the rigid motions
     real(wp), intent(out) :: t(:) !! (live) [length]
-    integer :: j, i, info
+    integer :: j, i, n, info
 
     t = d
-    if (tangent%rank == 0) return
+    n = tangent%rank + tangent%modes
+    if (n == 0) return
     do j = 1, tangent%rank
       z(j) = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
@@ -278,9 +326,9 @@ contains
         end do
       end associate
     end do
-    call dgetrs('N', tangent%rank, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, &
-      tangent%rank, info)
-    call dgemv('N', size(d), tangent%rank, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+    z(tangent%rank + 1:n) = push
+    call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
+    call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
   end subroutine answer_leading
 
   !> Adds U z to y.

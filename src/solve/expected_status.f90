@@ -10,10 +10,14 @@ module expected_status
   use contact_points, only: count_points, point_position
   use contact_parameters, only: point_shift, shifts_gap
   use smooth_normals, only: project_on_master
+  use facet_geometry, only: facet_size
   use system_types, only: system_t
   implicit none
   private
   public :: expect_status, forget_expected
+
+  !> A gap below this share of the facet's size is closed for the first tangent.
+  real(wp), parameter :: touching = 1.0e-9_wp
 
   !> What is expected of the points of one slave facet of a segmented pair.
   type :: expected_t
@@ -39,8 +43,11 @@ contains
       end if
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
-        if (model%pairs(k)%old(p)%status <= status_open) cycle
         if (system%contact%routine(element) == routine_none) cycle
+        if (model%pairs(k)%old(p)%status <= status_open) then
+          system%contact%keep(element) = touching_shift(model%pairs(k), p, system)
+          cycle
+        end if
         system%contact%slide(element) = model%pairs(k)%old(p)%status == status_slip
         system%contact%keep(element) = closing_shift(model%pairs(k), p, system)
       end do
@@ -63,7 +70,10 @@ contains
       if (pair%cells(p)%slave == 0) cycle
       if (system%contact%routine(first + p - 1) == routine_none) cycle
       associate (facet => facets(pair%cells(p)%slave))
-        if (.not. facet%closed .or. facet%area <= 0.0_wp) cycle
+        if (.not. facet%closed .or. facet%area <= 0.0_wp) then
+          system%contact%keep(first + p - 1) = touching_shift(pair, p, system)
+          cycle
+        end if
         system%contact%slide(first + p - 1) = facet%slips
         now = shifted_gap(pair, p, pair%new(p), system%x_now)
         if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
@@ -94,6 +104,20 @@ contains
       end associate
     end do
   end subroutine look_back
+
+  !> The shift along the normal that closes a point which touches its facet but for round-off, which
+  !! else would decide what is closed at first; 0 for all others.
+  pure real(wp) function touching_shift(pair, p, system) result(shift)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! an open point with a host
+    type(system_t), intent(in) :: system !! positions
+    real(wp) :: gap, tolerance
+
+    shift = 0.0_wp
+    gap = shifted_gap(pair, p, pair%new(p), system%x_now)
+    tolerance = touching*facet_size(system%x_now(:, pair%facets(:, pair%new(p)%host)))
+    if (abs(gap) <= tolerance) shift = -gap - tolerance
+  end function touching_shift
 
   !> The tangents to come take each point as it is.
   pure subroutine forget_expected(list)

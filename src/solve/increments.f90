@@ -7,6 +7,7 @@ module increments
     settle_contact
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
+  use force_scales, only: begin_scales
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
     refresh_candidates, recover_interior, keep_forces
@@ -251,6 +252,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
 
+    call begin_scales(model%mesh%x, state, system)
     system%left = system%u
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &

@@ -7,11 +7,13 @@ module newton
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
-  use residuals, only: form_residual, form_tangent, residual_norm, force_norm, &
-    estimate_round_off, round_off_factor
+  use residuals, only: form_residual, form_tangent, residual_norm, estimate_round_off, &
+    round_off_factor
+  use force_scales, only: note_forces, force_scale, in_bounds
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
+  use condensed_system, only: find_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
@@ -102,13 +104,16 @@ contains
     end do
   end subroutine solve_frozen
 
-  !> The residual is zero, at its round-off, or within the tolerance the deck sets.
+  !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
+  !! gone farther than a body can (doc/theory, "When an increment has converged").
   logical function is_converged(system, settings, progress) result(converged)
     type(system_t), intent(in) :: system !! residual formed
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
     real(wp) :: norm, floor_factor
 
+    converged = .false.
+    if (.not. in_bounds(system)) return
     norm = residual_norm(system)
     floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
       system%contact%n > 0)
@@ -116,10 +121,10 @@ contains
     if (norm <= floor_factor*system%round_off) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
-      converged = norm <= settings%residual_tolerance*force_norm(system)
+      converged = norm <= settings%residual_tolerance*force_scale(system)
     else
       converged = progress%energy_met .and. &
-        norm <= residual_share*sqrt(settings%energy_tolerance)*force_norm(system)
+        norm <= residual_share*sqrt(settings%energy_tolerance)*force_scale(system)
     end if
   end function is_converged
 
@@ -140,6 +145,7 @@ contains
     begin = wall_seconds()
     if (any(system%weak)) then
       call drop_bodies(x, system, dropped)
+      if (dropped .and. system%condensed%active) call find_defects(system)
       if (dropped) call form_residual(system, x)
     end if
     start = residual_norm(system)
@@ -166,6 +172,7 @@ contains
     progress%energy_met = .false.
     if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*start
+    call note_forces(system)
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
@@ -265,7 +272,7 @@ contains
     report%time = time
     report%number = progress%solves
     report%residual = residual_norm(system)
-    forces = force_norm(system)
+    forces = force_scale(system)
     if (forces > 0.0_wp) report%relative = report%residual/forces
     report%energy = progress%energy
     if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy

@@ -3,6 +3,7 @@
 module predictor
   use kinds, only: wp
   use vectors, only: cross
+  use rigid_motions, only: rigid_row
   use lapack_interface, only: dgelss
   implicit none
   private
@@ -73,21 +74,4 @@ contains
     call dgelss(6, 6, 1, normal, 6, right, 6, values, rank_tolerance, rank, work, size(work), info)
     if (info == 0) motion = right(:, 1)
   end function best_motion
-
-  !> Component k of the displacement at y of the six unit motions.
-  pure function rigid_row(k, y) result(row)
-    integer, intent(in) :: k !! 1, 2 or 3
-    real(wp), intent(in) :: y(3) !! position from the center, over the size of the model
-    real(wp) :: row(6), turn(3), rotation(3)
-    integer :: m
-
-    row = 0.0_wp
-    row(k) = 1.0_wp
-    do m = 1, 3
-      turn = 0.0_wp
-      turn(m) = 1.0_wp
-      rotation = cross(turn, y)
-      row(3 + m) = rotation(k)
-    end do
-  end function rigid_row
 end module predictor

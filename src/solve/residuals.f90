@@ -13,7 +13,7 @@ module residuals
   use system_types, only: system_t
   implicit none
   private
-  public :: form_residual, form_trial, form_tangent, residual_norm, force_norm, &
+  public :: form_residual, form_trial, form_tangent, residual_norm, &
     estimate_round_off, round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
@@ -107,28 +107,12 @@ contains
     if (system%condensed%active) then
       norm = hypot(norm2(system%condensed%right), system%condensed%defect_share &
         *system%condensed%defect_norm)
+      if (system%condensed%modes > 0) norm = hypot(norm, norm2(system%condensed%imbalance &
+        + (1.0_wp - system%condensed%defect_share)*system%condensed%imbalance_change))
     else
       norm = norm2(system%right)
     end if
   end function residual_norm
-
-  !> Norm of all nodal forces: applied, reactions, contact.
-  pure real(wp) function force_norm(system) result(norm)
-    type(system_t), intent(in) :: system !! forces given
-    real(wp) :: reactions
-    integer :: i, k
-
-    reactions = system%condensed%reactions
-    do i = 1, size(system%equation, 2)
-      if (system%condensed%active) exit
-      do k = 1, 3
-        if (system%equation(k, i) > 0) cycle
-        reactions = hypot(reactions, system%bulk_force(k, i) + system%contact_force(k, i) &
-          - system%external(k, i))
-      end do
-    end do
-    norm = norm2([reactions, norm2(system%external), norm2(system%contact_force)])
-  end function force_norm
 
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
   !! contact points of bodies that contact alone holds are left out: such a body may have come to

@@ -142,8 +142,6 @@ contains
       obstacle = 'there is no contact'
     else if (.not. scene%linear_bulk) then
       obstacle = 'the bulk is not linear'
-    else if (.not. scene%restrained) then
-      obstacle = 'a body is held by contact alone'
     else if (scene%contact_dofs > most_contact_dofs) then
       obstacle = 'its surfaces have too many degrees of freedom, '//to_text(scene%contact_dofs)
     end if

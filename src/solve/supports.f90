@@ -12,9 +12,10 @@ module supports
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: system_t
+  use rigid_motions, only: find_motions
   implicit none
   private
-  public :: free_motion, find_weak_bodies, ground_bodies, closing_length, drop_bodies
+  public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -109,28 +110,38 @@ contains
   subroutine find_weak_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! gets weak
-    real(wp) :: motion(6)
     integer :: body
 
     allocate (system%weak(system%bodies), system%grounded(system%bodies), source=.false.)
+    allocate (system%motions(system%bodies))
     do body = 1, system%bodies
-      call free_motion(x, system, body, .false., system%weak(body), motion)
+      call find_motions(x, system%equation, system%node_body, body, system%motions(body))
     end do
+    system%weak = system%motions%n > 0
   end subroutine find_weak_bodies
 
-  !> Grounds the bodies that nothing holds at present: springs in the tangent only, so that the
-  !! residual, and with it the solution, does not know of them.
-  subroutine ground_bodies(x, system)
+  !> Marks the bodies that neither supports nor closed contact points hold at present.
+  subroutine find_grounded(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
+    type(system_t), intent(inout) :: system !! status of contact elements; gets grounded
     real(wp) :: motion(6)
-    integer :: body, node, place, k
+    integer :: body
 
     system%grounded = .false.
     do body = 1, system%bodies
       if (system%weak(body)) call free_motion(x, system, body, .true., system%grounded(body), &
         motion)
     end do
+  end subroutine find_grounded
+
+  !> Grounds the bodies that nothing holds at present: springs in the tangent only, so that the
+  !! residual, and with it the solution, does not know of them.
+  subroutine ground_bodies(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
+    integer :: node, place, k
+
+    call find_grounded(x, system)
     if (.not. any(system%grounded)) return
     do node = 1, size(system%node_body)
       if (system%node_body(node) == 0) cycle
@@ -233,6 +244,13 @@ contains
     integer :: node, k
 
     force = 0.0_wp
+    if (system%condensed%active) then
+      associate (motions => system%motions(body), first => system%condensed%bodies(body)%first_mode)
+        force = -matmul(motions%basis(1:3, :motions%n), &
+          system%condensed%imbalance(first + 1:first + motions%n))
+      end associate
+      return
+    end if
     do node = 1, size(system%node_body)
       if (system%node_body(node) /= body) cycle
       do k = 1, 3

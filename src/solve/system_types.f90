@@ -7,6 +7,7 @@ module system_types
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
   use condensed_types, only: condensed_t
+  use rigid_motions, only: motions_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -34,6 +35,7 @@ module system_types
     integer :: equations = 0 !! free degrees of freedom
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
+    type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     type(element_list_t) :: bulk !! bulk elements
@@ -66,6 +68,9 @@ module system_types
     real(wp), allocatable :: right(:) !! (equations) right-hand side [force]
     real(wp), allocatable :: solution(:) !! (equations) solution [length]
     real(wp), allocatable :: next(:) !! (equations) direction of a trial [length]
+    real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
+    real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in this increment, 0 for none [force]
+    real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
     type(cost_t) :: costs !! cost table
   end type system_t

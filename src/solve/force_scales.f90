@@ -1,0 +1,69 @@
+!> What an increment is measured against: forces that its iterates cannot enlarge, and how far a
+!! body can go (doc/theory, "When an increment has converged").
+module force_scales
+  use kinds, only: wp
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: begin_scales, note_forces, force_scale, in_bounds
+
+  !> No node goes farther in a run than this many times the size of the model, beyond what is
+  !! prescribed.
+  real(wp), parameter :: farthest = 2.0_wp
+
+contains
+
+  !> Scales of an increment: the loads at its end, the forces of the last state, and the bounds.
+  pure subroutine begin_scales(x, state, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(state_t), intent(in) :: state !! last converged state
+    type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
+
+    system%given_forces = max(norm2(system%external), norm2(state%reaction))
+    system%seen_forces = 0.0_wp
+    system%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
+      max(0.0_wp, maxval(abs(system%u), system%equation == 0))
+  end subroutine begin_scales
+
+  !> Takes the forces of an iterate for what they are in this increment, if none before were
+  !! smaller. So a runaway cannot make its own residual look small.
+  pure subroutine note_forces(system)
+    type(system_t), intent(inout) :: system !! residual formed; gets seen_forces
+    real(wp) :: forces
+
+    forces = internal_forces(system)
+    if (forces <= 0.0_wp) return
+    if (system%seen_forces <= 0.0_wp) system%seen_forces = forces
+    system%seen_forces = min(system%seen_forces, forces)
+  end subroutine note_forces
+
+  !> Norm of the nodal forces of supports and contact at the iterate.
+  pure real(wp) function internal_forces(system) result(norm)
+    type(system_t), intent(in) :: system !! forces given
+    integer :: i, k
+
+    norm = norm2(system%contact_force)
+    if (system%condensed%active) return
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) cycle
+        norm = hypot(norm, system%bulk_force(k, i) + system%contact_force(k, i) &
+          - system%external(k, i))
+      end do
+    end do
+  end function internal_forces
+
+  !> The forces that a residual is compared with.
+  pure real(wp) function force_scale(system) result(scale)
+    type(system_t), intent(in) :: system !! its scales
+
+    scale = max(system%given_forces, system%seen_forces)
+  end function force_scale
+
+  !> No node has gone farther than a body can.
+  pure logical function in_bounds(system) result(inside)
+    type(system_t), intent(in) :: system !! u and its bound
+
+    inside = all(abs(system%u) <= system%bound)
+  end function in_bounds
+end module force_scales
