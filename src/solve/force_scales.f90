@@ -5,7 +5,7 @@ module force_scales
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: begin_scales, note_forces, force_scale, in_bounds
+  public :: begin_scales, note_forces, force_scale, in_bounds, longest_step
 
   !> No node goes farther in a run than this many times the size of the model, beyond what is
   !! prescribed.
@@ -23,6 +23,7 @@ contains
     system%seen_forces = 0.0_wp
     system%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
       max(0.0_wp, maxval(abs(system%u), system%equation == 0))
+    system%stroke = maxval(abs(system%u - state%u))
   end subroutine begin_scales
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were
@@ -59,6 +60,24 @@ contains
 
     scale = max(system%given_forces, system%seen_forces)
   end function force_scale
+
+  !> The share of a direction that a body can go in one iteration: its own size and what is
+  !! prescribed in the increment, or the size of a facet where grounding alone holds it.
+  pure real(wp) function longest_step(system) result(share)
+    type(system_t), intent(in) :: system !! direction found
+    real(wp) :: way
+    integer :: i
+
+    share = 1.0_wp
+    do i = 1, size(system%node_body)
+      if (system%node_body(i) == 0) cycle
+      associate (body => system%node_body(i))
+        way = system%motions(body)%size + system%stroke
+        if (system%grounded(body)) way = min(way, system%facet_size)
+        if (maxval(abs(system%du(:, i)))*share > way) share = way/maxval(abs(system%du(:, i)))
+      end associate
+    end do
+  end function longest_step
 
   !> No node has gone farther than a body can.
   pure logical function in_bounds(system) result(inside)

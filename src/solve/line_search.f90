@@ -5,6 +5,7 @@ module line_search
   use linear_solver, only: solve_system
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
+  use force_scales, only: longest_step
   use condensed_system, only: take_condensed
   use condensed_direction, only: next_condensed_length
   use system_types, only: system_t
@@ -28,12 +29,15 @@ contains
     real(wp), intent(in) :: start !! norm of the residual before the step
     real(wp), intent(out) :: length !! share of du
 
+    real(wp) :: longest
+
+    longest = longest_step(system)
     length = closing_length(x, system)
-    if (length < 1.0_wp) then
+    if (length < longest) then
       call form_trial(system, x, length)
       call take_trial(system, length)
     else
-      call search_line(system, x, start, .false., .true., length)
+      call search_line(system, x, start, .false., .true., longest, length)
     end if
   end subroutine approach
 
@@ -55,19 +59,20 @@ contains
   !! one with the shortest next direction is taken. Without the natural test, which may go in
   !! circles, that is the one with the smallest residual. If no length passes from a residual that
   !! is round-off, the system stays where it is.
-  subroutine search_line(system, x, start, full, natural, length)
+  subroutine search_line(system, x, start, full, natural, longest, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: start !! norm of the residual before the step
     logical, intent(in) :: full !! take the full step whatever its residual
     logical, intent(in) :: natural !! the length of the next direction counts as well
+    real(wp), intent(in) :: longest !! share of du to begin with, at most 1
     real(wp), intent(out) :: length !! accepted share of du
     real(wp) :: next, best, best_length, du
     integer :: halving
 
     best = huge(1.0_wp)
-    best_length = 1.0_wp
-    length = 1.0_wp
+    best_length = longest
+    length = longest
     du = norm2(system%solution)
     do halving = 0, most_halvings
       call form_trial(system, x, length)

@@ -9,7 +9,7 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, estimate_round_off, &
     round_off_factor
-  use force_scales, only: note_forces, force_scale, in_bounds
+  use force_scales, only: note_forces, force_scale, in_bounds, longest_step
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
@@ -166,7 +166,7 @@ contains
       call approach(system, x, start, length)
     else
       call search_line(system, x, start, progress%updated .or. any(system%contact%hold), &
-        progress%since_lowest < circling, length)
+        progress%since_lowest < circling, longest_step(system), length)
     end if
     progress%updated = .false.
     progress%energy_met = .false.

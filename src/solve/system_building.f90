@@ -9,6 +9,7 @@ module system_building
   use model_types, only: model_t
   use contact_points, only: count_points
   use bodies, only: find_bodies
+  use facet_geometry, only: facet_size
   use block_matrix, only: build_graph, locate_elements
   use assembly, only: assemble
   use contact_hosts, only: start_pair
@@ -37,6 +38,7 @@ contains
     end do
     call list_bulk(model, system)
     call list_contact(model, system)
+    system%facet_size = mean_facet(model)
     call begin_cost(system%costs, cost_pattern)
     call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix)
     call locate_elements(system%bulk_matrix, system%bulk)
@@ -63,6 +65,22 @@ contains
       end do
     end do
   end subroutine number_equations
+
+  !> Mean size of the master facets of all pairs.
+  pure real(wp) function mean_facet(model) result(h)
+    type(model_t), intent(in) :: model !! pairs
+    integer :: k, f
+
+    h = 0.0_wp
+    do k = 1, size(model%pairs)
+      associate (facets => model%pairs(k)%facets)
+        do f = 1, size(facets, 2)
+          h = h + facet_size(model%mesh%x(:, facets(:, f)))/real(size(facets, 2), wp)
+        end do
+      end associate
+    end do
+    h = h/real(max(1, size(model%pairs)), wp)
+  end function mean_facet
 
   !> Vectors of the solution.
   subroutine allocate_vectors(nodes, system, state)
