@@ -16,7 +16,8 @@ module condensed_direction
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12
   !> A factor is worth trying again if no more elements than these have changed their status.
-  integer, parameter :: most_changes = 3
+  !! Where points are many, one in so many may.
+  integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
 
@@ -41,6 +42,7 @@ contains
         1.0e-3_wp*system%round_off)
       arrived = .false.
       if (is_worth_trying(system)) then
+        condensed%tangent%fresh = .false.
         call form_rest(system)
         call respond(system, 1.0_wp, floor, most_stale, y, arrived)
         if (.not. arrived) call form_element_matrices(system, x)
@@ -76,7 +78,7 @@ contains
 
     worth = allocated(system%condensed%tangent%status)
     if (worth) worth = count(system%condensed%tangent%status /= system%contact%status) &
-      <= most_changes
+      <= max(most_changes, system%condensed%tangent%elements/changes_share)
   end function is_worth_trying
 
   !> As many digits as Newton can use: a tenth of the square of the share that the last iteration

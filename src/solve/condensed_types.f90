@@ -33,6 +33,8 @@ module condensed_types
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
     integer :: elements = 0 !! closed contact elements
+    logical :: whole = .false. !! U is the sum of the element matrices, V the identity
+    logical :: fresh = .false. !! the factor is that of the present element matrices
     integer :: rank = 0 !! columns of U and V
     integer :: modes = 0 !! rigid motions that are unknowns beside them
     integer, allocatable :: element(:) !! (elements) place in the list of contact elements
@@ -42,6 +44,7 @@ module condensed_types
     integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
     integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
     real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
+    real(wp), allocatable :: sum(:, :) !! (live, live) U of the whole form [force/length]
     real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the rigid
     !! motions, factorised

@@ -23,6 +23,10 @@ module contact_tangent
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
+  !> Rows that a closed point gives, mostly.
+  integer, parameter :: rows_of_point = 3
+  !> Largest entry times compliance with which forces may be differences of displacements.
+  real(wp), parameter :: stiffest_whole = 1.0e4_wp
   !> Columns of the dense matrix that are formed at a time.
   integer, parameter :: block = 8
 
@@ -77,8 +81,16 @@ contains
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call gather_compliance(condensed)
-      call peel_elements(condensed, tangent)
-      call form_small(condensed, tangent)
+      tangent%modes = condensed%modes
+      tangent%fresh = .true.
+      tangent%whole = is_better_whole(condensed, tangent)
+      if (tangent%whole) then
+        call sum_elements(condensed, tangent)
+        call form_whole(condensed, tangent)
+      else
+        call peel_elements(condensed, tangent)
+        call form_small(condensed, tangent)
+      end if
       tangent%status = system%contact%status
       info = 0
       associate (n => tangent%rank + tangent%modes)
@@ -88,6 +100,118 @@ contains
     end associate
     call end_cost(system%costs, cost_dense_factor)
   end subroutine factorise_tangent
+
+  !> There are more rows of contact than degrees of freedom they touch, as where facets have many
+  !! points; and the penalty is no stiffer than displacements can tell.
+  pure logical function is_better_whole(condensed, tangent) result(whole)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(in) :: tangent !! element matrices
+    real(wp) :: stiffest
+    integer :: b, i, e
+    real(wp) :: softness(condensed%n_live)
+
+    whole = rows_of_point*tangent%elements > condensed%n_live
+    if (.not. whole) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        softness(body%first_live + 1:body%first_live + body%n_live) = &
+          [(body%live(i, i), i=1, body%n_live)]
+      end associate
+    end do
+    stiffest = 0.0_wp
+    do e = 1, tangent%elements
+      associate (k => tangent%element(e))
+        do i = 1, max_dofs
+          if (tangent%dofs(i, k) > 0) stiffest = max(stiffest, abs(tangent%s(i, i, k)) &
+            *softness(tangent%dofs(i, k)))
+        end do
+      end associate
+    end do
+    whole = stiffest <= stiffest_whole
+  end function is_better_whole
+
+  !> The element matrices at hand, summed at the live candidates.
+  subroutine sum_elements(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! live candidates
+    type(contact_tangent_t), intent(inout) :: tangent !! gets sum, rank
+    integer :: e, i, j
+
+    tangent%rank = condensed%n_live
+    if (allocated(tangent%sum)) then
+      if (size(tangent%sum, 1) /= tangent%rank) deallocate (tangent%sum)
+    end if
+    if (.not. allocated(tangent%sum)) allocate (tangent%sum(tangent%rank, tangent%rank))
+    tangent%sum = 0.0_wp
+    do e = 1, tangent%elements
+      associate (s => tangent%s(:, :, tangent%element(e)), dofs => tangent%dofs(:, &
+        tangent%element(e)))
+        do j = 1, max_dofs
+          if (dofs(j) == 0) cycle
+          do i = 1, max_dofs
+            if (dofs(i) > 0) tangent%sum(dofs(i), dofs(j)) = tangent%sum(dofs(i), dofs(j)) &
+              + s(i, j)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine sum_elements
+
+  !> I + C K with the sum K of the element matrices, bordered by the rigid motions.
+  subroutine form_whole(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! live compliances, motions
+    type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets small, pivot
+    integer :: b, i, j, n
+
+    n = tangent%rank
+    call make_small(n + tangent%modes, 1, tangent)
+    do j = 1, n
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live, &
+          last => condensed%bodies(b)%first_live + condensed%bodies(b)%n_live)
+          associate (mine => pack([(i, i=1, body%n_live)], abs(tangent%sum(first + 1:last, j)) &
+            > 0.0_wp))
+            call combine(body%live, mine, tangent%sum(first + mine, j), &
+              tangent%small(first + 1:last, j))
+          end associate
+        end associate
+      end do
+      tangent%small(j, j) = tangent%small(j, j) + 1.0_wp
+    end do
+    tangent%small(n + 1:n + tangent%modes, :n + tangent%modes) = 0.0_wp
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live, &
+        last => condensed%bodies(b)%first_live + condensed%bodies(b)%n_live)
+        do j = 1, body%motions%n
+          associate (row => n + body%first_mode + j)
+            tangent%small(:n, row) = 0.0_wp
+            tangent%small(first + 1:last, row) = -body%modes(body%gathered, j)
+            tangent%small(row, :n) = body%softness*matmul(body%modes(body%gathered, j), &
+              tangent%sum(first + 1:last, :))
+            if (body%grounded) tangent%small(row, row) = grounding*real(size(body%node), wp)
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine form_whole
+
+  !> Room for the small matrix of an order, and for the columns C U.
+  subroutine make_small(order, columns, tangent)
+    integer, intent(in) :: order !! its order
+    integer, intent(in) :: columns !! length of the columns
+    type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
+    integer :: room
+
+    room = 0
+    if (allocated(tangent%small)) then
+      room = size(tangent%small, 1)
+      if (size(tangent%cu, 1) /= columns) room = 0
+    end if
+    if (room >= max(1, order)) return
+    if (allocated(tangent%small)) deallocate (tangent%small, tangent%cu, tangent%pivot)
+    room = 1 + order
+    if (.not. tangent%whole) room = room + tangent%rank/4
+    allocate (tangent%small(room, room), tangent%cu(columns, room), tangent%pivot(room))
+  end subroutine make_small
 
   !> Takes the leading columns of each element matrix.
   subroutine peel_elements(condensed, tangent)
@@ -127,20 +251,9 @@ contains
   subroutine form_small(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
-    integer :: j, room
+    integer :: j
 
-    tangent%modes = condensed%modes
-    room = 0
-    if (allocated(tangent%small)) then
-      room = size(tangent%small, 1)
-      if (size(tangent%cu, 1) /= condensed%n_live) room = 0
-    end if
-    if (room < max(1, tangent%rank + tangent%modes)) then
-      if (allocated(tangent%small)) deallocate (tangent%small, tangent%cu, tangent%pivot)
-      room = 1 + tangent%rank + tangent%rank/4 + tangent%modes
-      allocate (tangent%small(room, room), tangent%cu(condensed%n_live, room), &
-        tangent%pivot(room))
-    end if
+    call make_small(tangent%rank + tangent%modes, condensed%n_live, tangent)
     do j = 1, tangent%rank
       call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
         tangent%cu(:, j))
@@ -272,6 +385,10 @@ contains
         tangent%resting = tangent%resting + 1
         tangent%element(tangent%resting) = k
       end do
+      if (tangent%whole) then
+        if (tangent%fresh) tangent%resting = 0
+        return
+      end if
       do j = 1, tangent%rank
         associate (s => tangent%s(:, :, tangent%owner(j)))
           do k = 1, max_dofs
@@ -291,6 +408,7 @@ contains
     integer :: e, i
 
     y = 0.0_wp
+    if (tangent%whole .and. .not. tangent%fresh) y = -matmul(tangent%sum, x)
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)))
         local = 0.0_wp
@@ -318,6 +436,13 @@ contains
     t = d
     n = tangent%rank + tangent%modes
     if (n == 0) return
+    if (tangent%whole) then
+      z(:tangent%rank) = d
+      z(tangent%rank + 1:n) = push
+      call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
+      t = z(:tangent%rank)
+      return
+    end if
     do j = 1, tangent%rank
       z(j) = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
@@ -338,6 +463,10 @@ contains
     real(wp), intent(inout) :: y(:) !! (live) [force]
     integer :: j, i
 
+    if (tangent%whole) then
+      y = y + matmul(tangent%sum, z(:tangent%rank))
+      return
+    end if
     do j = 1, tangent%rank
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
         do i = 1, max_dofs
