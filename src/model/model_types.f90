@@ -79,6 +79,7 @@ module model_types
     type(conditions_t) :: conditions !! supports and loads
     type(load_table_t), allocatable :: loads(:) !! proportional loads
     type(pair_t), allocatable :: pairs(:) !! contact pairs in the order of the deck
+    logical, allocatable :: held(:) !! (nodes) of regions whose free motions are held
     type(output_request_t) :: output !! what is written
     type(string_t), allocatable :: notes(:) !! remarks for the log (reordered elements, ...)
   end type model_t

@@ -14,7 +14,7 @@ module diagnosis
   use system_types, only: system_t
   implicit none
   private
-  public :: explain_failure, unrestrained_bodies, check_supports
+  public :: explain_failure, unrestrained_bodies, check_supports, tell_free_bodies
 
 contains
 
@@ -120,7 +120,7 @@ contains
     body = 0
     do b = 1, system%bodies
       call free_motion(model%mesh%x, system, b, .true., free, motion)
-      if (free) then
+      if (free .and. .not. any(model%held .and. system%node_body == b)) then
         body = b
         return
       end if
@@ -133,8 +133,6 @@ contains
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
     character(:), allocatable :: t
-    character(11), parameter :: axes(6) = ['move along ', 'move along ', 'move along ', &
-      'turn about ', 'turn about ', 'turn about ']
     character(1), parameter :: nl = new_line('a')
     real(wp) :: motion(6)
     character(:), allocatable :: contact
@@ -152,8 +150,8 @@ contains
       exit
     end do
     k = maxloc(abs(motion), 1)
-    t = '  unrestrained body: '//body_name(model, system, body)//' can '//trim(axes(k))//' x' &
-      //to_text(dof)//' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
+    t = '  unrestrained body: '//body_name(model, system, body)//' can '//named_motion(k) &
+      //' (node '//to_text(max(node, 1))//', dof '//to_text(dof)//')'
     closed = closed_points(system, body)
     if (closed > 0) then
       t = t//': no support resists, and its closed contact points ('//to_text(closed)// &
@@ -165,6 +163,43 @@ contains
     if (len(contact) > 0) t = t//nl//contact
     t = t//nl//what_holds(closed, has_friction(model, system, body))
   end function describe_body
+
+  !> A motion in words, from the number of its largest component.
+  pure function named_motion(k) result(t)
+    integer, intent(in) :: k !! 1 to 3: translations, 4 to 6: rotations
+    character(:), allocatable :: t
+
+    t = 'move along x'//to_text(k)
+    if (k > 3) t = 'turn about x'//to_text(k - 3)
+  end function named_motion
+
+  !> Tells once of each body under load that a converged state leaves a motion that nothing resists:
+  !! its place is one of many, unless the deck holds it (doc/theory, "Bodies that contact holds").
+  subroutine tell_free_bodies(model, system, monitor)
+    type(model_t), intent(in) :: model !! mesh, HOLD
+    type(system_t), intent(inout) :: system !! converged; gets told
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    character(:), allocatable :: what
+    real(wp) :: motion(6)
+    logical :: free
+    integer :: b
+
+    if (.not. any(system%weak)) return
+    do b = 1, system%bodies
+      if (.not. system%weak(b) .or. system%told(b)) cycle
+      call free_motion(model%mesh%x, system, b, .true., free, motion, tracks=.true.)
+      if (.not. free .or. closed_points(system, b) == 0) cycle
+      system%told(b) = .true.
+      what = body_name(model, system, b)//' can '//named_motion(maxloc(abs(motion), 1))// &
+        ' without resistance'
+      if (any(model%held .and. system%node_body == b)) then
+        call monitor%event('  HOLD: '//what//' and is held; the reaction of that is zero')
+      else
+        call monitor%warning(what//': the forces are in balance, but its place is not unique; '// &
+          'restrain it with BOUNdary, give the pair FRICtion, or write HOLD and its region')
+      end if
+    end do
+  end subroutine tell_free_bodies
 
   !> What to change for a body that can move.
   pure function what_holds(closed, friction) result(t)

@@ -9,7 +9,7 @@ module stepping
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps
   use increments, only: solve_increment
-  use diagnosis, only: explain_failure, unrestrained_bodies
+  use diagnosis, only: explain_failure, unrestrained_bodies, tell_free_bodies
   use signals, only: stop_exit_code
   use system_types, only: system_t, state_t, settings_t
   implicit none
@@ -43,6 +43,7 @@ contains
       if (done + part == finest) time = end_time
       call solve_increment(model, system, state, time, settings, monitor, progress)
       if (progress%outcome == outcome_converged) then
+        call tell_free_bodies(model, system, monitor)
         done = done + part
         if (done < finest .and. mod(done, 2*part) == 0) part = 2*part
         cycle

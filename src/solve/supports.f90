@@ -30,13 +30,15 @@ contains
 
   !> Looks for a rigid motion of a body that no support resists (nor a closed contact point, if
   !! they count): the null space of the supports' 6 x 6 Gram matrix.
-  subroutine free_motion(x, system, body, with_contact, free, motion)
+  subroutine free_motion(x, system, body, with_contact, free, motion, tracks)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
     logical, intent(in) :: with_contact !! closed contact points hold, too
     logical, intent(out) :: free !! there is such a motion
     real(wp), intent(out) :: motion(6) !! translation, and rotation times the model's size
+    logical, intent(in), optional :: tracks !! points that slip hold across their tracks, too
+    logical :: across
     real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x
     integer :: i, k, info, dofs
 
@@ -53,7 +55,9 @@ contains
         end if
       end do
     end do
-    if (with_contact) call add_contact(x, system, body, center, size_x, gram)
+    across = .false.
+    if (present(tracks)) across = tracks
+    if (with_contact) call add_contact(x, system, body, center, size_x, across, gram)
     call dsyev('V', 'U', 6, gram, 6, values, work, size(work), info)
     motion = gram(:, 1)
     free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
@@ -71,12 +75,13 @@ contains
   end subroutine add_support
 
   !> Adds what closed contact points hold: all directions in stick, the normal in slip.
-  subroutine add_contact(x, system, body, center, size_x, gram)
+  subroutine add_contact(x, system, body, center, size_x, tracks, gram)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! contact elements
     integer, intent(in) :: body !! the body
     real(wp), intent(in) :: center(3) !! where rotations turn about [length]
     real(wp), intent(in) :: size_x !! size of the model [length]
+    logical, intent(in) :: tracks !! points that slip hold across their tracks, too
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     real(wp) :: y(3)
     integer :: k, i
@@ -92,10 +97,27 @@ contains
           end do
         else
           call add_support(gram, normal_of(x, master_nodes(system%contact, k)), y)
+          if (tracks) call add_track(x, system, k, y, gram)
         end if
       end associate
     end do
   end subroutine add_contact
+
+  !> A point that slips resists motion across its track: its friction turns with the track.
+  subroutine add_track(x, system, k, y, gram)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! a slipping one
+    real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    real(wp) :: across(3)
+
+    associate (nodes => master_nodes(system%contact, k), slip => system%contact%slip(:, k))
+      if (norm2(slip) <= 0.0_wp) return
+      across = cross(normal_of(x, nodes), slip)
+    end associate
+    if (norm2(across) > 0.0_wp) call add_support(gram, across/norm2(across), y)
+  end subroutine add_track
 
   !> Unit vector along axis k.
   pure function unit_vector(k) result(n)
@@ -112,7 +134,8 @@ contains
     type(system_t), intent(inout) :: system !! gets weak
     integer :: body
 
-    allocate (system%weak(system%bodies), system%grounded(system%bodies), source=.false.)
+    allocate (system%weak(system%bodies), system%grounded(system%bodies), &
+      system%told(system%bodies), source=.false.)
     allocate (system%motions(system%bodies))
     do body = 1, system%bodies
       call find_motions(x, system%equation, system%node_body, body, system%motions(body))

@@ -37,6 +37,7 @@ module system_types
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
+    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     type(element_list_t) :: bulk !! bulk elements
     type(element_list_t) :: contact !! contact elements, one a point
