@@ -72,7 +72,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer :: k
 
-    bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
+    bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
       bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
     end do
@@ -123,7 +123,7 @@ contains
     type(frame_t), intent(in) :: frame !! the fields
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame
