@@ -283,16 +283,22 @@ contains
     real(wp), intent(in) :: at_nodes(:, :) !! (n_columns, points)
     real(wp), intent(in) :: at_cells(:, :) !! (n_columns, cells)
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp), allocatable :: values(:, :)
 
-    associate (first => column%at, last => column%at + column%components - 1)
-      values = at_nodes(first:last, :)
-      call write_field(contact%grid, contact%file, on_points, trim(column%name), values, error)
-      if (allocated(error) .or. column%at == at_force) return
-      values = at_cells(first:last, :)
-      call write_field(contact%grid, contact%file, on_cells, trim(column%name), values, error)
-    end associate
+    call write_field(contact%grid, contact%file, on_points, trim(column%name), &
+      part_of(at_nodes, column), error)
+    if (allocated(error) .or. column%at == at_force) return
+    call write_field(contact%grid, contact%file, on_cells, trim(column%name), &
+      part_of(at_cells, column), error)
   end subroutine write_column
+
+  !> The rows of one field.
+  pure function part_of(values, column) result(part)
+    real(wp), intent(in) :: values(:, :) !! (n_columns, n) all fields
+    type(column_t), intent(in) :: column !! the field
+    real(wp) :: part(column%components, size(values, 2))
+
+    part = values(column%at:column%at + column%components - 1, :)
+  end function part_of
 
   !> Closes the file; a file that is not open is left alone.
   subroutine close_contact_file(contact, error)

@@ -30,6 +30,10 @@ module vtk_grid
   character(*), parameter :: bookkeeping = &
     'VTKHDF bookkeeping: the geometry is the same at each end time'
 
+  !> End times whose offsets are written in one go: they are known beforehand, and writing one number
+  !! costs as much as writing a field. Those behind the last end time mean nothing.
+  integer, parameter :: ahead = 64
+
   !> A grid that is being written.
   type :: vtk_grid_t
     integer :: points = 0 !! number of points
@@ -222,14 +226,15 @@ contains
 
     n = grid%frames + 1
     call write_block(file, root//'Steps/Values', [time], n, error)
+    if (mod(grid%frames, ahead) > 0) return
     do i = 1, size(zeros)
       if (allocated(error)) return
-      call write_block(file, root//'Steps/'//trim(zeros(i)), [merge(1, 0, i == size(zeros))], n, &
-        error)
+      call write_block(file, root//'Steps/'//trim(zeros(i)), &
+        spread(merge(1, 0, i == size(zeros)), 1, ahead), n, error)
     end do
     do i = 1, size(grid%constants)
       if (allocated(error)) return
-      call write_block(file, grid%constants(i)%s, [0], n, error)
+      call write_block(file, grid%constants(i)%s, spread(0, 1, ahead), n, error)
     end do
   end subroutine begin_frame
 
@@ -241,13 +246,13 @@ contains
     character(*), intent(in) :: name !! name of the field
     real(wp), intent(in), contiguous :: values(:, :) !! (components, points or cells)
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: first
+    integer :: n, k
 
-    first = grid%frames*size(values, 2)
-    call write_block(file, root//group//'/'//name, values, first + 1, error)
-    if (allocated(error)) return
-    call write_block(file, root//'Steps/'//group//'Offsets/'//name, [first], grid%frames + 1, &
-      error)
+    n = size(values, 2)
+    call write_block(file, root//group//'/'//name, values, grid%frames*n + 1, error)
+    if (allocated(error) .or. mod(grid%frames, ahead) > 0) return
+    call write_block(file, root//'Steps/'//group//'Offsets/'//name, &
+      [(k*n, k=grid%frames, grid%frames + ahead - 1)], grid%frames + 1, error)
   end subroutine write_field
 
   !> Makes the end time count, when all of it is on disk.
