@@ -30,8 +30,8 @@ module vtk_grid
   character(*), parameter :: bookkeeping = &
     'VTKHDF bookkeeping: the geometry is the same at each end time'
 
-  !> End times whose offsets are written in one go: they are known beforehand, and writing one number
-  !! costs as much as writing a field. Those behind the last end time mean nothing.
+  !> End times whose offsets are written in one go: they are known beforehand, and writing one
+  !! number costs as much as writing a field. Those behind the last end time mean nothing.
   integer, parameter :: ahead = 64
 
   !> A grid that is being written.
