@@ -201,7 +201,36 @@ contains
     end do
     row%active = row%stick + row%slip
     if (row%active == 0) row%max_criterion = 0.0_wp
+    if (row%tangential > 0.0_wp) row%lumped = lumped_friction(model, system, point_state, k)
   end subroutine sum_points
+
+  !> Sum of the magnitudes of the friction forces of a pair after they have been handed on to its
+  !! slave nodes with the weights of the points.
+  pure real(wp) function lumped_friction(model, system, point_state, k) result(lumped)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    integer, intent(in) :: k !! the pair
+    real(wp) :: friction(3), sums(3, model%mesh%nodes)
+    integer :: p, b, element
+
+    sums = 0.0_wp
+    associate (pair => model%pairs(k))
+      do p = 1, count_points(pair)
+        element = system%first_point(k) + p - 1
+        if (system%contact%status(element) <= status_open) cycle
+        associate (f => point_state(1:3, element), e => point_state(10:12, element))
+          friction = f - dot_product(f, e)*e
+        end associate
+        do b = 1, pair%n_slaves
+          associate (node => pair%point_nodes(b, p))
+            sums(:, node) = sums(:, node) + pair%point_weights(b, p)*friction
+          end associate
+        end do
+      end do
+    end associate
+    lumped = sum(norm2(sums, 1))
+  end function lumped_friction
 
   !> The fields that the deck asks for.
   subroutine fill_frame(model, system, state, files, frame)
