@@ -7,8 +7,8 @@ module check_files
   use costs, only: cost_t
   use model_types, only: model_t, state_none
   use contact_hosts, only: start_pair
-  use result_types, only: frame_t, contact_row_t
-  use results_file, only: results_t, create_results, append_results, close_results
+  use result_types, only: frame_t
+  use results_file, only: results_t, create_results, append_picture, close_results
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
   use frame_fields, only: fill_first_frame
@@ -33,7 +33,6 @@ contains
     type(contact_file_t) :: surfaces
     type(frame_t) :: frame
     type(cost_t) :: costs
-    type(contact_row_t) :: none(0)
     integer :: k
 
     do k = 1, size(model%pairs)
@@ -43,10 +42,9 @@ contains
     call ask_for_little(model)
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
-    call create_results(results, base//'.check.h5', model, deck_text, version, command, error)
+    call create_results(results, base//'.check.h5', model, 0, deck_text, version, command, error)
     if (allocated(error)) return
-    call append_results(results, model, 0, 0.0_wp, reshape([real(wp) ::], [3, 0]), none, frame, &
-      error=error)
+    call append_picture(results, model, 0.0_wp, frame, error)
     if (allocated(error)) return
     call close_results(results, costs, error)
     if (allocated(error) .or. size(model%pairs) == 0) return

@@ -2,7 +2,6 @@
 module frame_fields
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: task_stress, n_element_stress
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
   use contact_parameters, only: point_parameters
@@ -12,7 +11,6 @@ module frame_fields
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
   use system_types, only: system_t, state_t
-  use assembly, only: recover
   use result_types, only: frame_t, point_fields_t
   implicit none
   private
@@ -21,23 +19,19 @@ module frame_fields
 contains
 
   !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, point_state, frame)
+  subroutine fill_frame(model, system, state, point_state, bulk_state, frame)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_element_stress, elements)
     type(frame_t), intent(out) :: frame !! the fields
-    real(wp), allocatable :: stress(:, :)
     integer :: k
 
     if (model%output%displacement) frame%displacement = state%u
     if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress .or. model%output%strain) then
-      allocate (stress(n_element_stress, system%bulk%n))
-      call recover(system%bulk, task_stress, model%mesh%x, state%u, stress)
-      if (model%output%stress) frame%stress = stress(1:6, :)
-      if (model%output%strain) call strains(model, stress(1:6, :), frame%strain)
-    end if
+    if (model%output%stress) frame%stress = bulk_state(1:6, :)
+    if (model%output%strain) call strains(model, bulk_state(1:6, :), frame%strain)
     if (model%output%lay) call fill_lay(model, state, frame%lay)
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))

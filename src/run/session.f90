@@ -21,6 +21,7 @@ module session
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
   use check_files, only: write_check_files
+  use audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t
@@ -130,6 +131,7 @@ contains
       if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
         error)
       if (allocated(error)) return
+      call begin_audit(model, system, context%state, context%audit)
       call create_files(files, states%base, options%folder, model, system, deck_text, &
         'mfec '//program_version, settings_text(options), blas_name(), error)
       if (allocated(error)) return
