@@ -181,7 +181,7 @@ class Building:
         scene = Scene(f'{self.family} {self.seed}', deck, 'realistic', mus=self.mus,
                       balance=[(part.name, part.sets, part.signs, self.load_of(part))
                                for part in elastic],
-                      refused=not wish == 'solution', seconds=120,
+                      refused=not wish == 'solution', seconds=400,
                       factor=max(float(np.abs(x).max()) for x in place))
         scene.family, scene.wish, scene.reason = self.family, wish, reason
         size = max(np.ptp(np.array(place), axis=0))
