@@ -135,7 +135,7 @@ contains
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
-    integer :: info
+    integer :: info, i
 
     outcome = solver_done
     if (allocated(body%compliance)) deallocate (body%compliance)
@@ -146,6 +146,7 @@ contains
     call dpotri('L', body%m, body%compliance, body%m, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
+    body%softness = sum([(body%compliance(i, i), i=1, body%m)])/real(body%m, wp)
     if (info /= 0) outcome = solver_failed
   end subroutine invert_trailing_block
 

@@ -355,7 +355,6 @@ contains
           end if
         end if
         body%gathered = mine
-        body%softness = 0.0_wp
         if (allocated(body%live)) then
           if (size(body%live, 1) /= body%n_live) deallocate (body%live)
         end if
@@ -364,9 +363,6 @@ contains
           body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
         end do
         call mirror(body%live)
-        do j = 1, body%n_live
-          body%softness = body%softness + body%live(j, j)/real(body%n_live, wp)
-        end do
       end associate
     end do
   end subroutine gather_compliance

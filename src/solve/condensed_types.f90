@@ -26,8 +26,8 @@ module condensed_types
     integer :: first_mode = 0 !! motions of the bodies before
     integer, allocatable :: pin_node(:), pin_direction(:) !! (motions) where springs stop them
     real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
-    real(wp) :: softness = 0.0_wp !! mean compliance of its live candidates [length/force]
-    logical :: grounded = .false. !! springs hold its motions in this iteration
+    real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
+    real(wp) :: drag = 0.0_wp !! stiffness against its motions in this iteration [force/length]
   end type condensed_body_t
 
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.

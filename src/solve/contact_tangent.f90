@@ -46,7 +46,6 @@ contains
       call list_elements(system, tangent)
     end associate
     if (any(system%weak)) call find_grounded(x, system)
-    system%condensed%bodies%grounded = system%grounded
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
@@ -81,6 +80,7 @@ contains
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call gather_compliance(condensed)
+      call drag_bodies(system)
       tangent%modes = condensed%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
@@ -100,6 +100,21 @@ contains
     end associate
     call end_cost(system%costs, cost_dense_factor)
   end subroutine factorise_tangent
+
+  !> How much the rigid motions of each body are held in the tangent alone: as the increment asks
+  !! for, and where contact does not hold it.
+  pure subroutine drag_bodies(system)
+    type(system_t), intent(inout) :: system !! grounded, drag; compliance gathered
+    integer :: b
+
+    do b = 1, system%bodies
+      associate (body => system%condensed%bodies(b))
+        body%drag = system%drag
+        if (system%grounded(b)) body%drag = body%drag &
+          + grounding*real(size(body%node), wp)/body%softness
+      end associate
+    end do
+  end subroutine drag_bodies
 
   !> There are more rows of contact than degrees of freedom they touch, as where facets have many
   !! points; and the penalty is no stiffer than displacements can tell.
@@ -187,7 +202,7 @@ contains
             tangent%small(first + 1:last, row) = -body%modes(body%gathered, j)
             tangent%small(row, :n) = body%softness*matmul(body%modes(body%gathered, j), &
               tangent%sum(first + 1:last, :))
-            if (body%grounded) tangent%small(row, row) = grounding*real(size(body%node), wp)
+            tangent%small(row, row) = body%softness*body%drag
           end associate
         end do
       end associate
@@ -297,7 +312,7 @@ contains
         associate (body => condensed%bodies(b))
           do j = n + body%first_mode + 1, n + body%first_mode + body%motions%n
             tangent%small(j, :n) = body%softness*tangent%small(j, :n)
-            if (body%grounded) tangent%small(j, j) = grounding*real(size(body%node), wp)
+            tangent%small(j, j) = body%softness*body%drag
           end do
         end associate
       end do

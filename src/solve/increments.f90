@@ -7,13 +7,13 @@ module increments
     settle_contact
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
-  use force_scales, only: begin_scales
+  use force_scales, only: begin_scales, force_scale
   use solver_choice, only: choose_solver
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
     refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless, outcome_gaps, is_converged
+    outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, is_converged
   use contact_report, only: restless_point
   use contact_parameters, only: is_stiff, shifts_gap, most_updates
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
@@ -28,6 +28,10 @@ module increments
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
   !> Changes of the shape of smooth surfaces after which an increment is solved once more.
   integer, parameter :: most_renewals = 8
+  !> With a drag a body first goes this share of a facet in an iteration, and has this many times the
+  !! solves and passes.
+  real(wp), parameter :: drag_way = 0.05_wp
+  integer, parameter :: drag_patience = 3
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -58,9 +62,38 @@ contains
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
+    if (any(system%weak) .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
+      outcome_restless, outcome_singular])) then
+      call let_down(model, system, time, settings, monitor, progress)
+    end if
     if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
     if (progress%outcome == outcome_converged) call accept(model, system, state, time)
   end subroutine solve_increment
+
+  !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
+  !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").
+  subroutine let_down(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left given; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(settings_t) :: patient
+    real(wp) :: norm
+
+    call monitor%event('  no convergence: once more with a drag on bodies that contact holds')
+    system%u = system%left
+    call start_here(model, system, norm)
+    progress = newton_t()
+    patient = settings
+    patient%most_solves = drag_patience*settings%most_solves
+    patient%most_passes = drag_patience*settings%most_passes
+    system%first_drag = max(force_scale(system), norm)/(drag_way*max(system%facet_size, tiny(1.0_wp)))
+    call solve_from_start(model, system, time, patient, monitor, progress)
+    system%first_drag = 0.0_wp
+    system%drag = 0.0_wp
+  end subroutine let_down
 
   !> Says once that a segmented pair has fewer points than its cells want.
   subroutine tell_crowded(model, monitor)

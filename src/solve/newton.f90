@@ -39,12 +39,16 @@ module newton
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
+  !> The same with a drag, with which a body may be on its way for long.
+  integer, parameter :: drag_patience = 60
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
   real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
+  !> The drag of an iteration over that of the one before.
+  real(wp), parameter :: least_growth = 0.1_wp, most_growth = 2.0_wp
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
 
@@ -78,6 +82,7 @@ contains
     type(newton_t), intent(inout) :: progress !! counts on
 
     call form_residual(system, x)
+    system%drag = system%first_drag
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
@@ -94,7 +99,7 @@ contains
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
         progress%outcome = outcome_too_many
-      else if (progress%since_fewest >= patience) then
+      else if (progress%since_fewest >= merge(drag_patience, patience, system%drag > 0.0_wp)) then
         progress%outcome = outcome_stalled
       else if (stop_requested()) then
         progress%outcome = outcome_stopped
@@ -162,7 +167,10 @@ contains
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
-    if (any(system%grounded)) then
+    if (system%drag > 0.0_wp) then
+      call search_line(system, x, start, .true., .false., longest_step(system), length)
+      call relax_drag(system, start)
+    else if (any(system%grounded)) then
       call approach(system, x, start, length)
     else
       call search_line(system, x, start, progress%updated .or. any(system%contact%hold), &
@@ -177,6 +185,16 @@ contains
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
+
+  !> The drag falls and rises with the residual, so that it is gone where Newton's method converges
+  !! by itself (doc/theory, "Bodies that contact holds").
+  subroutine relax_drag(system, before)
+    type(system_t), intent(inout) :: system !! residual formed; gets drag
+    real(wp), intent(in) :: before !! norm of the residual before the step
+
+    if (before <= 0.0_wp) return
+    system%drag = system%drag*min(most_growth, max(least_growth, residual_norm(system)/before))
+  end subroutine relax_drag
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
   !! by the factor at hand, that the next step's would by far.

@@ -165,14 +165,19 @@ contains
     integer :: node, place, k
 
     call find_grounded(x, system)
-    if (.not. any(system%grounded)) return
+    if (system%drag <= 0.0_wp .and. .not. any(system%grounded)) return
     do node = 1, size(system%node_body)
       if (system%node_body(node) == 0) cycle
-      if (.not. system%grounded(system%node_body(node))) cycle
-      place = find_block(system%matrix, node, node)
-      do k = 1, 3
-        system%matrix%val(k, k, place) = (1.0_wp + grounding)*system%matrix%val(k, k, place)
-      end do
+      associate (body => system%node_body(node))
+        if (.not. system%weak(body)) cycle
+        place = find_block(system%matrix, node, node)
+        do k = 1, 3
+          associate (stiffness => system%matrix%val(k, k, place))
+            if (system%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
+            stiffness = stiffness + system%drag/real(count(system%node_body == body), wp)
+          end associate
+        end do
+      end associate
     end do
   end subroutine ground_bodies
 
