@@ -70,7 +70,7 @@ contains
 
     t = 'mfec: finite elements for bodies that press, stick and slide on each other, with'//nl// &
       'friction that depends on the direction. One text file is the input; the output are'//nl// &
-      'tables and files for ParaView. First steps: doc/manual.md and the decks of inputs.'//nl//nl// &
+      'tables and files for ParaView. Read on: doc/manual.md, decks in inputs.'//nl//nl// &
       'Usage: mfec deck.inp [options]'//nl// &
       '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
       '  --out DIR          writes the results to DIR'//nl// &
