@@ -1,7 +1,7 @@
 !> The audit of an end time: whether each body is in balance, and how far the state lies within what
 !! small strain, penalty and mesh can bear (doc/theory, "The audit").
 module audit
-  use kinds, only: wp
+  use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
   use contact_points, only: used_points, point_position
   use smooth_normals, only: project_on_master
@@ -127,7 +127,8 @@ contains
     audit%force_before = audit%scale
     if (sane >= 1.0_wp) audit%force_before = now
     audit%allowed = max(tolerance(model, settings)*audit%scale, &
-      round_off_factor*sane*system%round_off)
+      round_off_factor*sane*hypot(system%round_off, machine_epsilon*system%stiffest* &
+      maxval(abs(state%u))*sqrt(real(size(system%equation), wp))))
     audit%lacking = 0.0_wp
     audit%component = 0
     audit%worst(check_balance) = 0

@@ -47,6 +47,7 @@ contains
     call assemble(system%bulk, task_tangent, model%mesh%x, system%u, system%bulk_force, &
       system%bulk_matrix)
     call end_cost(system%costs, cost_bulk_tangent)
+    if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
   end subroutine build_system
 
   !> Numbers the free degrees of freedom in the order of the nodes.

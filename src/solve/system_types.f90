@@ -73,6 +73,7 @@ module system_types
     real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in this increment, 0 for none [force]
     real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
     real(wp) :: stroke = 0.0_wp !! largest prescribed motion of the increment [length]
+    real(wp) :: stiffest = 0.0_wp !! largest entry of the bulk's matrix [force/length]
     real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
     real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
     real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
