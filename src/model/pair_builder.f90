@@ -256,9 +256,9 @@ contains
     if (pair%n_slaves > 1) point_noun = 'point'
     call set_penalties(model, pair, found)
     if (found .and. pair%n_slaves > 1 .and. is_round_off(pair)) then
-      call report_error(diagnostics, pair%at, 'pair '//pair%name//': with '// &
-        to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of a gap', &
-        'a factor of AUTO up to 1000 serves GTOS; NTOS or AUGMent take any penalty')
+      call report_note(diagnostics, pair%at, 'pair '//pair%name//': with '// &
+        to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of a gap '// &
+        'where bodies yield: a factor of AUTO up to 1000 serves GTOS; NTOS or AUGMent take any')
     end if
     if (found) then
       if (has_field(pair) .and. pair%relative > 0.0_wp) call report_note(diagnostics, pair%at, &

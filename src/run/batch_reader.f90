@@ -3,7 +3,7 @@ module batch_reader
   use text, only: lower, to_text
   use deck_types, only: deck_t, data_set_t, item_word, item_quoted
   use records, only: item_count, is_word
-  use diagnostics, only: diagnostics_t, report_error
+  use diagnostics, only: diagnostics_t, report_error, report_note
   use contact_types, only: pair_t
   use contact_parameters, only: is_round_off
   use batch_types, only: batch_command_t
@@ -36,7 +36,7 @@ contains
     call pair_loops(commands)
   end subroutine read_batch
 
-  !> TANG uses the penalty as it is: it must not be all round-off.
+  !> TANG uses the penalty as it is: between bodies that yield it may be all round-off.
   subroutine check_tangents(pairs, commands, diagnostics)
     type(pair_t), intent(in) :: pairs(:) !! the contact pairs, penalties set
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
@@ -47,10 +47,10 @@ contains
       if (pairs(k)%n_slaves > 1 .or. .not. is_round_off(pairs(k))) cycle
       do i = 1, size(commands)
         if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
-        call report_error(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, '// &
+        call report_note(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, '// &
           'and the '//to_text(pairs(k)%relative, 3)//' E/h of pair '//pairs(k)%name// &
-          ' make forces of the round-off of a gap', &
-          'write STEP,,n, which helps it by multipliers, or a factor of AUTO up to 1000')
+          ' make forces of the round-off of a gap between bodies that yield: '// &
+          'STEP,,n helps it by multipliers')
         return
       end do
     end do

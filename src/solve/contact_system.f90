@@ -116,7 +116,8 @@ contains
     end do
   end subroutine load_contact
 
-  !> Makes one contact element.
+  !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing yields
+  !! to it, and it is what the deck says.
   subroutine load_point(pair, p, element, system)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -138,6 +139,11 @@ contains
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
       list%shift(:, element) = point_shift(pair, p, point)
+      if (pair%softened .and. all(system%equation(:, list%ix(1:list%nel(element), element)) == 0)) &
+        then
+        list%d(d03_epsilon, element) = pair%epsilon(p)
+        list%shift(:, element) = 0.0_wp
+      end if
     end associate
   end subroutine load_point
 

@@ -47,6 +47,8 @@ module newton
   real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
+  !> Round-off beyond this share of the forces is no balance; strains below this are none.
+  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> The drag of an iteration over that of the one before.
   real(wp), parameter :: least_growth = 0.1_wp, most_growth = 2.0_wp
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
@@ -123,7 +125,7 @@ contains
     floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
       system%contact%n > 0)
     if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
-    if (norm <= floor_factor*system%round_off) then
+    if (norm <= min(floor_factor*system%round_off, least_meaning(system))) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
       converged = norm <= settings%residual_tolerance*force_scale(system)
@@ -132,6 +134,14 @@ contains
         norm <= residual_share*sqrt(settings%energy_tolerance)*force_scale(system)
     end if
   end function is_converged
+
+  !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
+  !! forces themselves, unless these are none.
+  pure real(wp) function least_meaning(system) result(norm)
+    type(system_t), intent(in) :: system !! its force scale, its stiffness
+
+    norm = max(most_round_off*force_scale(system), no_strain*system%stiffest*system%bound)
+  end function least_meaning
 
   !> One iteration: tangent, factor, direction, line search.
   subroutine iterate(system, x, time, settings, monitor, progress)
