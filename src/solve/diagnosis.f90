@@ -10,6 +10,8 @@ module diagnosis
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless
   use contact_report, only: worst_contact, restless_point, closed_points, has_friction
+  use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried, statics_slides, &
+    statics_turns, statics_tips, statics_lifts
   use remedies, only: what_may_help, settle_advice
   use system_types, only: system_t
   implicit none
@@ -19,14 +21,16 @@ module diagnosis
 contains
 
   !> What can be said about a failed solve, in lines that begin with two blanks.
-  subroutine explain_failure(model, system, progress, time, cut, text)
+  subroutine explain_failure(model, system, progress, time, cut, text, goal)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
     type(newton_t), intent(in) :: progress !! how it ended
     real(wp), intent(in) :: time !! the time that was tried
     logical, intent(in) :: cut !! increments have been cut as far as it goes
     character(:), allocatable, intent(out) :: text !! the explanation
+    real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(1), parameter :: nl = new_line('a')
+    type(verdict_t) :: verdict, ahead
     integer :: body
 
     text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
@@ -45,9 +49,15 @@ contains
         'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
       return
     end if
+    call judge_statics(model, system, time, verdict)
+    if (present(goal) .and. verdict%kind <= statics_carried) then
+      call judge_statics(model, system, goal, ahead)
+      if (ahead%kind > statics_carried) verdict = ahead
+    end if
+    if (verdict%kind > statics_carried) text = text//nl//describe_motion(model, system, verdict)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
-      text = text//nl//describe_body(model, system, body)
+      text = text//nl//describe_body(model, system, body, verdict)
     else
       text = text//nl//worst_node(model, system, cut)
       if (progress%outcome == outcome_singular) text = text//nl// &
@@ -85,7 +95,7 @@ contains
         call monitor%warning(body_name(model, system, b)//' is held by contact alone')
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
-          describe_body(model, system, b))
+          describe_body(model, system, b, verdict_t()))
         return
       end if
     end do
@@ -128,10 +138,11 @@ contains
   end function unrestrained_bodies
 
   !> Names a body that can move freely, and how.
-  function describe_body(model, system, body) result(t)
+  function describe_body(model, system, body, verdict) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
+    type(verdict_t), intent(in) :: verdict !! what statics says
     character(:), allocatable :: t
     character(11), parameter :: axes(6) = ['move along ', 'move along ', 'move along ', &
       'turn about ', 'turn about ', 'turn about ']
@@ -163,8 +174,73 @@ contains
     end if
     contact = worst_contact(model, system, body)
     if (len(contact) > 0) t = t//nl//contact
-    t = t//nl//what_holds(closed, has_friction(model, system, body))
+    if (verdict%kind == statics_carried) then
+      t = t//nl//'  statics: contact can carry the loads with '//to_text(100.0_wp* &
+        verdict%friction, 3)//' % of its friction, pressed where that helps'
+      if (verdict%friction < 0.5_wp) t = t//'; try smaller steps (DT), or a softer penalty '// &
+        '(PENAlty AUTO 1)'
+      if (verdict%friction >= 0.5_wp) t = t//nl//what_holds(closed, .true.)
+    else if (verdict%kind == statics_unknown) then
+      t = t//nl//what_holds(closed, has_friction(model, system, body))
+    end if
   end function describe_body
+
+  !> How a body gets away under loads that contact cannot carry, and what to change.
+  function describe_motion(model, system, verdict) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    type(verdict_t), intent(in) :: verdict !! what statics says
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+
+    t = '  no equilibrium: '//body_name(model, system, verdict%body)
+    select case (verdict%kind)
+    case (statics_slides)
+      t = t//' slides along '//axis_text(verdict%motion(1:3))//friction_text(verdict%friction)
+    case (statics_turns)
+      t = t//' turns about '//axis_text(verdict%motion(4:6))//friction_text(verdict%friction)
+    case (statics_tips)
+      t = t//' tips over, about '//axis_text(verdict%motion(4:6))//': its load passes '// &
+        'outside of the places that can carry it'//nl//'  lower the load that tips it, move it inwards, '// &
+        'or hold it with BOUNdary'
+    case (statics_lifts)
+      t = t//' lifts off along '//axis_text(verdict%motion(1:3))//': its load pulls it away '// &
+        'from what it touches'//nl//'  lower that load, or hold the body with BOUNdary'
+    end select
+  end function describe_motion
+
+  !> What friction would have to be, and what to change.
+  function friction_text(factor) result(t)
+    real(wp), intent(in) :: factor !! how much larger friction would have to be, 0: there is none
+    character(:), allocatable :: t
+
+    if (factor > 0.0_wp) then
+      t = ': friction does not hold it, it would have to be '//to_text(factor, 4)// &
+        ' times as large'
+    else
+      t = ': without friction nothing resists'
+    end if
+    t = t//new_line('a')//'  lower the load, raise the coefficient of FRICtion, or restrain '// &
+      'the body with BOUNdary'
+  end function friction_text
+
+  !> A direction in words.
+  function axis_text(way) result(t)
+    real(wp), intent(in) :: way(3) !! the direction, of any length
+    character(:), allocatable :: t
+    real(wp) :: unit(3)
+    integer :: k
+
+    unit = way/max(norm2(way), tiny(1.0_wp))
+    do k = 1, 3
+      if (abs(unit(k)) < 0.999_wp) cycle
+      t = merge(' x', '-x', unit(k) > 0.0_wp)//to_text(k)
+      t = trim(adjustl(t))
+      return
+    end do
+    where (abs(unit) < 1.0e-3_wp) unit = 0.0_wp
+    t = '('//to_text(unit(1), 3)//', '//to_text(unit(2), 3)//', '//to_text(unit(3), 3)//')'
+  end function axis_text
 
   !> What to change for a body that can move.
   pure function what_holds(closed, friction) result(t)

@@ -166,7 +166,8 @@ class Building:
         return math.exp(self.draw.uniform(math.log(least), math.log(most)))
 
     def scene(self, wish, reason):
-        """The scene. wish: 'solution', or 'none: ' and what the message must say."""
+        """The scene. wish: 'solution', 'none: ' and what the message must say, or 'named: ' and what
+        must be said of a solution whose place is one of many."""
         deck = self.deck
         place = [self.unit*(self.rotation @ x + self.shift) for part in self.parts for x in part.x]
         deck.x = [x.tolist() for x in place]
@@ -181,7 +182,7 @@ class Building:
         scene = Scene(f'{self.family} {self.seed}', deck, 'realistic', mus=self.mus,
                       balance=[(part.name, part.sets, part.signs, self.load_of(part))
                                for part in elastic],
-                      refused=not wish == 'solution', seconds=400,
+                      refused=wish.startswith('none'), seconds=400,
                       factor=max(float(np.abs(x).max()) for x in place))
         scene.family, scene.wish, scene.reason = self.family, wish, reason
         size = max(np.ptp(np.array(place), axis=0))

@@ -49,8 +49,8 @@ def stack(form, tilt=0.0, overlap=0.0, turn=0.0, shift=(0.0, 0.0, 0.0), unit=1.0
     floor = Body(deck, 'floor', (4, 4, 1), (-0.8, -0.7, -0.3), (0.9, 0.8, 0.0), deck.rigid(), shape)
     lower = Body(deck, 'lower', (3, 3, 2), (-0.5, -0.5, -overlap), (0.5, 0.5, 0.3 - overlap), steel,
                  shape)
-    upper = Body(deck, 'upper', (2, 3, 2), (-0.45, -0.45, 0.3 - 2*overlap),
-                 (0.45, 0.45, 0.6 - 2*overlap), steel, shape)
+    upper = Body(deck, 'upper', (2, 3, 2), (-0.45, -0.44, 0.3 - 2*overlap),
+                 (0.43, 0.45, 0.6 - 2*overlap), steel, shape)
     weights = {}
     for body, density in ((lower, 30000.0), (upper, 25000.0)):
         for node, part in volumes(deck, body).items():
@@ -270,9 +270,9 @@ def free_scenes():
     for form in FORMS[:3]:
         for tilt in (0, 5, 10, 15, 20, 25):
             scene = stack(form, tilt)
-            scene.name += f' {tilt} degrees'
+            scene.name = f'free {scene.name} {tilt} degrees'
             yield scene
         for k in (0, 5, 10, 14):
             scene = slope(form, 1.2*math.atan(0.5)*k/19)
-            scene.name += f' {k}'
+            scene.name = f'free {scene.name} {k}'
             yield scene

@@ -15,7 +15,7 @@ SAYS = {
     'tips': r'\btip|topple|turns? (over|about)',
     'turns': r'spin|turns? about|torque',
     'lifts': r'lift|no closed contact point|no contact point is closed|pulled off|leaves',
-    'unrestrained': r'nothing resists|without friction|unrestrained',
+    'unrestrained': r'nothing resists|without resistance|without friction|unrestrained',
 }
 PROCESSOR = re.compile(r'processor time[^\d\n]*([\d.]+)')
 AUDIT = re.compile(r'^.*\bfailed\b.*$', re.MULTILINE | re.IGNORECASE)
@@ -57,8 +57,13 @@ def faults_of(scene, outcome, place):
         return [run.crash()]
     if run.code not in (0, 2):
         return [f'exit code {run.code}: ' + ' / '.join(run.err.split('\n')[:3])]
-    if scene.wish != 'solution':
+    if scene.wish.startswith('none'):
         return without_solution(scene, run)
+    if scene.wish.startswith('named') and not re.search(
+            SAYS['unrestrained'], run.err + outcome.texts['log'], re.IGNORECASE):
+        return [f'exit code {run.code} without a word that {scene.reason}']
+    if scene.wish.startswith('named') and run.code == 2:
+        return []
     said = ' / '.join(run.err.strip().split('\n'))
     if run.code == 2:
         return [f'there is a solution ({scene.reason}); exit code 2: {said}']
@@ -158,8 +163,8 @@ def table(rows):
     families = [f for f in FAMILIES if any(row.family == f for row in rows)]
     for family in families + ['all']:
         mine = [row for row in rows if family in (row.family, 'all')]
-        good = [row for row in mine if row.wish == 'solution']
-        bad = [row for row in mine if row.wish != 'solution']
+        good = [row for row in mine if not row.wish.startswith('none')]
+        bad = [row for row in mine if row.wish.startswith('none')]
         solves = [n for row in good for n in row.solves] or [0]
         worst = [max(row.solves) for row in good if row.solves] or [0]
         out.append(f'| {family} | {len(mine)} | {sum(not r.faults for r in good)} of {len(good)} | '
