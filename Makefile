@@ -184,7 +184,7 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
-stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
+stress: build/venv/stamp build/venv/gmsh.stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
 	@$(PYTHON) tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
 

@@ -57,12 +57,13 @@ contains
     if (verdict%kind > statics_carried) text = text//nl//describe_motion(model, system, verdict)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
-      text = text//nl//describe_body(model, system, body, verdict)
+      text = text//nl//describe_body(model, system, body, verdict%kind)
     else
       text = text//nl//worst_node(model, system, cut)
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
+    if (verdict%kind == statics_carried) text = text//nl//reserve_text(verdict%friction)
   end subroutine explain_failure
 
   !> Names of the pairs whose forces come partly from multipliers.
@@ -95,7 +96,7 @@ contains
         call monitor%warning(body_name(model, system, b)//' is held by contact alone')
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
-          describe_body(model, system, b, verdict_t()))
+          describe_body(model, system, b, statics_unknown))
         return
       end if
     end do
@@ -138,11 +139,11 @@ contains
   end function unrestrained_bodies
 
   !> Names a body that can move freely, and how.
-  function describe_body(model, system, body, verdict) result(t)
+  function describe_body(model, system, body, kind) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
-    type(verdict_t), intent(in) :: verdict !! what statics says
+    integer, intent(in) :: kind !! what statics says
     character(:), allocatable :: t
     character(11), parameter :: axes(6) = ['move along ', 'move along ', 'move along ', &
       'turn about ', 'turn about ', 'turn about ']
@@ -174,16 +175,19 @@ contains
     end if
     contact = worst_contact(model, system, body)
     if (len(contact) > 0) t = t//nl//contact
-    if (verdict%kind == statics_carried) then
-      t = t//nl//'  statics: contact can carry the loads with '//to_text(100.0_wp* &
-        verdict%friction, 3)//' % of its friction, pressed where that helps'
-      if (verdict%friction < 0.5_wp) t = t//'; try smaller steps (DT), or a softer penalty '// &
-        '(PENAlty AUTO 1)'
-      if (verdict%friction >= 0.5_wp) t = t//nl//what_holds(closed, .true.)
-    else if (verdict%kind == statics_unknown) then
-      t = t//nl//what_holds(closed, has_friction(model, system, body))
-    end if
+    if (kind == statics_unknown) t = t//nl//what_holds(closed, has_friction(model, system, body))
   end function describe_body
+
+  !> What is left of friction where contact could carry the loads.
+  function reserve_text(used) result(t)
+    real(wp), intent(in) :: used !! share of the friction that carries the loads
+    character(:), allocatable :: t
+
+    t = '  statics: contact can carry the loads with '//to_text(100.0_wp*used, 3)// &
+      ' % of its friction, pressed where that helps'
+    if (used >= 0.5_wp) t = t//new_line('a')//'  near that friction is used up: lower the '// &
+      'load, raise the coefficient of FRICtion, or restrain the body with BOUNdary'
+  end function reserve_text
 
   !> How a body gets away under loads that contact cannot carry, and what to change.
   function describe_motion(model, system, verdict) result(t)
@@ -201,8 +205,8 @@ contains
       t = t//' turns about '//axis_text(verdict%motion(4:6))//friction_text(verdict%friction)
     case (statics_tips)
       t = t//' tips over, about '//axis_text(verdict%motion(4:6))//': its load passes '// &
-        'outside of the places that can carry it'//nl//'  lower the load that tips it, move it inwards, '// &
-        'or hold it with BOUNdary'
+        'outside of the places that can carry it'//nl//'  lower the load that tips it, move it '// &
+        'inwards, or hold it with BOUNdary'
     case (statics_lifts)
       t = t//' lifts off along '//axis_text(verdict%motion(1:3))//': its load pulls it away '// &
         'from what it touches'//nl//'  lower that load, or hold the body with BOUNdary'

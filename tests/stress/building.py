@@ -54,6 +54,7 @@ class Building:
         self.young = 10.0**draw.uniform(0, 6)
         self.bound = 0.1
         self.allowed = []
+        self.stiffness = 0.0  # sum of the penalties of all pairs [force/length]
         self.known = {}
 
     def chance(self, share):
@@ -136,6 +137,9 @@ class Building:
         sides = sides[::-1] if swap else sides
         factor = 10.0**draw.uniform(0, 2) if self.chance(0.3) else 10.0
         lines = [f'PENAlty {penalty or "AUTO " + number(factor)}']
+        young = min((part.young for part, _ in sides if part is not None and part.elastic),
+                    default=1e4*self.young)
+        self.stiffness += (1e4 if self.form[2] else factor)*young/0.2
         kind = kind or draw.choice(('coulomb', 'coulomb', 'elliptic'))
         mu = self.friction() if mu is None else mu
         mu = (mu, mu) if np.isscalar(mu) else mu
@@ -192,6 +196,8 @@ class Building:
         # Forces of the round-off of stresses are no forces.
         stiff = max((part.young for part in elastic), default=0.0)
         scene.floor = 1e-7*stiff*size*max(far*self.unit, 1e-6*size)
+        # A gap is known to the last places of positions; times the penalties that is a force.
+        scene.noise = 4*2.2e-16*scene.factor*self.stiffness*self.unit
         scene.allowed = self.allowed
         scene.balance_wanted = 1e-6 if self.form[2] else 1e-8
         word = (self.form[1] or self.form[0]) + (' AUGMent' if self.form[2] else '')

@@ -105,12 +105,14 @@ def balance(outcome, scene):
             # The scale of TOL: forces of now, or of the state before.
             larger = max(scale, before.get(name, 0.0), scene.floor)
             before[name] = scale
-            note(worst, name + ': force', math.hypot(*total[:3])/larger, scene.balance_wanted)
+            noise = scene.noise/larger
+            note(worst, name + ': force', math.hypot(*total[:3])/larger,
+                 scene.balance_wanted + noise)
             # Reactions have no moments in the table, and a master's arms are those of the slave.
             if not sets:
                 exact = all(sign > 0 for sign in signs.values())
                 note(worst, name + ': moment', math.hypot(*total[3:])/larger/scene.factor,
-                     scene.balance_wanted if exact else 0.01)
+                     scene.balance_wanted + noise if exact else 0.01)
     return [f'balance of {name} is off by {value:.1e} of its forces'
             for name, value in worst.items()]
 
@@ -137,8 +139,14 @@ def bounds(outcome, scene, place):
     return faults
 
 
-def run_live(program, seeds, jobs, keep, report, verbose):
-    """Runs the scenes; one line each, a table by family, the failed ones with their reasons."""
+# Share of the scenes with a solution that a long list of seeds must solve.
+SHARE_SOLVED = 0.995
+
+
+def run_live(program, seeds, jobs, keep, report, verbose=False):
+    """Runs the scenes: one line each, and one test. In a long list a scene with a solution may end
+    with exit code 2, but for the share of all of them."""
+    long = len(seeds) >= 100
     rows = []
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         tasks = [pool.submit(live, program, seed, keep) for seed in seeds]
@@ -151,8 +159,15 @@ def run_live(program, seeds, jobs, keep, report, verbose):
                   f'{verdict}' + (f'  [{row.notes}]' if row.faults or verbose else ''), flush=True)
             for fault in row.faults:
                 print('    ' + fault)
-            report.passed += not row.faults
-            report.failed += bool(row.faults)
+            spared = long and row.code == 2 and row.wish == 'solution'
+            report.passed += spared or not row.faults
+            report.failed += bool(row.faults) and not spared
+    if long:
+        mine = [row for row in rows if not row.wish.startswith('none')]
+        share = sum(not row.faults for row in mine)/max(1, len(mine))
+        report.add('share of the realistic scenes with a solution that are solved',
+                   [] if share >= SHARE_SOLVED else
+                   [f'{100*share:.1f} %, {100*SHARE_SOLVED:g} % wanted'])
     return rows
 
 
