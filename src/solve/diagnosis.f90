@@ -54,6 +54,8 @@ contains
       call judge_statics(model, system, goal, ahead)
       if (ahead%kind > statics_carried) verdict = ahead
     end if
+    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) &
+      verdict%kind = statics_unknown
     if (verdict%kind > statics_carried) text = text//nl//describe_motion(model, system, verdict)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
@@ -185,8 +187,13 @@ contains
 
     t = '  statics: contact can carry the loads with '//to_text(100.0_wp*used, 3)// &
       ' % of its friction, pressed where that helps'
-    if (used >= 0.5_wp) t = t//new_line('a')//'  near that friction is used up: lower the '// &
-      'load, raise the coefficient of FRICtion, or restrain the body with BOUNdary'
+    if (used >= 0.5_wp) then
+      t = t//new_line('a')//'  near that friction is used up: lower the load, raise the '// &
+        'coefficient of FRICtion, or restrain the body with BOUNdary'
+    else
+      t = t//new_line('a')//'  friction is not what is missing: try a softer penalty (PENAlty '// &
+        'AUTO 1), or let the bodies touch before they are loaded (ADJUst)'
+    end if
   end function reserve_text
 
   !> How a body gets away under loads that contact cannot carry, and what to change.

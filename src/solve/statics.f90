@@ -61,8 +61,8 @@ contains
     loads = loads/norm2(loads)
     allocate (rest(size(loads)))
     call carry(parts, loads, 1.0_wp, rest, verdict%kind)
-    if (verdict%kind == statics_carried) call find_friction(parts, loads, &
-      1.0_wp/any_friction, 1.0_wp, verdict%friction)
+    if (verdict%kind == statics_carried .and. any(parts%joints(:parts%n)%mu > 0.0_wp)) &
+      call find_friction(parts, loads, 1.0_wp/any_friction, 1.0_wp, verdict%friction)
     if (verdict%kind /= statics_lifts) return
     call carry(parts, loads, any_friction, rest, kind)
     if (kind == statics_carried) then
