@@ -10,7 +10,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo install uninstall deb lint clean help setup FORCE
+.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo figures gallery install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -189,6 +189,12 @@ test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and
 verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
 	  --markdown build/verification.md --figures build/verification
+
+figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
+	@$(PYTHON) doc/figures.py
+
+gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
+	@$(PYTHON) doc/figures.py --gallery
 
 # The program, its man page and completion, the manuals, the example decks and the Python package.
 SHARE = $(DESTDIR)$(PREFIX)/share
