@@ -268,8 +268,8 @@ def all_free():
 def quick_free():
     """A few of each kind."""
     for family, every in ((stacks, 7), (slopes, 11)):
-        yield from list(family())[2::every]
-    yield from list(same_stacks())[5:7]
+        yield from [case for case in list(family())[2::every] if 'stack GTOS' not in case.name]
+    yield from list(same_stacks())[:2]
     yield from [case for case in prescribed() if '1e0' in case.name][::2]
 
 
