@@ -26,11 +26,14 @@ CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=s
 FLAGS_release := -O3 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -Og -g $(CHECKS)
 FLAGS_coverage := -O0 -g --coverage
+FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined \
+  -fno-sanitize-recover=undefined $(CHECKS)
 
-MODES := release debug coverage
+MODES := release debug coverage sanitize
 PROGRAM_release := mfec
 PROGRAM_debug := build/debug/mfec
 PROGRAM_coverage := build/coverage/mfec
+PROGRAM_sanitize := build/sanitize/mfec
 
 SOURCES := $(sort $(wildcard src/*/*.f90))
 MODULES := $(notdir $(SOURCES:.f90=)) version
@@ -61,7 +64,7 @@ build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@touch $@
 
 # Module dependencies: a file holds the module of its name.
-build/depend.mk: .ci/depend.awk $(SOURCES) $(wildcard src/mfec.f90) build/files
+build/depend.mk: .ci/depend.awk Makefile $(SOURCES) $(wildcard src/mfec.f90) build/files
 	@awk -f .ci/depend.awk -v modes='$(MODES)' $(SOURCES) $(wildcard src/mfec.f90) > $@
 
 build/files: FORCE

@@ -108,10 +108,15 @@ def damaged(seed, number, bases):
     return base, text
 
 
-def short_memory():
-    """Runs in the child: a deck for 10**9 nodes must not take the machine down."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+def short_memory(program):
+    """What runs in the child: a deck for 10**9 nodes must not take the machine down."""
+    sanitised = decks.is_sanitised(program)
+
+    def limit():
+        if not sanitised:
+            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    return limit
 
 
 def whole(path):
