@@ -7,20 +7,22 @@ program mfec
   use session, only: run_session
   use keyword_help, only: help_text, has_help
   use version, only: program_version
-  use process, only: end_process, keep_memory
+  use process, only: end_process, keep_memory, catch_lack_of_memory
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
+  integer :: ignored ! nobody may be reading any more
 
+  call catch_lack_of_memory()
   call keep_memory()
   call catch_signals()
   call read_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%version) then
-      write (output_unit, '(a)') 'mfec '//program_version
+      write (output_unit, '(a)', iostat=ignored) 'mfec '//program_version
     else if (options%help) then
       if (has_help(options%topic)) then
-        write (output_unit, '(a)') help_text(options%topic)
+        write (output_unit, '(a)', iostat=ignored) help_text(options%topic)
       else
         call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
       end if
@@ -29,7 +31,7 @@ program mfec
     end if
   end if
   if (allocated(error)) then
-    write (error_unit, '(a)') error%message
+    write (error_unit, '(a)', iostat=ignored) error%message
     call end_process(error%code)
   end if
   call end_process(exit_done)

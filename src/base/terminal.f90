@@ -51,35 +51,37 @@ contains
   subroutine print_line(term, text)
     type(terminal_t), intent(inout) :: term !! the terminal
     character(*), intent(in) :: text !! the line
+    integer :: ignored ! nobody may be reading any more
 
     if (term%quiet) return
     call close_terminal(term)
-    write (term%unit, '(a)') text
-    flush (term%unit)
+    write (term%unit, '(a)', iostat=ignored) text
+    flush (term%unit, iostat=ignored)
   end subroutine print_line
 
   !> Rewrites the live line; does nothing in batch.
   subroutine show_progress(term, text)
     type(terminal_t), intent(inout) :: term !! the terminal
     character(*), intent(in) :: text !! the new line
-    integer :: length
+    integer :: length, ignored
 
     if (.not. term%live) return
     length = min(len_trim(text), term%width - 1)
-    write (term%unit, '(4a)', advance='no') carriage_return, text(:length), &
+    write (term%unit, '(4a)', advance='no', iostat=ignored) carriage_return, text(:length), &
       repeat(' ', max(0, term%shown - length)), carriage_return
-    flush (term%unit)
+    flush (term%unit, iostat=ignored)
     term%shown = length
   end subroutine show_progress
 
   !> Wipes the live line, so that what follows starts on a clean one.
   subroutine close_terminal(term)
     type(terminal_t), intent(inout) :: term !! the terminal
+    integer :: ignored
 
     if (term%shown == 0) return
-    write (term%unit, '(3a)', advance='no') carriage_return, repeat(' ', term%shown), &
+    write (term%unit, '(3a)', advance='no', iostat=ignored) carriage_return, repeat(' ', term%shown), &
       carriage_return
-    flush (term%unit)
+    flush (term%unit, iostat=ignored)
     term%shown = 0
   end subroutine close_terminal
 end module terminal

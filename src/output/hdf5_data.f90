@@ -34,6 +34,8 @@ module hdf5_data
   !! uncompressed, so that it keeps its place in the file.
   integer, parameter :: chunk_limit = 131072
   integer, parameter :: chunk_least = 64
+  !> Bytes of a chunk of strings, as long as one is not longer.
+  integer, parameter :: text_chunk = 4096
   !> Level of compression: higher ones cost time and gain next to nothing. Reals are stored as they
   !! are: their digits hardly compress, and trying to would be a large share of a short run.
   integer, parameter :: deflate_level = 1
@@ -96,7 +98,8 @@ contains
     integer :: status, none(0)
 
     call string_type(length, type_id, status)
-    call make_data_set(file, path, type_id, none, 1, error)
+    call make_data_set(file, path, type_id, none, 1, error, max(1, min(chunk_least, &
+      text_chunk/max(1, length))))
     call h5tclose_f(type_id, status)
     if (allocated(error)) return
     call describe(file, path, '1', description, error)
@@ -116,13 +119,14 @@ contains
   end subroutine describe
 
   !> Makes an empty data set of any type.
-  subroutine make_data_set(file, path, type_id, leading, block, error)
+  subroutine make_data_set(file, path, type_id, leading, block, error, entries)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer(hid_t), intent(in) :: type_id !! type in the file
     integer, intent(in) :: leading(:) !! dimensions before the last
     integer, intent(in) :: block !! entries of the last dimension that come in one go
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, intent(in), optional :: entries !! of the last dimension in a chunk
     integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
     integer(hid_t) :: space, creation, data_set
     integer :: s(9), rank, width
@@ -136,6 +140,7 @@ contains
     dims(:rank) = [int(leading, hsize_t), 0_hsize_t]
     limits(:rank) = [int(leading, hsize_t), h5s_unlimited_f]
     chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, block)])
+    if (present(entries)) chunk(rank) = int(entries, hsize_t)
     call h5screate_simple_f(rank, dims, space, s(1), limits)
     call h5pcreate_f(h5p_dataset_create_f, creation, s(2))
     call h5pset_chunk_f(creation, rank, chunk, s(3))

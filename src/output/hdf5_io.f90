@@ -2,7 +2,8 @@
 !!
 !! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
 module hdf5_io
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_long, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
+    c_size_t
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, &
     h5oclose_f, &
@@ -15,7 +16,7 @@ module hdf5_io
   use kinds, only: wp
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
-  use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate
+  use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate, c_pread, c_pwrite
   implicit none
   private
   public :: hdf5_file_t, create_hdf5, open_hdf5, reserve_room, flush_hdf5, close_hdf5, make_group, &
@@ -31,6 +32,7 @@ module hdf5_io
     integer :: n_open = 0 !! number of data sets that are open
     integer(hid_t), allocatable :: open_ids(:) !! their handles
     logical :: reserved = .false. !! there may be reserved room behind its end
+    integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
     type(string_t), allocatable :: open_paths(:) !! their names with their groups
   end type hdf5_file_t
 
@@ -95,11 +97,26 @@ contains
     integer :: status
 
     call h5fflush_f(file%id, h5f_scope_global_f, status)
-    if (status < 0) call raise_hdf5(error, file, 'flushing')
+    if (status >= 0) return
+    call keep_promise(file)
+    call raise_hdf5(error, file, 'flushing')
   end subroutine flush_hdf5
 
+  !> Gives the file the length that its head tells: HDF5 has cut it off even where it could not
+  !! write a new head.
+  subroutine keep_promise(file)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    integer(c_int) :: ignored
+    integer(c_long) :: present_length
+
+    inquire (file=file%path, size=present_length)
+    if (present_length < file%promised) &
+      ignored = c_truncate(file%path//c_null_char, file%promised)
+  end subroutine keep_promise
+
   !> Makes sure that the disk has room for what will be written next: HDF5 leaves a file that
-  !! cannot be read if it finds no room half-way.
+  !! cannot be read if it finds no room half-way. The head of the file gets the new length at once:
+  !! HDF5 writes it last, and a run killed before that leaves data beyond the end it tells.
   subroutine reserve_room(file, bytes, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer(c_long), intent(in) :: bytes !! what the data sets will grow by at most
@@ -115,18 +132,48 @@ contains
     if (c_associated(stream) .and. status >= 0) then
       file%reserved = .true.
       refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), bytes + overhead)
+      if (refused == 0_c_int) then
+        file%promised = int(length, c_long) + bytes + overhead
+        call promise_length(stream, file%promised)
+      end if
       ignored = c_fclose(stream)
     end if
     if (refused /= 0_c_int) call raise_hdf5(error, file, 'making room for more')
   end subroutine reserve_room
 
-  !> Gives reserved room back when the file is closed.
+  !> Writes the length of the file into its head, where that is of the first format, without a
+  !! checksum (superblock version 0, numbers of 8 bytes).
+  subroutine promise_length(stream, length)
+    type(c_ptr), intent(in) :: stream !! the file, open for writing
+    integer(c_long), intent(in) :: length !! its length [byte]
+    integer(c_long), parameter :: place = 40_c_long
+    integer, parameter :: version_at = 9, width_at = 14
+    character(kind=c_char) :: head(16), number(8)
+    integer(c_long) :: done
+    integer :: i
+
+    done = c_pread(c_fileno(stream), head, size(head, kind=c_size_t), 0_c_long)
+    if (done < size(head)) return
+    if (iachar(head(version_at)) /= 0 .or. iachar(head(width_at)) /= 8) return
+    do i = 1, 8
+      number(i) = achar(int(ibits(length, 8*(i - 1), 8)), c_char)
+    end do
+    done = c_pwrite(c_fileno(stream), number, size(number, kind=c_size_t), place)
+  end subroutine promise_length
+
+  !> Gives reserved room back when the file is closed, and its head the true length.
   subroutine give_back(file, length)
     type(hdf5_file_t), intent(inout) :: file !! the file
     integer(hsize_t), intent(in) :: length !! its bytes when it was closed
     integer(c_int) :: ignored
     integer(hsize_t) :: present_length
+    type(c_ptr) :: stream
 
+    stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
+    if (c_associated(stream)) then
+      if (length < huge(length)) call promise_length(stream, int(length, c_long))
+      ignored = c_fclose(stream)
+    end if
     inquire (file=file%path, size=present_length)
     if (present_length > length) then
       ignored = c_truncate(file%path//c_null_char, int(length, c_long))
@@ -148,6 +195,13 @@ contains
       call h5fflush_f(file%id, h5f_scope_global_f, s(3))
       call h5fget_filesize_f(file%id, length, s(1))
       if (s(1) < 0) length = huge(length)
+    end if
+    if (s(3) < 0) then
+      ! what HDF5 holds back cannot be written: the file stays as the last end time has left it
+      call keep_promise(file)
+      call raise_hdf5(error, file, 'closing')
+      file%id = -1_hid_t
+      return
     end if
     do i = 1, file%n_open
       call h5dclose_f(file%open_ids(i), s(2))

@@ -15,11 +15,14 @@ module results_file
   use results_tables, only: create_history_part, append_history, create_contact_part, &
     append_contact
   use results_state, only: create_state_part, write_state, complete_state
+  use text_files, only: rename_file, remove_file
   implicit none
   private
   public :: results_t, create_results, append_results, close_results, fields_due
 
   integer, parameter :: long = selected_int_kind(18)
+  !> Ending of a file that is not complete.
+  character(*), parameter :: ending = '.new'
   !> What the rows of one end time need at most [byte].
   integer(long), parameter :: bytes_of_rows = 65536_long
 
@@ -32,7 +35,8 @@ module results_file
 
 contains
 
-  !> Creates the file with all that is known before the first increment.
+  !> Creates the file with all that is known before the first increment. It takes its name when it
+  !! can be read, in place of the file that has that name.
   subroutine create_results(results, path, model, deck_text, version, settings, error)
     type(results_t), intent(out) :: results !! the file, open
     character(*), intent(in) :: path !! its name
@@ -41,11 +45,32 @@ contains
     character(*), intent(in) :: version !! version of the program
     character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable :: trouble
 
-    call create_hdf5(results%file, path, error)
+    call create_hdf5(results%file, path//ending, error)
     if (allocated(error)) return
     call reserve_room(results%file, 3*bytes_of_fields(model) + len(deck_text, long), error)
-    if (allocated(error)) return
+    if (.not. allocated(error)) call write_beginning(results, model, deck_text, version, settings, &
+      error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    if (.not. allocated(error)) call rename_file(results%file%path, path, error)
+    if (allocated(error)) then
+      call close_hdf5(results%file, trouble)
+      call remove_file(path//ending)
+      return
+    end if
+    results%file%path = path
+  end subroutine create_results
+
+  !> Writes what is known before the first increment.
+  subroutine write_beginning(results, model, deck_text, version, settings, error)
+    type(results_t), intent(inout) :: results !! the file, open
+    type(model_t), intent(in) :: model !! the problem
+    character(*), intent(in) :: deck_text !! the deck as read, includes and all
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
     call write_run(results%file, model, deck_text, version, settings, error)
     if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
@@ -56,8 +81,8 @@ contains
     if (allocated(error)) return
     if (model%output%state /= state_none) call create_state_part(results%file, model, error)
     if (allocated(error)) return
-    call flush_hdf5(results%file, error)
-  end subroutine create_results
+    call write_costs(results%file, cost_t(), error)
+  end subroutine write_beginning
 
   !> Whether fields and state are written at this end time; if not they need not be computed.
   pure logical function fields_due(request, step) result(due)
@@ -137,7 +162,8 @@ contains
 
     if (results%file%id < 0) return
     call reserve_room(results%file, bytes_of_rows, error)
-    if (.not. allocated(error)) call write_costs(results%file, costs, error)
+    if (.not. allocated(error)) call renew_costs(results%file, costs, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
     call close_hdf5(results%file, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_results
@@ -215,7 +241,17 @@ contains
     call write_block(file, path, one, at_end, error)
   end subroutine write_text
 
-  !> Writes the cost table.
+  !> Overwrites the cost table: closing a file must not change what tells where its data are.
+  subroutine renew_costs(file, costs, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(cost_t), intent(in) :: costs !! what the run cost
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_block(file, '/run/cost_counts', int(costs%count), 1, error)
+    if (.not. allocated(error)) call write_block(file, '/run/cost_seconds', costs%seconds, 1, error)
+  end subroutine renew_costs
+
+  !> Makes the cost table.
   subroutine write_costs(file, costs, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(cost_t), intent(in) :: costs !! what the run cost

@@ -3,11 +3,13 @@
 !! Nothing is created before the deck has been accepted: the run layer calls `create_log` then. A
 !! log that is not open takes every line and drops it.
 module run_log
-  use, intrinsic :: iso_c_binding, only: c_associated
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text, range_text, count_noun
   use memory, only: peak_memory
+  use signals, only: note_log
+  use libc, only: c_fileno
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: used_points
   use contact_parameters, only: has_field
@@ -70,6 +72,7 @@ contains
 
     call create_text_file(log%file, path, error)
     if (allocated(error)) return
+    call note_log(c_fileno(log%file%stream))
     call log_line(log, version//new_line('a')//'title     '//model%title//new_line('a')// &
       'deck      '//deck//new_line('a')//'BLAS      '//blas//new_line('a')// &
       'mesh      '//count_noun(count(model%mesh%defined), 'node')//', '// &
@@ -272,6 +275,7 @@ contains
     type(log_t), intent(inout) :: log !! the log
     type(error_t), allocatable, intent(out) :: error !! disk full
 
+    call note_log(-1_c_int)
     call close_text_file(log%file, error)
   end subroutine close_log
 end module run_log

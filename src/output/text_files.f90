@@ -8,7 +8,7 @@ module text_files
   implicit none
   private
   public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, &
-    make_folder, rename_file, real_path
+    make_folder, rename_file, remove_file, real_path
 
   !> A text file open for writing.
   type :: text_file_t
@@ -104,6 +104,15 @@ contains
     call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
       trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
   end subroutine rename_file
+
+  !> Removes a file, if it is there and that is allowed.
+  subroutine remove_file(path)
+    character(*), intent(in) :: path !! the file
+    integer :: unit, status
+
+    open (newunit=unit, file=path, status='old', iostat=status)
+    if (status == 0) close (unit, status='delete', iostat=status)
+  end subroutine remove_file
 
   !> The path of a file or folder without links and dots; empty if there is none.
   function real_path(path) result(real)

@@ -12,7 +12,7 @@ module batch_run
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
-  use signals, only: stop_requested
+  use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
   use run_files, only: write_row
   use run_log, only: log_increment, log_increment_t, log_warning
@@ -211,7 +211,9 @@ contains
     type(log_increment_t) :: line
 
     context%state%step = context%state%step + 1
+    call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, increment, error)
+    call end_writing()
     if (allocated(error)) return
     line%step = context%state%step
     line%increment = 1

@@ -3,7 +3,7 @@ module session
   use errors, only: error_t
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
-  use blas_info, only: blas_name, is_reference_blas, set_blas_threads
+  use blas_info, only: blas_name, is_reference_blas, set_blas_threads, start_blas
   use threads, only: set_threads, count_cores
   use version, only: program_version
   use deck_types, only: deck_t
@@ -29,6 +29,7 @@ module session
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
   use result_types, only: saved_state_t
+  use signals, only: begin_writing, end_writing
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
   use command_line, only: options_t
   implicit none
@@ -117,6 +118,8 @@ contains
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
 
+    call start_blas(error)
+    if (allocated(error)) return
     associate (model => context%model, system => context%system, files => context%files)
       call build_system(model, system, context%state)
       states%deck = deck_name(options)
@@ -125,8 +128,10 @@ contains
       if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
         error)
       if (allocated(error)) return
+      call begin_writing()
       call create_files(files, states%base, options%folder, model, system, deck_text, &
         'mfec '//program_version, settings_text(options), blas_name(), error)
+      call end_writing()
       if (allocated(error)) return
       context%monitor%log => context%files%log
       context%monitor%terminal => context%terminal
@@ -136,7 +141,9 @@ contains
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), trouble)
+      call begin_writing()
       call close_files(files, system, trouble)
+      call end_writing()
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem

@@ -7,7 +7,7 @@ module libc
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
-  public :: c_fileno, c_posix_fallocate, c_truncate
+  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -76,6 +76,37 @@ module libc
       integer(c_long), value :: length !! its bytes
       integer(c_int) :: status
     end function c_posix_fallocate
+
+    !> Reads bytes from a place in a file; returns how many it has read.
+    function c_pread(number, bytes, count, offset) result(taken) bind(c, name='pread')
+      import :: c_char, c_int, c_long, c_size_t
+      implicit none
+      integer(c_int), value :: number !! the file
+      character(kind=c_char), intent(inout) :: bytes(*) !! where they go
+      integer(c_size_t), value :: count !! how many
+      integer(c_long), value :: offset !! where they stand
+      integer(c_long) :: taken
+    end function c_pread
+
+    !> Writes bytes to a place in a file; returns how many it has written.
+    function c_pwrite(number, bytes, count, offset) result(written) bind(c, name='pwrite')
+      import :: c_char, c_int, c_long, c_size_t
+      implicit none
+      integer(c_int), value :: number !! the file
+      character(kind=c_char), intent(in) :: bytes(*) !! what to write
+      integer(c_size_t), value :: count !! how many
+      integer(c_long), value :: offset !! where to
+      integer(c_long) :: written
+    end function c_pwrite
+
+    !> Locks a file that is open; 0 is success.
+    function c_flock(number, operation) result(status) bind(c, name='flock')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: number !! the file
+      integer(c_int), value :: operation !! 6: for this process alone, without waiting
+      integer(c_int) :: status
+    end function c_flock
 
     !> Cuts a file off; 0 is success.
     function c_truncate(path, length) result(status) bind(c, name='truncate')
