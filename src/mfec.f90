@@ -7,12 +7,13 @@ program mfec
   use session, only: run_session
   use keyword_help, only: help_text, has_help
   use version, only: program_version
-  use process, only: end_process, keep_memory, catch_lack_of_memory
+  use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
   integer :: ignored ! nobody may be reading any more
 
+  call open_standard_files()
   call catch_lack_of_memory()
   call keep_memory()
   call catch_signals()

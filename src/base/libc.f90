@@ -3,11 +3,11 @@
 !! Text output goes through C streams because gfortran 12 loses the error when a buffer cannot be
 !! written (disk full): neither write nor flush nor close report it.
 module libc
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t, c_f_pointer
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
-  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock
+  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, c_errno
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -99,6 +99,13 @@ module libc
       integer(c_long) :: written
     end function c_pwrite
 
+    !> Where glibc keeps the number of the last error.
+    function c_errno_location() result(place) bind(c, name='__errno_location')
+      import :: c_ptr
+      implicit none
+      type(c_ptr) :: place
+    end function c_errno_location
+
     !> Locks a file that is open; 0 is success.
     function c_flock(number, operation) result(status) bind(c, name='flock')
       import :: c_int
@@ -135,4 +142,14 @@ module libc
       type(c_ptr) :: address
     end function c_realpath
   end interface
+
+contains
+
+  !> The number of the last error of the C library.
+  integer(c_int) function c_errno() result(number)
+    integer(c_int), pointer :: place
+
+    call c_f_pointer(c_errno_location(), place)
+    number = place
+  end function c_errno
 end module libc

@@ -2,15 +2,16 @@
 !! (Fortran's stop prints to standard error).
 module process
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_null_char, c_funptr, c_funloc, c_ptr, &
-    c_null_ptr
+    c_null_ptr, c_associated
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use kinds, only: wp
   use errors, only: exit_resources
   use memory, only: memory_left
+  use libc, only: c_fopen, c_fileno, c_fclose
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, catch_lack_of_memory
+  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
@@ -77,6 +78,22 @@ contains
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
+
+  !> Opens /dev/null in place of standard input, output and error where they are closed: a file of
+  !! the run must not get their numbers.
+  subroutine open_standard_files()
+    integer(c_int), parameter :: last_standard = 2_c_int
+    type(c_ptr) :: stream
+    integer(c_int) :: ignored
+
+    do
+      stream = c_fopen('/dev/null'//c_null_char, 'r+'//c_null_char)
+      if (.not. c_associated(stream)) return
+      if (c_fileno(stream) <= last_standard) cycle
+      ignored = c_fclose(stream)
+      return
+    end do
+  end subroutine open_standard_files
 
   !> Flushes standard output and standard error, and ends.
   subroutine end_process(code)

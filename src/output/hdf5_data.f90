@@ -4,7 +4,8 @@
 !! description, and record no times, so that equal runs give equal files. Fortran's (3, n) is
 !! (n, 3) in C and Python.
 module hdf5_data
-  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int32
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
     h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
     h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
@@ -13,6 +14,7 @@ module hdf5_data
     h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double
   use kinds, only: wp
   use errors, only: error_t
+  use checksums, only: block_sum
   use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type, keep_open, &
     find_data_set
   implicit none
@@ -252,6 +254,7 @@ contains
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
     if (any(s < 0)) call raise_hdf5(error, file, 'writing the data set '//path)
+    call add_to_sum(file, path, type_id, address, n_numbers)
   end subroutine write_any
 
   !> Reads a block to anywhere in memory.
@@ -275,7 +278,27 @@ contains
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
     if (any(s < 0)) call raise_hdf5(error, file, 'reading the data set '//path)
+    call add_to_sum(file, path, type_id, address, n_numbers)
   end subroutine read_any
+
+  !> Adds a block of numbers to the sum of the file.
+  subroutine add_to_sum(file, path, type_id, address, n_numbers)
+    type(hdf5_file_t), intent(inout) :: file !! its sum changes
+    character(*), intent(in) :: path !! data set
+    integer(hid_t), intent(in) :: type_id !! type in memory
+    type(c_ptr), intent(in) :: address !! the numbers
+    integer, intent(in) :: n_numbers !! how many
+    integer(int32), pointer :: words(:)
+
+    if (type_id == h5t_native_double) then
+      call c_f_pointer(address, words, [2*n_numbers])
+    else if (type_id == h5t_native_integer) then
+      call c_f_pointer(address, words, [n_numbers])
+    else
+      return
+    end if
+    file%sum = ieor(file%sum, block_sum(path, words))
+  end subroutine add_to_sum
 
   !> Writes a list of reals.
   subroutine write_reals(file, path, values, first, error)

@@ -4,6 +4,7 @@
 module hdf5_io
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
     c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, &
     h5oclose_f, &
@@ -31,6 +32,7 @@ module hdf5_io
     character(:), allocatable :: path !! name of the file
     integer :: n_open = 0 !! number of data sets that are open
     integer(hid_t), allocatable :: open_ids(:) !! their handles
+    integer(int64) :: sum = 0_int64 !! sum over the numbers written or read since it was cleared
     logical :: reserved = .false. !! there may be reserved room behind its end
     integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
     type(string_t), allocatable :: open_paths(:) !! their names with their groups

@@ -15,7 +15,7 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
-  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, close_text_file
   implicit none
   private
   public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
@@ -70,7 +70,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
-    call create_text_file(log%file, path, error)
+    call create_locked_file(log%file, path, error)
     if (allocated(error)) return
     call note_log(c_fileno(log%file%stream))
     call log_line(log, version//new_line('a')//'title     '//model%title//new_line('a')// &

@@ -10,7 +10,8 @@ module state_reader
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
   use hdf5_data, only: read_block, series_shape
-  use results_state, only: pair_group, defined_coordinates, slave_nodes
+  use results_state, only: pair_group, defined_coordinates, slave_nodes, state_mark
+  use state_checks, only: check_state
   use cell_state, only: read_cells
   implicit none
   private
@@ -25,7 +26,8 @@ module state_reader
 
 contains
 
-  !> Reads the state of one end time from a results file.
+  !> Reads the state of one end time from a results file; of a run that has been stopped before its
+  !! first one the step is 0, and that is all.
   subroutine read_state(path, model, step, state, error)
     character(*), intent(in) :: path !! results file, or one that SAVE has written
     type(model_t), intent(in) :: model !! the problem; the file must be one of its runs
@@ -41,13 +43,28 @@ contains
     call find_state(file, step, slot, error)
     if (.not. allocated(error)) call check_mesh(file, model, error)
     if (.not. allocated(error)) call check_pairs(file, model, error)
-    if (.not. allocated(error)) then
+    if (.not. allocated(error) .and. slot > 0) then
       call read_slot(file, model, slot, state, error)
-      if (allocated(error)) call raise(error, exit_deck, 'error: the state in '//path// &
-        ' cannot be read: the file is damaged or cut off'//nl//'  restart from an earlier --step')
+      if (.not. allocated(error)) call check_sum(file, slot, state%step, error)
+      if (allocated(error)) call raise_damaged(path, error)
+      if (.not. allocated(error)) call check_state(path, model, state, error)
     end if
     call close_hdf5(file, ignored)
   end subroutine read_state
+
+  !> Says that a state cannot be taken, and why.
+  subroutine raise_damaged(path, error)
+    character(*), intent(in) :: path !! the file
+    type(error_t), allocatable, intent(inout) :: error !! what was wrong; then the whole message
+    character(:), allocatable :: why
+
+    why = error%message
+    if (index(why, 'error: ') == 1) why = why(8:)
+    if (index(why, nl) > 0) why = why(:index(why, nl) - 1)
+    call raise(error, exit_deck, 'error: the state in '//path//' cannot be read: the file is '// &
+      'damaged or cut off, or something has changed it'//nl//'  '//why//nl// &
+      '  restart from an earlier --step')
+  end subroutine raise_damaged
 
   !> Opens a file and says why it cannot serve.
   subroutine open_states(path, file, error)
@@ -79,7 +96,7 @@ contains
   subroutine find_state(file, step, slot, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: step !! number of the end time, 0 for the last
-    integer, intent(out) :: slot !! its place
+    integer, intent(out) :: slot !! its place, 0 if the file has none and the last is wanted
     type(error_t), allocatable, intent(out) :: error !! no such step
     integer, allocatable :: steps(:)
     integer :: dims(3), rank
@@ -93,16 +110,19 @@ contains
         'the file is damaged or cut off')
       return
     end if
-    if (all(steps < 1)) then
-      call raise(error, exit_deck, 'error: '//file%path//' holds no state to restart from'//nl// &
-        '  the run that wrote it ended before its first end time (or the first of OUTPut EVERy)')
-      return
-    end if
+    if (all(steps < 1) .and. step == 0) return
     slot = maxloc(steps, 1)
     if (step > 0) slot = findloc(steps, step, 1)
-    if (slot == 0) call raise(error, exit_deck, 'error: '//file%path// &
-      ' holds no state of step '//to_text(step)//nl//'  it holds '//step_list(steps)// &
-      '; without --step the last one is taken')
+    if (slot > 0) return
+    if (all(steps < 1)) then
+      call raise(error, exit_deck, 'error: '//file%path//' holds no state of step '// &
+        to_text(step)//nl//'  the run that wrote it ended before its first end time (or the '// &
+        'first of OUTPut EVERy)')
+    else
+      call raise(error, exit_deck, 'error: '//file%path// &
+        ' holds no state of step '//to_text(step)//nl//'  it holds '//step_list(steps)// &
+        '; without --step the last one is taken')
+    end if
   end subroutine find_state
 
   !> The steps that are there, as text: `steps 1 to 7, 9, 11 to 30`.
@@ -279,6 +299,7 @@ contains
     call read_block(file, root//'step', step, slot, error)
     if (allocated(error)) return
     state%step = step(1)
+    file%sum = state_mark(state%step)
     call read_block(file, root//'time', values, slot, error)
     if (allocated(error)) return
     state%time = values(1)
@@ -295,8 +316,7 @@ contains
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
       if (allocated(error)) return
-      if (has_multipliers(model%pairs(i))) call read_multipliers(file, &
-        model%pairs(i)%number, slot, state%pairs(i), error)
+      call read_multipliers(file, model%pairs(i), slot, state%pairs(i), error)
       if (allocated(error)) return
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
@@ -304,6 +324,21 @@ contains
         size(model%pairs(i)%slave_facets, 2), slot, state%pairs(i)%cells, error)
     end do
   end subroutine read_slot
+
+  !> Compares the sum over what was read with the one that was written.
+  subroutine check_sum(file, slot, step, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file; its sum is that of the state
+    integer, intent(in) :: slot !! place of the state
+    integer, intent(in) :: step !! number of its end time
+    type(error_t), allocatable, intent(out) :: error !! they differ
+    integer :: written(2), found(2)
+
+    found = transfer(file%sum, found)
+    call read_block(file, root//'checksum', written, slot, error)
+    if (allocated(error)) return
+    if (any(written /= found)) call raise(error, exit_deck, 'the sum over the state of step '// &
+      to_text(step)//' is not the one that was written')
+  end subroutine check_sum
 
   !> Reads what belongs to the condensed form, if it was in use.
   subroutine read_condensed(file, model, slot, state, error)
@@ -363,19 +398,19 @@ contains
     end do
   end subroutine read_pair
 
-  !> Reads the multipliers of a pair that has them; a run without AUGMent has left none.
-  subroutine read_multipliers(file, number, slot, history, error)
+  !> Reads the multipliers of a pair; a run without AUGMent has left none, and one may use none.
+  subroutine read_multipliers(file, pair, slot, history, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    integer, intent(in) :: number !! number of the pair
+    type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: slot !! place of the state
     type(pair_history_t), intent(inout) :: history !! its history, points allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: lambda(3, size(history%points))
     integer :: i
 
-    if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
-    call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
-    if (allocated(error)) return
+    if (.not. exists_in(file, pair_group(pair%number)//'/multiplier')) return
+    call read_block(file, pair_group(pair%number)//'/multiplier', lambda, slot, error)
+    if (allocated(error) .or. .not. has_multipliers(pair)) return
     do i = 1, size(history%points)
       history%points(i)%lambda = lambda(:, i)
     end do

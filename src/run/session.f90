@@ -157,7 +157,7 @@ contains
 
     if (is_reference_blas()) call log_warning(context%files%log, 'this is the reference '// &
       'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
-    if (.not. allocated(error) .and. states%step > 0) call report_restart(states, &
+    if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &
       context%files, context%terminal, error)
     if (options%threads > 1) call report_threads(options%threads, context%monitor)
     call report_gaps(context%model, context%monitor)
@@ -188,11 +188,12 @@ contains
 
     call read_state(options%restart, model, options%step, saved, error)
     if (allocated(error)) return
+    states%base = restart_base(states%base, options%restart)
+    if (saved%step == 0) return
     call take_state(saved, model, system, state)
     state%step = saved%step
     states%step = saved%step
     states%time = saved%time
-    states%base = restart_base(states%base, options%restart)
   end subroutine go_on
 
   !> Says where a restarted run begins and where it writes.
@@ -205,6 +206,8 @@ contains
 
     line = 'goes on from step '//to_text(states%step)//', time '//to_text(states%time)//' of '// &
       states%restart//'; writes '//states%base//'.*'
+    if (states%step == 0) line = states%restart//' holds no state yet: begins at time 0; writes '// &
+      states%base//'.*'
     call print_line(terminal, line)
     call log_line(files%log, line, error)
   end subroutine report_restart
