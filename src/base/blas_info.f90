@@ -120,8 +120,8 @@ contains
 
     if (.not. c_associated(symbol('openblas_get_config'))) return
     if (memory_left() < blas_bytes + blas_margin) then
-      call raise(error, exit_resources, 'error: out of memory while starting OpenBLAS: it takes '// &
-        memory_text(blas_bytes)//', and '//memory_text(memory_left())//' are left'// &
+      call raise(error, exit_resources, 'error: out of memory while starting OpenBLAS: '// &
+        'it takes '//memory_text(blas_bytes)//', and '//memory_text(memory_left())//' are left'// &
         new_line('a')//'  use a machine with more memory, or a higher limit (ulimit -v)')
       return
     end if

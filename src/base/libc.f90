@@ -7,7 +7,7 @@ module libc
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
-  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, c_errno
+  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, read_errno
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -146,10 +146,11 @@ module libc
 contains
 
   !> The number of the last error of the C library.
-  integer(c_int) function c_errno() result(number)
+  subroutine read_errno(number)
+    integer(c_int), intent(out) :: number !! as errno.h has them
     integer(c_int), pointer :: place
 
     call c_f_pointer(c_errno_location(), place)
     number = place
-  end function c_errno
+  end subroutine read_errno
 end module libc

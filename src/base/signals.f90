@@ -1,8 +1,8 @@
 !> SIGINT, SIGTERM and SIGHUP ask the run to stop; the run looks here, closes its files and ends.
 !!
 !! A run that does not look for a second, inside a factorisation say, is ended from the alarm's
-!! handler: between `begin_writing` and `end_writing` the handler waits, at all other times the files
-!! are complete. So a signal ends a run at any time. A second signal does not wait for the alarm.
+!! handler: between `begin_writing` and `end_writing` the handler waits, at all other times the
+!! files are complete. So a signal ends a run at any time. A second one does not wait for the alarm.
 !! SIGXFSZ (a file may not grow any more) and SIGPIPE (nobody reads what is printed) are ignored:
 !! the write that fails then says so, or does not matter.
 module signals

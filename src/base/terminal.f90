@@ -79,8 +79,8 @@ contains
     integer :: ignored
 
     if (term%shown == 0) return
-    write (term%unit, '(3a)', advance='no', iostat=ignored) carriage_return, repeat(' ', term%shown), &
-      carriage_return
+    write (term%unit, '(3a)', advance='no', iostat=ignored) carriage_return, &
+      repeat(' ', term%shown), carriage_return
     flush (term%unit, iostat=ignored)
     term%shown = 0
   end subroutine close_terminal

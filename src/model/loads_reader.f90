@@ -220,7 +220,7 @@ contains
           good = .false.
           call report_error(diagnostics, item_location(record, 2*pairs + 1), 'a record of '// &
             to_text(item_count(record))//' items in a table of '//count_noun(pairs, 'point')// &
-            ' a record', 'write the number of points of a record into the head of the table: 2, '// &
+            ' a record', 'write the points of a record into the head of the table: 2, '// &
             to_text((item_count(record) + 1)/2))
         end if
         do i = 1, min(pairs, (item_count(record) + 1)/2)

@@ -14,8 +14,8 @@ module checksums
 
 contains
 
-  !> Sum over the words of a named block, of values and places (Fletcher); 0 where all are 0, so that
-  !! a block of zeros and none are the same. Sums of several blocks are joined by exclusive or.
+  !> Sum over the words of a named block, of values and places (Fletcher); 0 where all are 0, so
+  !! that a block of zeros and none are the same. Sums of several blocks are joined by exclusive or.
   pure integer(int64) function block_sum(name, words) result(sum)
     character(*), intent(in) :: name !! name of the block
     integer(int32), intent(in) :: words(:) !! its bytes, four each

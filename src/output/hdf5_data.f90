@@ -15,8 +15,8 @@ module hdf5_data
   use kinds, only: wp
   use errors, only: error_t
   use checksums, only: block_sum
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type, keep_open, &
-    find_data_set
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set
+  use hdf5_attributes, only: write_attribute
   implicit none
   private
   public :: make_series, make_text_series, write_block, read_block, series_shape
@@ -281,7 +281,7 @@ contains
     call add_to_sum(file, path, type_id, address, n_numbers)
   end subroutine read_any
 
-  !> Adds a block of numbers to the sum of the file.
+  !> Adds a block of numbers to the sum of the file; strings do not count.
   subroutine add_to_sum(file, path, type_id, address, n_numbers)
     type(hdf5_file_t), intent(inout) :: file !! its sum changes
     character(*), intent(in) :: path !! data set
@@ -290,13 +290,8 @@ contains
     integer, intent(in) :: n_numbers !! how many
     integer(int32), pointer :: words(:)
 
-    if (type_id == h5t_native_double) then
-      call c_f_pointer(address, words, [2*n_numbers])
-    else if (type_id == h5t_native_integer) then
-      call c_f_pointer(address, words, [n_numbers])
-    else
-      return
-    end if
+    if (type_id /= h5t_native_double .and. type_id /= h5t_native_integer) return
+    call c_f_pointer(address, words, [merge(2, 1, type_id == h5t_native_double)*n_numbers])
     file%sum = ieor(file%sum, block_sum(path, words))
   end subroutine add_to_sum
 

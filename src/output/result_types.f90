@@ -18,6 +18,7 @@ module result_types
     real(wp) :: max_penetration = 0.0_wp !! deepest penetration [length]
     real(wp) :: max_elastic_slip = 0.0_wp !! longest tangential part of the gap vector [length]
     real(wp) :: max_criterion = 0.0_wp !! largest sqrt(sum (s_i/mu_i)^2) - abs(g_N) [length]
+    real(wp) :: lumped = 0.0_wp !! as tangential, of the friction lumped to slave nodes [force]
   end type contact_row_t
 
   !> The contact points of one pair at one time.

@@ -13,8 +13,8 @@ module results_state
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, &
-    write_attribute
+  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
+  use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, series_shape, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
   use cell_state, only: create_cells, write_cells
@@ -242,8 +242,8 @@ contains
       if (model%pairs(i)%segmented) call write_cells(file, pair_group(model%pairs(i)%number), &
         state%pairs(i)%cells, slot, error)
     end do
-    if (.not. allocated(error)) call write_block(file, root//'checksum', transfer(file%sum, [0, 0]), &
-      slot, error)
+    if (.not. allocated(error)) call write_block(file, root//'checksum', &
+      transfer(file%sum, [0, 0]), slot, error)
   end subroutine write_slot
 
   !> What the sum over a state begins with: another number for each step.

@@ -8,7 +8,8 @@ module results_vtk
   use mesh_types, only: mesh_t, max_element_nodes
   use model_types, only: output_request_t
   use result_types, only: frame_t
-  use hdf5_io, only: hdf5_file_t, make_group, write_attribute
+  use hdf5_io, only: hdf5_file_t, make_group
+  use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, &
     stored_long, stored_integer, stored_byte
   implicit none

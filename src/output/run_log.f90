@@ -15,7 +15,8 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
-  use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, close_text_file
+  use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, &
+    close_text_file
   implicit none
   private
   public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &

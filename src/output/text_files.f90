@@ -4,10 +4,11 @@ module text_files
     c_size_t
   use errors, only: error_t, raise, exit_resources
   use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, &
-    path_limit, c_fileno, c_flock, c_errno
+    path_limit, c_fileno, c_flock, read_errno
   implicit none
   private
-  public :: text_file_t, create_text_file, create_locked_file, write_line, flush_text_file, close_text_file, &
+  public :: text_file_t, create_text_file, create_locked_file, write_line, flush_text_file, &
+    close_text_file, &
     make_folder, rename_file, remove_file, real_path
 
   !> A text file open for writing.
@@ -49,14 +50,15 @@ contains
     character(*), intent(in) :: path !! its name
     type(error_t), allocatable, intent(out) :: error !! no permission, or another process has it
     integer(c_int), parameter :: alone = 6_c_int, would_wait = 11_c_int
-    integer(c_int) :: status
+    integer(c_int) :: status, number
     type(c_ptr) :: stream
 
     stream = c_fopen(trim(path)//c_null_char, 'a'//c_null_char)
     status = 0_c_int
     if (c_associated(stream)) then
       status = c_flock(c_fileno(stream), alone)
-      if (status /= 0_c_int .and. c_errno() == would_wait) then
+      call read_errno(number)
+      if (status /= 0_c_int .and. number == would_wait) then
         status = c_fclose(stream)
         call raise(error, exit_resources, 'error: another run is writing to '//trim(path)// &
           new_line('a')//'  wait for its end, or let this one write elsewhere: --out DIR')
