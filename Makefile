@@ -8,7 +8,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test verify stress bench bench-quick demo lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test verify stress bench bench-quick demo lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -42,6 +42,10 @@ PYTHON := build/venv/bin/python
 
 all: mfec ## build ./mfec (release; NATIVE=1 for this CPU)
 debug: $(PROGRAM_debug) ## build build/debug/mfec (all checks, traps)
+
+# Decks, bad decks, damaged decks, meshes and restart files under it: tests/sanitised.
+sanitize: build/venv/stamp $(PROGRAM_sanitize) ## build build/sanitize/mfec (address and undefined behaviour) and test it
+	@tests/sanitised --all
 
 help: ## show this list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
@@ -97,7 +101,7 @@ endef
 ifneq ($(PFUNIT_DIR),)
 include $(PFUNIT_DIR)/include/PFUNIT.mk
 endif
-PFUNIT_FLAGS = $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
+PFUNIT_FLAGS = -fopenmp $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
 
 # Everything that is built once for each mode.
 define MODE_RULES
@@ -176,7 +180,7 @@ unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of th
 	  echo "$$runner"; $$runner $(ONLY:%=-f %) || status=1; \
 	done; exit $$status
 
-test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
+test: build/venv/stamp mfec $(PROGRAM_debug) $(PROGRAM_sanitize) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
 	@tests/all $(PART)
 
 verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
@@ -190,6 +194,7 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
 	@$(PYTHON) tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
+	@$(PYTHON) tests/files/run --full
 
 bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (20 minutes)
 	@.ci/setup optional

@@ -1,5 +1,5 @@
 /* Preloaded by tests/files/run: lets the FAULT_AT-th write to a file whose name holds FAULT_FILE go
- * wrong: FAULT_MODE once (this write fails), full (this and all later ones fail), tear (only a part,
+ * wrong: FAULT_MODE once (this write fails), full (this and all later ones fail), torn (only a part,
  * FAULT_SHARE percent, is written, then kill -9), count (nothing; the number goes to FAULT_COUNT). */
 #define _GNU_SOURCE
 #include <dlfcn.h>
