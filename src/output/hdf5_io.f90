@@ -14,11 +14,14 @@ module hdf5_io
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
   use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate, c_pread, c_pwrite
+  use text_files, only: rename_file, remove_file
   implicit none
   private
-  public :: hdf5_file_t, create_hdf5, open_hdf5, reserve_room, flush_hdf5, close_hdf5, make_group, &
-    exists_in, raise_hdf5, string_type, keep_open, find_data_set
+  public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, flush_hdf5, &
+    close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, find_data_set
 
+  !> Ending of a file that is not complete.
+  character(*), parameter :: unfinished = '.new'
   !> What HDF5 itself may need for its lists when all data sets grow [byte].
   integer(c_long), parameter :: overhead = 1048576_c_long
 
@@ -53,6 +56,25 @@ contains
     if (any(s < 0) .or. status < 0) call raise_hdf5(error, file, 'creating')
     call h5pclose_f(creation, status)
   end subroutine create_hdf5
+
+  !> Gives a file that was created under the name `path` with the ending `unfinished` its name, now
+  !! that it can be read, in place of the file that has that name. One that could not be begun for
+  !! an error is removed.
+  subroutine publish_hdf5(file, path, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(inout) :: error !! why it is not complete; file trouble
+    type(error_t), allocatable :: trouble
+
+    if (.not. allocated(error)) call flush_hdf5(file, error)
+    if (.not. allocated(error)) call rename_file(file%path, path, error)
+    if (allocated(error)) then
+      call close_hdf5(file, trouble)
+      call remove_file(path//unfinished)
+    else
+      file%path = path
+    end if
+  end subroutine publish_hdf5
 
   !> Opens a file for reading.
   subroutine open_hdf5(file, path, error)

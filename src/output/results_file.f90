@@ -10,7 +10,8 @@ module results_file
   use model_types, only: model_t, output_request_t, state_none
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, reserve_room
+  use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
+    make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
@@ -18,14 +19,11 @@ module results_file
     append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
-  use text_files, only: rename_file, remove_file
   implicit none
   private
-  public :: results_t, create_results, append_results, close_results, fields_due
+  public :: results_t, create_results, append_results, append_picture, close_results, fields_due
 
   integer, parameter :: long = selected_int_kind(18)
-  !> Ending of a file that is not complete.
-  character(*), parameter :: ending = '.new'
   !> What the rows of one end time need at most [byte].
   integer(long), parameter :: bytes_of_rows = 65536_long
 
@@ -49,21 +47,13 @@ contains
     character(*), intent(in) :: version !! version of the program
     character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    type(error_t), allocatable :: trouble
 
-    call create_hdf5(results%file, path//ending, error)
+    call create_hdf5(results%file, path//unfinished, error)
     if (allocated(error)) return
     call reserve_room(results%file, 3*bytes_of_fields(model) + len(deck_text, long), error)
     if (.not. allocated(error)) call write_beginning(results, model, bodies, deck_text, version, &
       settings, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
-    if (.not. allocated(error)) call rename_file(results%file%path, path, error)
-    if (allocated(error)) then
-      call close_hdf5(results%file, trouble)
-      call remove_file(path//ending)
-      return
-    end if
-    results%file%path = path
+    call publish_hdf5(results%file, path, error)
   end subroutine create_results
 
   !> Writes what is known before the first increment.
@@ -104,7 +94,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer :: k
 
-    bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
+    bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
       bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
     end do
@@ -150,6 +140,19 @@ contains
     call flush_hdf5(results%file, error)
   end subroutine append_results
 
+  !> Writes the bodies at one time without an end time of a run, to be looked at.
+  subroutine append_picture(results, model, time, frame, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(model_t), intent(in) :: model !! the problem
+    real(wp), intent(in) :: time !! time [time]
+    type(frame_t), intent(in) :: frame !! fields; those that are wanted are allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
+    if (allocated(error)) return
+    call end_vtk_frame(results%vtk, results%file, error)
+  end subroutine append_picture
+
   !> Writes the fields of one end time.
   subroutine append_frame(results, model, step, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
@@ -159,7 +162,7 @@ contains
     type(frame_t), intent(in) :: frame !! the fields
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame
