@@ -6,7 +6,7 @@ program mfec
   use command_line, only: options_t, read_command_line
   use session, only: run_session
   use keyword_help, only: help_text, has_help
-  use version, only: program_version
+  use libraries, only: version_text
   use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files
   implicit none
   type(options_t) :: options
@@ -20,7 +20,7 @@ program mfec
   call read_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%version) then
-      write (output_unit, '(a)', iostat=ignored) 'mfec '//program_version
+      write (output_unit, '(a)', iostat=ignored) version_text()
     else if (options%help) then
       if (has_help(options%topic)) then
         write (output_unit, '(a)', iostat=ignored) help_text(options%topic)

@@ -18,8 +18,8 @@ module hdf5_io
   implicit none
   private
   public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
-    flush_hdf5, close_hdf5, make_group, &
-    close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, find_data_set
+    flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
+    find_data_set
 
   !> Ending of a file that is not complete.
   character(*), parameter :: unfinished = '.new'
