@@ -1,8 +1,8 @@
 !> The program: command line, deck, run, exit code.
 program mfec
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use errors, only: error_t, raise, exit_done, exit_deck
-  use signals, only: catch_signals
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use errors, only: error_t, raise, exit_done, exit_deck, exit_resources
+  use signals, only: catch_signals, last_words
   use command_line, only: options_t, read_command_line
   use session, only: run_session
   use keyword_help, only: help_text, has_help
@@ -11,7 +11,7 @@ program mfec
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
-  integer :: ignored ! nobody may be reading any more
+  integer :: status
 
   call open_standard_files()
   call catch_lack_of_memory()
@@ -20,10 +20,12 @@ program mfec
   call read_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%version) then
-      write (output_unit, '(a)', iostat=ignored) version_text()
+      write (output_unit, '(a)', iostat=status) version_text()
+      if (status /= 0) call end_process(exit_resources)
     else if (options%help) then
       if (has_help(options%topic)) then
-        write (output_unit, '(a)', iostat=ignored) help_text(options%topic)
+        write (output_unit, '(a)', iostat=status) help_text(options%topic)
+        if (status /= 0) call end_process(exit_resources)
       else
         call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
       end if
@@ -32,7 +34,7 @@ program mfec
     end if
   end if
   if (allocated(error)) then
-    write (error_unit, '(a)', iostat=ignored) error%message
+    call last_words(error%message)
     call end_process(error%code)
   end if
   call end_process(exit_done)

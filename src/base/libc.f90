@@ -82,8 +82,8 @@ module libc
       import :: c_char, c_int, c_long, c_size_t
       implicit none
       integer(c_int), value :: number !! the file
-      character(kind=c_char), intent(inout) :: bytes(*) !! where they go
       integer(c_size_t), value :: count !! how many
+      character(kind=c_char), intent(out) :: bytes(count) !! where they go
       integer(c_long), value :: offset !! where they stand
       integer(c_long) :: taken
     end function c_pread

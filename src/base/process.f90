@@ -98,11 +98,13 @@ contains
   !> Flushes standard output and standard error, and ends.
   subroutine end_process(code)
     integer, intent(in) :: code !! exit code
-    integer :: ignored
+    integer :: status
 
     ended = .true.
-    flush (output_unit, iostat=ignored)
-    flush (error_unit, iostat=ignored)
+    flush (output_unit, iostat=status)
+    if (status == 0) flush (error_unit, iostat=status)
+    ! nobody reads any more: the runtime must not try again
+    if (status /= 0) call c_end_now(int(code, c_int))
     call c_exit(int(code, c_int))
   end subroutine end_process
 

@@ -122,8 +122,8 @@ contains
     integer(c_long) :: present_length
 
     inquire (file=file%path, size=present_length)
-    if (present_length < file%promised) &
-      ignored = c_truncate(file%path//c_null_char, file%promised)
+    if (present_length >= file%promised) return
+    ignored = c_truncate(file%path//c_null_char, file%promised)
   end subroutine keep_promise
 
   !> Makes sure that the disk has room for what will be written next: HDF5 leaves a file that

@@ -38,10 +38,11 @@ contains
     else if (.not. all_finite(reshape(state%reaction, [size(state%reaction)]))) then
       why = 'a reaction is not a number'
     else if (allocated(state%candidate)) then
-      if (any(state%candidate < 0 .or. state%candidate > 1)) &
+      if (any(state%candidate < 0 .or. state%candidate > 1)) then
         why = 'the nodes held for contact are not marked by 0 and 1'
-      if (.not. all_finite(reshape(state%contact_force, [size(state%contact_force)]))) &
+      else if (.not. all_finite(reshape(state%contact_force, [size(state%contact_force)]))) then
         why = 'a contact force is not a number'
+      end if
     end if
     do k = 1, size(model%pairs)
       if (len(why) == 0) call check_pair(model%pairs(k), state%pairs(k), why)

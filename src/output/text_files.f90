@@ -146,7 +146,8 @@ contains
     integer :: unit, status
 
     open (newunit=unit, file=path, status='old', iostat=status)
-    if (status == 0) close (unit, status='delete', iostat=status)
+    if (status /= 0) return
+    close (unit, status='delete')
   end subroutine remove_file
 
   !> The path of a file or folder without links and dots; empty if there is none.
