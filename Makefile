@@ -10,7 +10,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug sanitize coverage unit test test-pictures verify stress bench bench-quick demo install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures verify stress bench bench-quick demo figures gallery install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -197,6 +197,12 @@ verify: build/venv/stamp mfec ## compare with closed forms and published values:
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
 	  --markdown build/verification.md --figures build/verification
 
+figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
+	@$(PYTHON) doc/figures.py
+
+gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
+	@$(PYTHON) doc/figures.py --gallery
+
 # The program, its man page and completion, the manuals, the example decks and the Python package.
 SHARE = $(DESTDIR)$(PREFIX)/share
 install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local), DESTDIR in front of it
@@ -228,7 +234,7 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
-stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
+stress: build/venv/stamp build/venv/gmsh.stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
 	@$(PYTHON) tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
 	@$(PYTHON) tests/files/run --full
