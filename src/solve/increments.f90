@@ -5,6 +5,7 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
     settle_contact
+  use first_touch, only: begin_touch, forgo_touch, find_touches, keep_path
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
@@ -18,7 +19,7 @@ module increments
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
-  use text, only: to_text
+  use text, only: to_text, count_noun
   implicit none
   private
   public :: solve_increment, begin_at, choose_start, follow_solution, accept
@@ -193,7 +194,22 @@ contains
       call monitor%event('  the smooth surface has changed its shape')
     end if
     settled = settled .and. changes == 0
+    if (settled) call settle_touches(model, system, monitor, settled)
   end subroutine follow_solution
+
+  !> After a solve that has settled: points whose friction has waited get their tips.
+  subroutine settle_touches(model, system, monitor, settled)
+    type(model_t), intent(inout) :: model !! pairs: start tips
+    type(system_t), intent(inout) :: system !! touch
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: settled !! no such point has touched
+    integer :: touches
+
+    call find_touches(model, system, touches)
+    settled = touches == 0
+    if (.not. settled) call monitor%event('  '//count_noun(touches, 'contact point')// &
+      ' touched first in this increment: friction from there')
+  end subroutine settle_touches
 
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)
@@ -251,6 +267,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
 
+    call begin_touch(model, system, time - state%time)
     system%left = system%u
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
@@ -305,6 +322,7 @@ contains
       call recover_interior(system)
       call keep_forces(system%condensed)
     end if
+    call keep_path(model, system, state, time)
     state%u = system%u
     state%time = time
     where (system%equation == 0)
