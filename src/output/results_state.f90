@@ -50,6 +50,12 @@ contains
     call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
       'force of the supports on all node numbers from 1', error)
     if (allocated(error)) return
+    call make_series(file, root//'span_before', stored_real, [integer ::], 1, 'time', &
+      'length of the increment that ended here; 0 or empty if it is not needed', error)
+    if (allocated(error)) return
+    call make_series(file, root//'displacement_before', stored_real, [3, model%mesh%nodes], 1, &
+      'length', 'displacement at its start; empty if it is not needed', error)
+    if (allocated(error)) return
     call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
       'nodes that the condensed solver holds for contact; empty if it was not in use', error)
     if (allocated(error)) return
@@ -219,6 +225,12 @@ contains
     if (allocated(error)) return
     call write_block(file, root//'reaction', state%reaction, slot, error)
     if (allocated(error)) return
+    if (allocated(state%displacement_before)) then
+      call write_block(file, root//'span_before', [state%span_before], slot, error)
+      if (.not. allocated(error)) call write_block(file, root//'displacement_before', &
+        state%displacement_before, slot, error)
+      if (allocated(error)) return
+    end if
     if (allocated(state%candidate)) then
       call write_block(file, root//'candidate', state%candidate, slot, error)
       if (.not. allocated(error)) call write_block(file, root//'contact_force', &

@@ -12,12 +12,16 @@ module first_touch
   use contact_points, only: count_points
   use facet_geometry, only: corners, facet_frame
   use predictor, only: carry_bodies
+  use touch_bodies, only: find_held
   use touch_path, only: touch_t, path_t, touch_none, touch_waits, touch_known, free_part, &
     first_part, meet
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: begin_touch, forgo_touch, withhold_friction, find_touches, place_touches, keep_path
+  public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, keep_path
+
+  !> When a point touches that does not come closer on its free way.
+  real(wp), parameter :: unforeseen = 0.5_wp
 
 contains
 
@@ -26,6 +30,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with their last converged state
     type(system_t), intent(inout) :: system !! gets touch
     real(wp), intent(in) :: span !! length of the increment [time]
+    logical :: held(0:system%bodies)
     integer :: k
 
     associate (touch => system%touch)
@@ -37,8 +42,9 @@ contains
         allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
         allocate (touch%start(0:bodies, pairs), source=0.0_wp)
       end associate
+      call find_held(model, system, held)
       do k = 1, size(model%pairs)
-        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, k)
+        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, held, k)
       end do
       if (any(touch%waits)) touch%stage = touch_waits
     end associate
@@ -52,11 +58,12 @@ contains
   end function rubs
 
   !> Friction waits where a slave body touches nothing of the pair yet, or sticks to it somewhere.
-  !! Where all closed points slip a new one slips at once; a body that supports do not hold may be
-  !! held by the friction of the new points.
-  subroutine look_at_pair(pair, system, k)
+  !! Where all closed points slip a new one slips at once; other bodies may need the friction of the
+  !! new points.
+  subroutine look_at_pair(pair, system, held, k)
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(inout) :: system !! gets waits and empty of touch
+    logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
     integer, intent(in) :: k !! number of the pair
     integer :: p, body
     logical :: sticks(0:system%bodies)
@@ -69,15 +76,8 @@ contains
       system%touch%empty(body, k) = .false.
       if (pair%old(p)%status == status_stick) sticks(body) = .true.
     end do
-    system%touch%waits(:, k) = system%touch%empty(:, k) .or. sticks
-    do body = 1, system%bodies
-      if (system%weak(body)) system%touch%waits(body, k) = .false.
-    end do
-    do p = 1, size(pair%facets, 2)
-      body = system%node_body(pair%facets(1, p))
-      if (body == 0) cycle
-      if (system%weak(body)) system%touch%waits(:, k) = .false.
-    end do
+    system%touch%waits(:, k) = (system%touch%empty(:, k) .or. sticks) .and. held &
+      .and. all(held(system%node_body(pair%facets(1, :))))
   end subroutine look_at_pair
 
   !> The slave body of a point of the last converged state.
@@ -93,13 +93,18 @@ contains
     end if
   end function old_body
 
-  !> The first pass has led nowhere: friction acts everywhere, and the tips of open points stay
-  !! where they were last.
-  subroutine forgo_touch(system)
+  !> Another try of the same increment. If the first pass has led nowhere, there is none: friction
+  !! acts everywhere, and the tips of open points stay where they were last.
+  subroutine begin_touch_again(system)
     type(system_t), intent(inout) :: system !! touch
 
-    system%touch%stage = touch_none
-  end subroutine forgo_touch
+    select case (system%touch%stage)
+    case (touch_waits)
+      system%touch%stage = touch_none
+    case (touch_known)
+      system%touch%stage = touch_waits
+    end select
+  end subroutine begin_touch_again
 
   !> Takes friction away from the elements at which it waits.
   subroutine withhold_friction(model, system)
@@ -212,6 +217,10 @@ contains
       if (.not. is_waiting(pair, system, k, p)) cycle
       body = system%node_body(pair%point_nodes(1, p))
       if (.not. system%touch%empty(body, k)) cycle
+      if (body > 0) then
+        ! what nothing holds falls at once
+        if (system%weak(body)) system%touch%start(body, k) = 0.0_wp
+      end if
       system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, system, p))
     end do
   end subroutine find_start
@@ -221,9 +230,8 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(in) :: system !! touch with the free way
     integer, intent(in) :: p !! the point
-    real(wp) :: gap, gap_free, xi(2), e
+    real(wp) :: gap, gap_free, xi(2)
     integer :: host
-    character(20) :: env
 
     host = pair%new(p)%host
     call meet(pair, system%touch, free_part(), system%x_old, p, 0.0_wp, host, xi, gap)
@@ -231,17 +239,9 @@ contains
     if (gap <= 0.0_wp) then
       time = 0.0_wp
     else if (gap_free >= gap) then
-      time = 0.5_wp
+      time = unforeseen
     else
-      call get_environment_variable('TOUCHP', env)
-      e = 1.0_wp
-      if (env /= '') read (env, *) e
-      if (.not. system%touch%empty(system%node_body(pair%point_nodes(1, p)), 1)) then
-        time = gap**e/((2*gap - gap_free)**e - gap**e)
-      else
-        time = gap/(gap - gap_free)
-      end if
-      time = min(1.0_wp, time)
+      time = min(1.0_wp, gap/(gap - gap_free))
     end if
   end function touch_time
 

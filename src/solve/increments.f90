@@ -5,7 +5,8 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
     settle_contact
-  use first_touch, only: begin_touch, forgo_touch, find_touches, keep_path
+  use touch_path, only: touch_waits
+  use first_touch, only: begin_touch, begin_touch_again, find_touches, keep_path
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
@@ -13,7 +14,7 @@ module increments
     refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless, outcome_gaps, is_converged
+    outcome_too_many, outcome_restless, outcome_gaps, outcome_singular, is_converged
   use contact_report, only: restless_point
   use contact_parameters, only: is_stiff, shifts_gap, most_updates
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
@@ -22,7 +23,7 @@ module increments
   use text, only: to_text, count_noun
   implicit none
   private
-  public :: solve_increment, begin_at, choose_start, follow_solution, accept
+  public :: solve_increment, begin_at, choose_start, follow_solution, settle_touches, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
@@ -42,7 +43,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: choice, stayed
+    logical :: choice, stayed, failed
 
     call choose_solver(model, system, monitor)
     model%pairs%softened = is_stiff(model%pairs)
@@ -52,8 +53,12 @@ contains
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
-    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
-      outcome_restless])) then
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless])
+    if (system%touch%stage == touch_waits) then
+      choice = .true.
+      failed = failed .or. progress%outcome == outcome_singular
+    end if
+    if (choice .and. failed) then
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
@@ -139,6 +144,7 @@ contains
       if (.not. rough) budget = settings
       before = renewals
       call follow_solution(model, system, budget, monitor, renewals, settled)
+      if (settled .and. .not. rough) call settle_touches(model, system, monitor, settled)
       if (settled .and. .not. rough) return
       rough = rough .and. renewals > before
       if (renewals == before) pass = pass + 1
@@ -194,7 +200,6 @@ contains
       call monitor%event('  the smooth surface has changed its shape')
     end if
     settled = settled .and. changes == 0
-    if (settled) call settle_touches(model, system, monitor, settled)
   end subroutine follow_solution
 
   !> After a solve that has settled: points whose friction has waited get their tips.
@@ -219,6 +224,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: norm
 
+    call begin_touch_again(system)
     if (carried) then
       system%u = system%carried
       call monitor%event('  no convergence: once more with the predictor')
