@@ -179,6 +179,9 @@ contains
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) call find_start(model%pairs(k), system, k)
+      ! hosts that points have left without friction do not bind
+      model%pairs(k)%left = 0
+      model%pairs(k)%moves = 0
     end do
     system%touch%stage = touch_known
     call place_touches(model, system, .true.)
@@ -283,9 +286,6 @@ contains
         pair%facets(:, point%host))))
       pair%start(p) = point
     end associate
-    if (pair%segmented) return
-    pair%left(p) = 0
-    pair%moves(p) = 0
   end subroutine place_touch
 
   !> The state before an increment that is accepted tells the next one how bodies move.

@@ -115,17 +115,18 @@ contains
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").
-  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
+  subroutine solve_with_hosts(model, system, time, given, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
-    type(settings_t), intent(in) :: settings !! tolerances
+    type(settings_t), intent(in) :: given !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    type(settings_t) :: budget
+    type(settings_t) :: settings, budget
     integer :: pass, renewals, before
     logical :: settled, rough
 
+    settings = given
     rough = any(model%pairs%smooth) .and. progress%solves == 0
     renewals = 0
     pass = 0
@@ -144,8 +145,13 @@ contains
       if (.not. rough) budget = settings
       before = renewals
       call follow_solution(model, system, budget, monitor, renewals, settled)
-      if (settled .and. .not. rough) call settle_touches(model, system, monitor, settled)
-      if (settled .and. .not. rough) return
+      if (settled .and. .not. rough) then
+        call settle_touches(model, system, monitor, settled)
+        if (settled) return
+        pass = 0
+        settings%most_solves = progress%solves + given%most_solves
+        cycle
+      end if
       rough = rough .and. renewals > before
       if (renewals == before) pass = pass + 1
     end do
