@@ -14,7 +14,8 @@ module batch_run
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
-  use run_files, only: write_row
+  use run_files, only: recover_fields, write_row
+  use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
   use batch_position, only: is_passing, pass_end_time, look_for, &
@@ -197,26 +198,32 @@ contains
         context%monitor, error)
       if (allocated(error)) return
       call pass_end_time(run%position, end_time)
-      call finish_step(run%increment, seconds, context, error)
+      call finish_step(run, seconds, context, error)
       if (allocated(error)) return
     end do
   end subroutine run_steps
 
-  !> Counts an end time, writes its rows and its line.
-  subroutine finish_step(increment, seconds, context, error)
-    real(wp), intent(in) :: increment !! its increment of time
+  !> Counts an end time, audits it, writes its rows and its line.
+  subroutine finish_step(run, seconds, context, error)
+    type(run_state_t), intent(in) :: run !! its increment of time, tolerances
     real(wp), intent(in) :: seconds !! clock at its start [s]
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
+    logical :: fields
 
     context%state%step = context%state%step + 1
-    call write_row(context%files, context%model, context%system, context%state, increment, error)
+    call recover_fields(context%files, context%model, context%system, context%state, &
+      context%state%step == context%monitor%steps, fields)
+    call audit_end_time(context, run%settings, fields, error)
+    if (allocated(error)) return
+    call write_row(context%files, context%model, context%system, context%state, run%increment, &
+      context%audit, error)
     if (allocated(error)) return
     line%step = context%state%step
     line%increment = 1
     line%time = context%state%time
-    line%size = increment
+    line%size = run%increment
     line%iterations = context%monitor%solves - context%monitor%solves_before
     line%residual = norm2(context%system%right)
     line%seconds = wall_seconds() - seconds
@@ -342,6 +349,6 @@ contains
     end if
     call accept(context%model, context%system, context%state, run%pending_time)
     call pass_end_time(run%position, run%pending_time)
-    call finish_step(run%increment, wall_seconds(), context, error)
+    call finish_step(run, wall_seconds(), context, error)
   end subroutine close_increment
 end module batch_run

@@ -9,6 +9,7 @@ module run_files
   use contact_points, only: count_points, point_position
   use surface_lay, only: add_surface_lay
   use system_types, only: system_t, state_t
+  use audit_types, only: audit_t
   use assembly, only: recover
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
@@ -19,7 +20,7 @@ module run_files
   use text_files, only: make_folder
   implicit none
   private
-  public :: run_files_t, create_files, write_row, fill_state, close_files
+  public :: run_files_t, create_files, recover_fields, write_row, fill_state, close_files
 
   !> Open files.
   type :: run_files_t
@@ -30,6 +31,7 @@ module run_files
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
+    real(wp), allocatable :: bulk_state(:, :) !! (n_element_stress, elements) of the last fields
   end type run_files_t
 
 contains
@@ -61,19 +63,43 @@ contains
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
     if (allocated(error)) return
-    call create_results(files%results, base//'.h5', model, deck_text, version, command, error)
+    call create_results(files%results, base//'.h5', model, system%bodies, deck_text, version, &
+      command, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
 
+  !> Contact points at an end time, and stresses where they are due or it is the last.
+  subroutine recover_fields(files, model, system, state, last, fields)
+    type(run_files_t), intent(inout) :: files !! gets point_state, bulk_state
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! cost table
+    type(state_t), intent(in) :: state !! the converged state
+    logical, intent(in) :: last !! it is the last end time
+    logical, intent(out) :: fields !! bulk_state is that of this end time
+
+    call begin_cost(system%costs, cost_output)
+    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
+    fields = fields_due(model%output, state%step) .and. (model%output%stress .or. &
+      model%output%strain)
+    fields = fields .or. last
+    if (fields) then
+      if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_element_stress, &
+        system%bulk%n))
+      call recover(system%bulk, task_stress, model%mesh%x, state%u, files%bulk_state)
+    end if
+    call end_cost(system%costs, cost_output)
+  end subroutine recover_fields
+
   !> Writes and flushes the rows of an end time.
-  subroutine write_row(files, model, system, state, increment, error)
-    type(run_files_t), intent(inout) :: files !! open files
+  subroutine write_row(files, model, system, state, increment, audit, error)
+    type(run_files_t), intent(inout) :: files !! open files, fields recovered
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
+    type(audit_t), intent(in) :: audit !! its audit
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: sums(3, size(model%output%reactions))
     type(contact_row_t) :: rows(size(model%pairs))
@@ -83,7 +109,6 @@ contains
     do k = 1, size(model%output%reactions)
       sums(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
     end do
-    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, rows(k))
     end do
@@ -94,12 +119,12 @@ contains
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, sums, &
-      rows, error)
+      rows, audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends fields and state to the results, those that are due and asked for.
-  subroutine write_fields(files, model, system, state, increment, sums, rows, error)
+  subroutine write_fields(files, model, system, state, increment, sums, rows, audit, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
@@ -107,26 +132,28 @@ contains
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) contact sums
+    type(audit_t), intent(in) :: audit !! the audit of the end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
     if (.not. fields_due(model%output, state%step)) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        error=error)
       return
     end if
-    call fill_frame(model, system, state, files%point_state, frame)
+    call fill_frame(model, system, state, files, frame)
     associate (wanted => model%output)
       call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
         wanted%stress, wanted%strain, wanted%contact]))
     end associate
     if (model%output%state == state_none) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
-        error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        frame, error=error)
     else
       call fill_state(model, system, state, increment, saved)
-      call append_results(files%results, model, state%step, state%time, sums, rows, frame, saved, &
-        error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        frame, saved, error)
     end if
   end subroutine write_fields
 
@@ -206,28 +233,24 @@ contains
   end function lumped_friction
 
   !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, point_state, frame)
+  subroutine fill_frame(model, system, state, files, frame)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
-    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    type(run_files_t), intent(in) :: files !! point_state and bulk_state of it
     type(frame_t), intent(out) :: frame !! the fields
-    real(wp), allocatable :: stress(:, :)
     integer :: k
 
     if (model%output%displacement) frame%displacement = state%u
     if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress .or. model%output%strain) then
-      allocate (stress(n_element_stress, system%bulk%n))
-      call recover(system%bulk, task_stress, model%mesh%x, state%u, stress)
-      if (model%output%stress) frame%stress = stress(1:6, :)
-      if (model%output%strain) call strains(model, stress(1:6, :), frame%strain)
-    end if
+    if (model%output%stress) frame%stress = files%bulk_state(1:6, :)
+    if (model%output%strain) call strains(model, files%bulk_state(1:6, :), frame%strain)
     if (model%output%lay) call fill_lay(model, state, frame%lay)
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
-      associate (range => [system%first_point(k), system%first_point(k + 1) - 1])
+      associate (range => [system%first_point(k), system%first_point(k + 1) - 1], &
+                 point_state => files%point_state)
         frame%pairs(k)%host = model%pairs(k)%old%host
         frame%pairs(k)%status = model%pairs(k)%old%status
         frame%pairs(k)%tip = reshape([model%pairs(k)%old%tip(1), model%pairs(k)%old%tip(2)], &

@@ -20,6 +20,7 @@ module session
   use system_building, only: build_system
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
+  use audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t
@@ -125,6 +126,7 @@ contains
       if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
         error)
       if (allocated(error)) return
+      call begin_audit(model, system, context%state, context%audit)
       call create_files(files, states%base, options%folder, model, system, deck_text, &
         'mfec '//program_version, settings_text(options), blas_name(), error)
       if (allocated(error)) return
