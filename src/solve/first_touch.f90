@@ -13,15 +13,11 @@ module first_touch
   use facet_geometry, only: corners, facet_frame
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
-  use touch_path, only: touch_t, path_t, touch_none, touch_waits, touch_known, free_part, &
-    first_part, meet
+  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, first_host, meet
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, keep_path
-
-  !> When a point touches that does not come closer on its free way.
-  real(wp), parameter :: unforeseen = 0.5_wp
 
 contains
 
@@ -224,29 +220,10 @@ contains
         ! what nothing holds falls at once
         if (system%weak(body)) system%touch%start(body, k) = 0.0_wp
       end if
-      system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, system, p))
+      system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
+        system%touch, system%x_old, p))
     end do
   end subroutine find_start
-
-  !> When the free way of a point meets the surface, as a share of the increment.
-  real(wp) function touch_time(pair, system, p) result(time)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! touch with the free way
-    integer, intent(in) :: p !! the point
-    real(wp) :: gap, gap_free, xi(2)
-    integer :: host
-
-    host = pair%new(p)%host
-    call meet(pair, system%touch, free_part(), system%x_old, p, 0.0_wp, host, xi, gap)
-    call meet(pair, system%touch, free_part(), system%x_old, p, 1.0_wp, host, xi, gap_free)
-    if (gap <= 0.0_wp) then
-      time = 0.0_wp
-    else if (gap_free >= gap) then
-      time = unforeseen
-    else
-      time = min(1.0_wp, gap/(gap - gap_free))
-    end if
-  end function touch_time
 
   !> Start tips of the points that were open: where their ways meet the surface.
   subroutine place_touches(model, system, all_points)
@@ -277,10 +254,10 @@ contains
 
     host = pair%new(p)%host
     start = system%touch%start(system%node_body(pair%point_nodes(1, p)), k)
-    time = max(start, touch_time(pair, system, p))
+    time = max(start, touch_time(pair, system%touch, system%x_old, p))
     associate (point => pair%new(p))
-      call meet(pair, system%touch, first_part(start), system%x_old, p, time, point%host, &
-        point%tip, gap)
+      point%host = first_host(pair, p)
+      call meet(pair, system%touch, start, system%x_old, p, time, point%host, point%tip, gap)
       if (point%host /= host) point%lambda = matmul(matmul(facet_frame(corners(system%x_old, &
         pair%facets(:, host))), point%lambda), facet_frame(corners(system%x_old, &
         pair%facets(:, point%host))))

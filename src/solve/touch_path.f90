@@ -6,13 +6,17 @@ module touch_path
   use smooth_patch, only: project_on_patch, patch_from_values
   implicit none
   private
-  public :: touch_t, path_t, touch_none, touch_waits, touch_known
-  public :: first_part, free_part, meet
+  public :: touch_t, touch_none, touch_waits, touch_known
+  public :: touch_time, first_host, meet, free_way
 
   !> Friction acts everywhere; it waits at points that were open; they have met the surface.
   integer, parameter :: touch_none = 0
   integer, parameter :: touch_waits = 1
   integer, parameter :: touch_known = 2
+  !> The first touch of a body that touches nothing in the increment.
+  real(wp), parameter :: free_way = 1.0_wp
+  !> When a point touches that does not come closer on its free way.
+  real(wp), parameter :: unforeseen = 0.5_wp
   !> Facets that a point may pass on its way.
   integer, parameter :: longest_walk = 1000
 
@@ -29,33 +33,28 @@ module touch_path
     real(wp), allocatable :: x_end(:, :) !! (3, nodes) without friction at new points [length]
   end type touch_t
 
-  !> Positions in the course of an increment: straight to the first touch, straight from there.
-  type :: path_t
-    real(wp) :: start = 1.0_wp !! the first touch
-  end type path_t
-
 contains
 
   !> Position of a node at the time t of the increment, 0 to 1.
-  pure function place_at(touch, path, x_old, node, t) result(x)
+  pure function place_at(touch, start, x_old, node, t) result(x)
     type(touch_t), intent(in) :: touch !! free and end positions
-    type(path_t), intent(in) :: path !! when the way turns
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
     integer, intent(in) :: node !! the node
     real(wp), intent(in) :: t !! share of the increment
     real(wp) :: x(3), free, bound
 
-    free = min(t, path%start)
+    free = min(t, start)
     bound = 0.0_wp
-    if (t > path%start) bound = (t - path%start)/(1.0_wp - path%start)
+    if (t > start) bound = (t - start)/(1.0_wp - start)
     x = x_old(:, node) + free*(touch%x_free(:, node) - x_old(:, node))
     if (bound > 0.0_wp) x = x + bound*(touch%x_end(:, node) - x)
   end function place_at
 
   !> Positions of several nodes.
-  pure function places_at(touch, path, x_old, nodes, t) result(x)
+  pure function places_at(touch, start, x_old, nodes, t) result(x)
     type(touch_t), intent(in) :: touch !! free and end positions
-    type(path_t), intent(in) :: path !! when the way turns
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
     integer, intent(in) :: nodes(:) !! the nodes
     real(wp), intent(in) :: t !! share of the increment
@@ -63,27 +62,46 @@ contains
     integer :: i
 
     do i = 1, size(nodes)
-      x(:, i) = place_at(touch, path, x_old, nodes(i), t)
+      x(:, i) = place_at(touch, start, x_old, nodes(i), t)
     end do
   end function places_at
 
-  !> The path of free motion through the whole increment.
-  pure type(path_t) function free_part() result(path)
-    path%start = 1.0_wp
-  end function free_part
+  !> Where the way of a point begins: its host at the start of the increment, if it had one.
+  pure integer function first_host(pair, p) result(host)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point, with a host
 
-  !> The path that turns at the first touch.
-  pure type(path_t) function first_part(start) result(path)
-    real(wp), intent(in) :: start !! share of the increment
+    host = pair%new(p)%host
+    if (pair%segmented) return
+    if (pair%start(p)%host > 0) host = pair%start(p)%host
+  end function first_host
 
-    path%start = start
-  end function first_part
+  !> When the free way of a point meets the surface, as a share of the increment.
+  pure real(wp) function touch_time(pair, touch, x_old, p) result(time)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(touch_t), intent(in) :: touch !! free positions
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
+    integer, intent(in) :: p !! the point, with a host
+    real(wp) :: gap, gap_free, xi(2)
+    integer :: host
+
+    host = first_host(pair, p)
+    call meet(pair, touch, free_way, x_old, p, 0.0_wp, host, xi, gap)
+    call meet(pair, touch, free_way, x_old, p, 1.0_wp, host, xi, gap_free)
+    if (gap <= 0.0_wp) then
+      time = 0.0_wp
+    else if (gap_free >= gap) then
+      time = unforeseen
+    else
+      time = min(1.0_wp, gap/(gap - gap_free))
+    end if
+  end function touch_time
 
   !> Where a point is over the surface at the time t: walks to the facet below it.
-  pure subroutine meet(pair, touch, path, x_old, p, t, host, xi, gap)
+  pure subroutine meet(pair, touch, start, x_old, p, t, host, xi, gap)
     type(pair_t), intent(in) :: pair !! the pair
     type(touch_t), intent(in) :: touch !! free and end positions
-    type(path_t), intent(in) :: path !! when the way turns
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
     integer, intent(in) :: p !! the point
     real(wp), intent(in) :: t !! share of the increment
@@ -93,11 +111,11 @@ contains
     real(wp) :: y(3)
     integer :: step, next, before, first
 
-    y = matmul(places_at(touch, path, x_old, pair%point_nodes(:, p), t), pair%point_weights(:, p))
+    y = matmul(places_at(touch, start, x_old, pair%point_nodes(:, p), t), pair%point_weights(:, p))
     before = 0
     first = host
     do step = 1, longest_walk
-      call project(pair, places_at(touch, path, x_old, pair%facets(:, host), t), host, y, xi, gap)
+      call project(pair, places_at(touch, start, x_old, pair%facets(:, host), t), host, y, xi, gap)
       if (pair%segmented) return
       next = across(pair, host, xi)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
