@@ -16,6 +16,7 @@ module results_state
     write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use cell_state, only: create_cells, write_cells
+  use path_state, only: create_before, write_before
   use text_files, only: rename_file
   implicit none
   private
@@ -50,11 +51,7 @@ contains
     call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
       'force of the supports on all node numbers from 1', error)
     if (allocated(error)) return
-    call make_series(file, root//'span_before', stored_real, [integer ::], 1, 'time', &
-      'length of the increment that ended here; 0 or empty if it is not needed', error)
-    if (allocated(error)) return
-    call make_series(file, root//'displacement_before', stored_real, [3, model%mesh%nodes], 1, &
-      'length', 'displacement at its start; empty if it is not needed', error)
+    call create_before(file, root, model%mesh%nodes, error)
     if (allocated(error)) return
     call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
       'nodes that the condensed solver holds for contact; empty if it was not in use', error)
@@ -225,12 +222,8 @@ contains
     if (allocated(error)) return
     call write_block(file, root//'reaction', state%reaction, slot, error)
     if (allocated(error)) return
-    if (allocated(state%displacement_before)) then
-      call write_block(file, root//'span_before', [state%span_before], slot, error)
-      if (.not. allocated(error)) call write_block(file, root//'displacement_before', &
-        state%displacement_before, slot, error)
-      if (allocated(error)) return
-    end if
+    call write_before(file, root, slot, state, error)
+    if (allocated(error)) return
     if (allocated(state%candidate)) then
       call write_block(file, root//'candidate', state%candidate, slot, error)
       if (.not. allocated(error)) call write_block(file, root//'contact_force', &

@@ -12,6 +12,7 @@ module state_reader
   use hdf5_data, only: read_block, series_shape
   use results_state, only: pair_group, defined_coordinates, slave_nodes
   use cell_state, only: read_cells
+  use path_state, only: read_before
   implicit none
   private
   public :: read_state
@@ -289,7 +290,7 @@ contains
     call read_block(file, root//'displacement', state%displacement, slot, error)
     if (allocated(error)) return
     call read_block(file, root//'reaction', state%reaction, slot, error)
-    if (.not. allocated(error)) call read_before(file, model, slot, state, error)
+    if (.not. allocated(error)) call read_before(file, root, slot, state, error)
     if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)
@@ -305,26 +306,6 @@ contains
         size(model%pairs(i)%slave_facets, 2), slot, state%pairs(i)%cells, error)
     end do
   end subroutine read_slot
-
-  !> Reads the state before, if it was kept.
-  subroutine read_before(file, model, slot, state, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: slot !! place of the state
-    type(saved_state_t), intent(inout) :: state !! gets span_before, displacement_before
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: values(1)
-    integer :: dims(3), rank
-
-    if (.not. exists_in(file, root//'span_before')) return
-    call series_shape(file, root//'displacement_before', dims, rank)
-    if (dims(rank) < slot) return
-    call read_block(file, root//'span_before', values, slot, error)
-    if (allocated(error) .or. .not. values(1) > 0.0_wp) return
-    state%span_before = values(1)
-    allocate (state%displacement_before(3, model%mesh%nodes))
-    call read_block(file, root//'displacement_before', state%displacement_before, slot, error)
-  end subroutine read_before
 
   !> Reads what belongs to the condensed form, if it was in use.
   subroutine read_condensed(file, model, slot, state, error)

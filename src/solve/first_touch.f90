@@ -17,7 +17,8 @@ module first_touch
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, keep_path
+  public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
+    keep_path
 
 contains
 
