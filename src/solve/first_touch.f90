@@ -95,12 +95,7 @@ contains
   subroutine begin_touch_again(system)
     type(system_t), intent(inout) :: system !! touch
 
-    select case (system%touch%stage)
-    case (touch_waits)
-      system%touch%stage = touch_none
-    case (touch_known)
-      system%touch%stage = touch_waits
-    end select
+    system%touch%stage = merge(touch_waits, touch_none, system%touch%stage == touch_known)
   end subroutine begin_touch_again
 
   !> Takes friction away from the elements at which it waits.
@@ -113,8 +108,8 @@ contains
     do k = 1, size(model%pairs)
       if (.not. any(system%touch%waits(:, k))) cycle
       do p = 1, count_points(model%pairs(k))
-        if (is_waiting(model%pairs(k), system, k, p)) &
-          system%contact%d(d03_mu:d03_mu + 1, system%first_point(k) + p - 1) = 0.0_wp
+        if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
+        system%contact%d(d03_mu:d03_mu + 1, system%first_point(k) + p - 1) = 0.0_wp
       end do
     end do
   end subroutine withhold_friction
