@@ -54,7 +54,7 @@ contains
     call series_shape(file, root//'displacement_before', dims, rank)
     if (dims(rank) < slot) return
     call read_block(file, root//'span_before', values, slot, error)
-    if (allocated(error) .or. .not. values(1) > 0.0_wp) return
+    if (allocated(error)) return
     state%span_before = values(1)
     allocate (state%displacement_before, mold=state%displacement)
     call read_block(file, root//'displacement_before', state%displacement_before, slot, error)
