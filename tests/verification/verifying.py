@@ -1,9 +1,11 @@
 """Runs decks, reads what they write and gathers rows of the verification table.
 
-Python's standard library only; `stresses` alone wants h5py.
+What a study is free to choose it draws from the seed of the run (`draw`, `whole`, `choose`), so that
+nothing is tuned. Python's standard library only; `stresses` alone wants h5py.
 """
 import math
 import os
+import random
 import shutil
 import sys
 import time
@@ -45,11 +47,29 @@ class Row:
 class Bench:
     """Where the studies run their decks and leave their rows."""
 
-    def __init__(self, program, folder, seconds=900.0):
+    def __init__(self, program, folder, seed=1, reduced=False, seconds=900.0):
         self.program, self.folder, self.seconds = program, folder, seconds
+        self.seed, self.reduced, self.dice, self.drawn = seed, reduced, random.Random(seed), {}
         self.rows, self.remarks, self.figures, self.spent = [], [], [], {}
         self.case, self.form, self.variant = '', '', None
         self.runs = 0
+
+    def draw(self, name, low, high):
+        """A number between two limits, of four digits; the same for all forms of a case."""
+        return self.noted(name, float(f'{self.dice.uniform(low, high):.4g}'))
+
+    def whole(self, name, low, high):
+        """A whole number between two limits, these included."""
+        return self.noted(name, self.dice.randint(low, high))
+
+    def choose(self, name, items):
+        """One of several things."""
+        return self.noted(name, self.dice.choice(items))
+
+    def noted(self, name, value):
+        """Keeps what was drawn for the document."""
+        self.drawn.setdefault(self.case, {})[name] = value
+        return value
 
     def study(self, name, work, form='NTOS', variant=False):
         """Runs one study; a run that fails becomes a row of its own.
@@ -58,6 +78,7 @@ class Bench:
         variant: whether to change its decks, which have NTOS, to that form.
         """
         self.case, self.form, self.variant = name, form, form if variant else None
+        self.dice = random.Random(f'{self.seed} {name}')
         start, first = time.time(), len(self.rows)
         try:
             work(self)
