@@ -4,6 +4,8 @@ import math
 import meshing
 
 EXACT = 'exact (smooth body)'
+DOUBLY = ('the patches of a doubly curved surface are off the sphere by some hundredths of the depth of 0.5 %, and the '
+          'pressure, penalty times gap, with them: see the row of the pressure')
 
 
 def polar(radius, angle, z):
@@ -245,6 +247,6 @@ def ball_in_ball(bench):
             continue
         bench.compare('pressure, worst node', EXACT, 5.0,
                       max(pressure, key=lambda p: abs(p - 5.0)), 0.03)
-        bench.compare('moment about the axis', EXACT, exact, moment, 1e-3)
+        bench.compare('moment about the axis', EXACT, exact, moment, 1e-3, known=0.01, why=DOUBLY)
         bench.remark(f'8 facets over 69 degrees; without SMOOth the worst node has {first:.2f} of 5, the '
                      f'moment is {flat_moment/exact:.2f} of the exact one')

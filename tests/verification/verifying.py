@@ -6,6 +6,7 @@ nothing is tuned. Python's standard library only; `stresses` alone wants h5py.
 import math
 import os
 import random
+import re
 import shutil
 import sys
 import time
@@ -32,16 +33,23 @@ class Row:
         self.case, self.form, self.quantity, self.source = case, form, quantity, source
         self.reference, self.reached, self.error = reference, reached, error
         self.wanted, self.known = wanted, known
-        self.series, self.finer, self.why = None, None, ''
+        self.series, self.finer, self.why, self.reduced = None, None, '', False
+
+    def name(self):
+        """What tells the row from others, whatever the seed."""
+        return ' | '.join((self.case, self.form, re.sub(r' \([-\d.]+\)$', '', self.quantity)))
 
     def verdict(self):
         """holds; where the case says why it does not and the error has not grown: coarse if the same
-        quantity holds on the finest mesh of the study, misses if it does not; FAILS otherwise."""
+        quantity holds on the finest mesh of the study (or that was left out), misses if it does not;
+        FAILS otherwise."""
         if self.error <= self.wanted:
             return 'holds'
         if self.known is None or self.error > self.known:
             return 'FAILS'
-        return 'coarse' if self.finer and self.finer.error <= self.finer.wanted else 'misses'
+        if self.finer:
+            return 'coarse' if self.finer.error <= self.finer.wanted else 'misses'
+        return 'coarse' if self.reduced else 'misses'
 
 
 class Bench:
@@ -115,7 +123,7 @@ class Bench:
         for other in self.rows:
             if mesh and (other.case, other.form, other.series) == (row.case, row.form, quantity):
                 other.finer = row
-        row.series, row.why = quantity if mesh else None, why
+        row.series, row.why, row.reduced = quantity if mesh else None, why, bool(mesh and self.reduced)
         self.rows.append(row)
         return error
 
