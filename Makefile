@@ -56,6 +56,10 @@ build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
 	@.ci/setup python build/venv postproc/requirements.txt
 	@touch $@
 
+build/venv/gmsh.stamp: tests/stress/requirements.txt | build/venv/stamp
+	@.ci/setup gmsh build/venv $<
+	@touch $@
+
 build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@.ci/setup python build/venv-lint .ci/lint-requirements.txt
 	@touch $@
@@ -181,7 +185,7 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
 stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
-	@python3 tests/stress/run --full
+	@$(PYTHON) tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
 
 bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (20 minutes)

@@ -76,6 +76,9 @@ module contact_types
     integer :: augment_most = 0 !! most updates of multipliers in an increment, 0: by the form
     logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
     real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
+    integer :: moved = 0 !! slave nodes that it has moved
+    real(wp) :: farthest_way = 0.0_wp !! the longest way of one of them [length]
+    integer :: farthest = 0 !! which one
 
     ! What is built from it when the mesh is complete
     integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet

@@ -5,7 +5,7 @@ module facet_geometry
   implicit none
   private
   public :: altitude, corners, project_on_facet, distance_to_facet, unfold, barycentric, &
-    kink_sine, facet_size, facet_normal, facet_frame, unfold_vector, is_fold, is_convex
+    kink_sine, facet_size, facet_area, facet_normal, facet_frame, unfold_vector, is_fold, is_convex
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
@@ -59,6 +59,13 @@ contains
 
     h = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
   end function facet_size
+
+  !> Area of a facet.
+  pure real(wp) function facet_area(x) result(area)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+
+    area = 0.5_wp*norm2(cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3)))
+  end function facet_area
 
   !> Distance from a point to the closest point of a facet, its edges and corners included.
   pure real(wp) function distance_to_facet(x, y) result(distance)

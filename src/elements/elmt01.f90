@@ -1,7 +1,8 @@
 !> Element 1: linear tetrahedron (T4), small strain, isotropic linear elastic.
 !!
 !! Constant strain; the matrix is exact (doc/theory, "Bulk elements"). Parameters d: E, nu.
-!! task_stress gives the stress as xx yy zz xy yz zx in stress(1:6).
+!! task_stress gives the stress as xx yy zz xy yz zx in stress(1:6), and in stress(7:9) the rotation
+!! vector, half the curl of the displacements.
 module elmt01
   use kinds, only: wp
   use vectors, only: cross
@@ -33,6 +34,7 @@ contains
       call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
     case (task_stress)
       e%stress(1:6) = stress_of(gradient, e%ul(:, 1:4), lambda, g)
+      e%stress(7:9) = rotation_of(gradient, e%ul(:, 1:4))
     case default
       ! What other routines know (task_stick_tangent) is nothing here.
     end select
@@ -104,6 +106,16 @@ contains
     stress(1:3) = lambda*(h(1, 1) + h(2, 2) + h(3, 3)) + 2.0_wp*g*[h(1, 1), h(2, 2), h(3, 3)]
     stress(4:6) = g*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
   end function stress_of
+
+  !> Rotation vector of the constant displacement gradient.
+  pure function rotation_of(gradient, ul) result(w)
+    real(wp), intent(in) :: gradient(3, 4) !! dN_a/dx [1/length]
+    real(wp), intent(in) :: ul(3, 4) !! displacements [length]
+    real(wp) :: w(3), h(3, 3)
+
+    h = matmul(ul, transpose(gradient))
+    w = 0.5_wp*[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
+  end function rotation_of
 
   !> Internal force of a constant stress: r_a = V sigma g_a.
   pure subroutine internal_force(gradient, volume, stress, r)

@@ -25,7 +25,7 @@ contains
 
   !> Fills model%pairs from what the deck says.
   subroutine build_pairs(drafts, diagnostics, model)
-    type(pair_draft_t), intent(in) :: drafts(:) !! the pairs as read
+    type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs as read; get what ADJUst has done
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! mesh and materials; receives the pairs
     type(facet_table_t) :: exterior
@@ -48,7 +48,7 @@ contains
   !> Moves the slave nodes of a pair that are next to the master onto it, and notes what was done.
   !! What is wrong with the pair is reported when it is built.
   subroutine adjust_pair(asked, exterior, diagnostics, mesh)
-    type(pair_t), intent(in) :: asked !! the pair as read
+    type(pair_t), intent(inout) :: asked !! the pair as read; gets moved, farthest, farthest_way
     type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
     type(diagnostics_t), intent(inout) :: diagnostics !! gets a note
     type(mesh_t), intent(inout) :: mesh !! its nodes are moved
@@ -66,6 +66,9 @@ contains
     if (error_count(later) > 0) return
     call adjust_gaps(pair%point_nodes(1, :), pair%facets, pair%neighbours, pair%adjust, mesh, &
       done)
+    asked%moved = done%moved
+    asked%farthest = done%farthest
+    asked%farthest_way = done%largest
     t = 'pair '//pair%name//': '//count_noun(done%moved, 'slave node')//' moved onto the master'
     if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
       to_text(done%farthest)//')'

@@ -1,23 +1,26 @@
 !> The results file (.h5), HDF5 in three layers, the highest: what a run hands over goes where
 !! deck.md 6 says, and what is in the file stays valid when the run is killed.
 !!
-!! /VTKHDF fields for ParaView; /history tables; /contact points; /state restart; /run the deck.
+!! /VTKHDF fields for ParaView; /history tables; /audit; /contact points; /state restart; /run
+!! the deck.
 module results_file
   use kinds, only: wp
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
   use result_types, only: contact_row_t, frame_t, saved_state_t
+  use audit_types, only: audit_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
   use results_tables, only: create_history_part, append_history, create_contact_part, &
     append_contact
+  use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
   implicit none
   private
-  public :: results_t, create_results, append_results, close_results, fields_due
+  public :: results_t, create_results, append_results, append_picture, close_results, fields_due
 
   integer, parameter :: long = selected_int_kind(18)
   !> What the rows of one end time need at most [byte].
@@ -33,10 +36,11 @@ module results_file
 contains
 
   !> Creates the file with all that is known before the first increment.
-  subroutine create_results(results, path, model, deck_text, version, settings, error)
+  subroutine create_results(results, path, model, bodies, deck_text, version, settings, error)
     type(results_t), intent(out) :: results !! the file, open
     character(*), intent(in) :: path !! its name
     type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: bodies !! its connected pieces
     character(*), intent(in) :: deck_text !! the deck as read, includes and all
     character(*), intent(in) :: version !! version of the program
     character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
@@ -51,6 +55,8 @@ contains
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
     if (allocated(error)) return
     call create_history_part(results%file, error)
+    if (allocated(error)) return
+    call create_audit_part(results%file, bodies, error)
     if (allocated(error)) return
     if (model%output%contact) call create_contact_part(results%file, model, error)
     if (allocated(error)) return
@@ -72,7 +78,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer :: k
 
-    bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
+    bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
       bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
     end do
@@ -80,13 +86,15 @@ contains
   end function bytes_of_fields
 
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
-  subroutine append_results(results, model, step, time, reactions, rows, frame, state, error)
+  subroutine append_results(results, model, step, time, reactions, rows, audit, frame, state, &
+                            error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
     real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(audit_t), intent(in) :: audit !! the audit of the end time
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -96,6 +104,8 @@ contains
       present(frame) .or. present(state)), error)
     if (allocated(error)) return
     call append_history(results%file, model, step, time, reactions, rows, error)
+    if (allocated(error)) return
+    call append_audit(results%file, audit, error)
     if (allocated(error)) return
     if (present(frame)) call append_frame(results, model, step, time, frame, error)
     if (allocated(error)) return
@@ -114,6 +124,19 @@ contains
     call flush_hdf5(results%file, error)
   end subroutine append_results
 
+  !> Writes the bodies at one time without an end time of a run, to be looked at.
+  subroutine append_picture(results, model, time, frame, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(model_t), intent(in) :: model !! the problem
+    real(wp), intent(in) :: time !! time [time]
+    type(frame_t), intent(in) :: frame !! fields; those that are wanted are allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
+    if (allocated(error)) return
+    call end_vtk_frame(results%vtk, results%file, error)
+  end subroutine append_picture
+
   !> Writes the fields of one end time.
   subroutine append_frame(results, model, step, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
@@ -123,7 +146,7 @@ contains
     type(frame_t), intent(in) :: frame !! the fields
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame

@@ -18,10 +18,11 @@ module results_tables
   !> Columns of /history/reactions and /history/contact.
   character(2), parameter :: reaction_columns(3) = ['R1', 'R2', 'R3']
   character(6), parameter :: count_columns(3) = [character(6) :: 'active', 'stick', 'slip']
-  character(16), parameter :: contact_columns(11) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', &
-    'F3', 'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion']
-  character(12), parameter :: contact_units(11) = [character(12) :: 'force', 'force', 'force', &
-    'force', 'force', 'force length', 'force length', 'force length', 'length', 'length', 'length']
+  character(16), parameter :: contact_columns(12) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', &
+    'F3', 'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion', 'Ft_nodes']
+  character(12), parameter :: contact_units(12) = [character(12) :: 'force', 'force', 'force', &
+    'force', 'force', 'force length', 'force length', 'force length', 'length', 'length', &
+    'length', 'force']
 
 contains
 
@@ -129,7 +130,7 @@ contains
     do i = 1, size(rows)
       counts(i, :) = [rows(i)%active, rows(i)%stick, rows(i)%slip]
       values(i, :) = [rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
-        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion]
+        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion, rows(i)%lumped]
     end do
     do i = 1, size(count_columns)
       call write_block(file, '/history/contact/'//trim(count_columns(i)), counts(:, i), at_end, &

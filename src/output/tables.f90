@@ -68,8 +68,8 @@ contains
     character(*), intent(in) :: title !! title of the deck
     type(pair_t), intent(in) :: pairs(:) !! the pairs, in the order of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(16), parameter :: columns(11) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', 'F3', &
-      'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion']
+    character(16), parameter :: columns(12) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', 'F3', &
+      'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion', 'Ft_nodes']
     type(string_t), allocatable :: names(:)
     integer :: i
 
@@ -98,7 +98,8 @@ contains
       write (counts, '(3i8)') rows(i)%active, rows(i)%stick, rows(i)%slip
       call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s//counts// &
         reals([rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
-        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion]), error)
+        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion, &
+        rows(i)%lumped]), error)
       if (allocated(error)) return
     end do
     call flush_text_file(table%file, error)

@@ -14,12 +14,14 @@ module batch_run
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
-  use run_files, only: write_row
+  use run_files, only: recover_fields, write_row
+  use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
   use batch_position, only: is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
+  use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
@@ -56,6 +58,8 @@ contains
     end if
     run%states = states
     run%position%skip = skip
+    context%monitor%began = wall_seconds()
+    context%monitor%first_step = context%state%step
     call run_commands(commands, run, context, error)
     if (allocated(error) .or. states%step == 0 .or. context%state%step > states%step) return
     call log_warning(context%files%log, &
@@ -197,34 +201,41 @@ contains
         context%monitor, error)
       if (allocated(error)) return
       call pass_end_time(run%position, end_time)
-      call finish_step(run%increment, seconds, context, error)
+      call finish_step(run, seconds, context, error)
       if (allocated(error)) return
     end do
   end subroutine run_steps
 
-  !> Counts an end time, writes its rows and its line.
-  subroutine finish_step(increment, seconds, context, error)
-    real(wp), intent(in) :: increment !! its increment of time
+  !> Counts an end time, audits it, writes its rows and its line.
+  subroutine finish_step(run, seconds, context, error)
+    type(run_state_t), intent(in) :: run !! its increment of time, tolerances
     real(wp), intent(in) :: seconds !! clock at its start [s]
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
+    logical :: fields
 
     context%state%step = context%state%step + 1
-    call write_row(context%files, context%model, context%system, context%state, increment, error)
+    call recover_fields(context%files, context%model, context%system, context%state, &
+      context%state%step == context%monitor%steps, fields)
+    call audit_end_time(context, run%settings, fields, error)
+    if (allocated(error)) return
+    call write_row(context%files, context%model, context%system, context%state, run%increment, &
+      context%audit, error)
     if (allocated(error)) return
     line%step = context%state%step
     line%increment = 1
     line%time = context%state%time
-    line%size = increment
+    line%size = run%increment
     line%iterations = context%monitor%solves - context%monitor%solves_before
     line%residual = norm2(context%system%right)
     line%seconds = wall_seconds() - seconds
     context%monitor%solves_before = context%monitor%solves
     call log_increment(context%files%log, line, error)
-    call print_line(context%terminal, 'step '//to_text(line%step)//' of ' &
-      //to_text(context%monitor%steps)//'  time '//to_text(line%time)//'  ' &
-      //to_text(line%iterations)//' solves  '//to_text(line%seconds, 3)//' s')
+    call foresee_end(context%monitor, line%step, wall_seconds())
+    call print_line(context%terminal, step_text(context%monitor, line%step)//'  time '// &
+      to_text(line%time)//'  '//to_text(line%iterations)//' solves  '// &
+      to_text(line%seconds, 3)//' s'//time_left(context%monitor))
   end subroutine finish_step
 
   !> TIME: moves to the next end time and begins its increment.
@@ -341,6 +352,6 @@ contains
     end if
     call accept(context%model, context%system, context%state, run%pending_time)
     call pass_end_time(run%position, run%pending_time)
-    call finish_step(run%increment, wall_seconds(), context, error)
+    call finish_step(run, wall_seconds(), context, error)
   end subroutine close_increment
 end module batch_run

@@ -2,6 +2,7 @@
 module run_context
   use model_types, only: model_t
   use system_types, only: system_t, state_t
+  use audit_types, only: audit_t
   use run_files, only: run_files_t
   use run_monitor, only: run_monitor_t
   use terminal, only: terminal_t
@@ -14,6 +15,7 @@ module run_context
     type(model_t) :: model !! the problem
     type(system_t) :: system !! the discrete system and its current iterate
     type(state_t) :: state !! the converged state
+    type(audit_t) :: audit !! what each end time is held against
     type(run_files_t) :: files !! log, tables and results
     type(run_monitor_t) :: monitor !! what the solution reports to: log and terminal
     type(terminal_t) :: terminal !! standard output

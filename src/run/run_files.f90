@@ -7,19 +7,26 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_position
-  use surface_lay, only: add_surface_lay
   use system_types, only: system_t, state_t
+  use audit_types, only: audit_t
   use assembly, only: recover
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
     write_contacts, create_history_table, write_history, close_table
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
+  use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
+    close_contact_file
   use result_types, only: contact_row_t, frame_t, saved_state_t
+  use frame_fields, only: fill_frame
   use text_files, only: make_folder
   implicit none
   private
-  public :: run_files_t, create_files, write_row, fill_state, close_files
+  public :: contact_ending, run_files_t, create_files, recover_fields, write_row, fill_state, &
+    close_files
+
+  !> Ending of the file of the contact surfaces.
+  character(*), parameter :: contact_ending = '.contact.vtkhdf'
 
   !> Open files.
   type :: run_files_t
@@ -29,7 +36,9 @@ module run_files
     type(table_t) :: history !! .his, with OUTPut HISTory only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
+    type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
+    real(wp), allocatable :: bulk_state(:, :) !! (n_element_stress, elements) of the last fields
   end type run_files_t
 
 contains
@@ -61,19 +70,46 @@ contains
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
     if (allocated(error)) return
-    call create_results(files%results, base//'.h5', model, deck_text, version, command, error)
+    call create_results(files%results, base//'.h5', model, system%bodies, deck_text, version, &
+      command, error)
+    if (allocated(error)) return
+    if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
+      files%surfaces, base//contact_ending, model, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
 
+  !> Contact points at an end time, and stresses where they are due or it is the last.
+  subroutine recover_fields(files, model, system, state, last, fields)
+    type(run_files_t), intent(inout) :: files !! gets point_state, bulk_state
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! cost table
+    type(state_t), intent(in) :: state !! the converged state
+    logical, intent(in) :: last !! it is the last end time
+    logical, intent(out) :: fields !! bulk_state is that of this end time
+
+    call begin_cost(system%costs, cost_output)
+    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
+    fields = fields_due(model%output, state%step) .and. (model%output%stress .or. &
+      model%output%strain)
+    fields = fields .or. last
+    if (fields) then
+      if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_element_stress, &
+        system%bulk%n))
+      call recover(system%bulk, task_stress, model%mesh%x, state%u, files%bulk_state)
+    end if
+    call end_cost(system%costs, cost_output)
+  end subroutine recover_fields
+
   !> Writes and flushes the rows of an end time.
-  subroutine write_row(files, model, system, state, increment, error)
-    type(run_files_t), intent(inout) :: files !! open files
+  subroutine write_row(files, model, system, state, increment, audit, error)
+    type(run_files_t), intent(inout) :: files !! open files, fields recovered
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
+    type(audit_t), intent(in) :: audit !! its audit
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: sums(3, size(model%output%reactions))
     type(contact_row_t) :: rows(size(model%pairs))
@@ -83,7 +119,6 @@ contains
     do k = 1, size(model%output%reactions)
       sums(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
     end do
-    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, rows(k))
     end do
@@ -94,12 +129,12 @@ contains
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, sums, &
-      rows, error)
+      rows, audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends fields and state to the results, those that are due and asked for.
-  subroutine write_fields(files, model, system, state, increment, sums, rows, error)
+  subroutine write_fields(files, model, system, state, increment, sums, rows, audit, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
@@ -107,27 +142,31 @@ contains
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) contact sums
+    type(audit_t), intent(in) :: audit !! the audit of the end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
     if (.not. fields_due(model%output, state%step)) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        error=error)
       return
     end if
-    call fill_frame(model, system, state, files%point_state, frame)
+    call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
     associate (wanted => model%output)
       call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
         wanted%stress, wanted%strain, wanted%contact]))
     end associate
     if (model%output%state == state_none) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, frame, &
-        error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        frame, error=error)
     else
       call fill_state(model, system, state, increment, saved)
-      call append_results(files%results, model, state%step, state%time, sums, rows, frame, saved, &
-        error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
+        frame, saved, error)
     end if
+    if (allocated(error) .or. .not. allocated(frame%motion)) return
+    call append_contact_frame(files%surfaces, model, state%time, frame, error)
   end subroutine write_fields
 
   !> Sum of the reactions over the nodes of a set.
@@ -174,99 +213,36 @@ contains
     end do
     row%active = row%stick + row%slip
     if (row%active == 0) row%max_criterion = 0.0_wp
+    if (row%tangential > 0.0_wp) row%lumped = lumped_friction(model, system, point_state, k)
   end subroutine sum_points
 
-  !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, point_state, frame)
+  !> Sum of the magnitudes of the friction forces of a pair after they have been handed on to its
+  !! slave nodes with the weights of the points.
+  pure real(wp) function lumped_friction(model, system, point_state, k) result(lumped)
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
+    type(system_t), intent(in) :: system !! contact elements
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
-    type(frame_t), intent(out) :: frame !! the fields
-    real(wp), allocatable :: stress(:, :)
-    integer :: k
+    integer, intent(in) :: k !! the pair
+    real(wp) :: friction(3), sums(3, model%mesh%nodes)
+    integer :: p, b, element
 
-    if (model%output%displacement) frame%displacement = state%u
-    if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress .or. model%output%strain) then
-      allocate (stress(n_element_stress, system%bulk%n))
-      call recover(system%bulk, task_stress, model%mesh%x, state%u, stress)
-      if (model%output%stress) frame%stress = stress(1:6, :)
-      if (model%output%strain) call strains(model, stress(1:6, :), frame%strain)
-    end if
-    if (model%output%lay) call fill_lay(model, state, frame%lay)
-    if (.not. model%output%contact) return
-    allocate (frame%pairs(size(model%pairs)))
-    do k = 1, size(model%pairs)
-      associate (range => [system%first_point(k), system%first_point(k + 1) - 1])
-        frame%pairs(k)%host = model%pairs(k)%old%host
-        frame%pairs(k)%status = model%pairs(k)%old%status
-        frame%pairs(k)%tip = reshape([model%pairs(k)%old%tip(1), model%pairs(k)%old%tip(2)], &
-          [2, count_points(model%pairs(k))], order=[2, 1])
-        frame%pairs(k)%traction = -point_state(1:3, range(1):range(2))
-        frame%pairs(k)%gap = point_state(4, range(1):range(2))
-        frame%pairs(k)%lay = point_state(7:9, range(1):range(2))
-        frame%pairs(k)%elastic_slip = point_state(5, range(1):range(2))
-        frame%pairs(k)%dissipation = model%pairs(k)%old%dissipation
-        if (model%pairs(k)%segmented) then
-          frame%pairs(k)%node = model%pairs(k)%point_nodes
-          frame%pairs(k)%weight = model%pairs(k)%point_weights
-        end if
-        frame%pairs(k)%lay_traction = in_lay_frame(point_state(:, range(1):range(2)))
-      end associate
-    end do
-  end subroutine fill_frame
-
-  !> The lay of the master surfaces at their nodes, zero elsewhere.
-  pure subroutine fill_lay(model, state, lay)
-    type(model_t), intent(in) :: model !! mesh and pairs
-    type(state_t), intent(in) :: state !! the converged state
-    real(wp), allocatable, intent(out) :: lay(:, :) !! (3, nodes) unit vectors
-    integer :: k, n
-
-    allocate (lay(3, size(state%u, 2)), source=0.0_wp)
-    do k = 1, size(model%pairs)
-      call add_surface_lay(model%pairs(k), model%mesh%x(:, :size(lay, 2)) + state%u, lay)
-    end do
-    do n = 1, size(lay, 2)
-      if (any(abs(lay(:, n)) > 0.0_wp)) lay(:, n) = lay(:, n)/norm2(lay(:, n))
-    end do
-  end subroutine fill_lay
-
-  !> Forces on the slave side along p1, p2 = e x p1 and e.
-  pure function in_lay_frame(points) result(f)
-    real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
-    real(wp) :: f(3, size(points, 2))
-    integer :: p
-
-    do p = 1, size(points, 2)
-      associate (force => points(1:3, p), p1 => points(7:9, p), e => points(10:12, p))
-        f(:, p) = -[dot_product(force, p1), dot_product(force, cross(e, p1)), &
-          dot_product(force, e)]
-      end associate
-    end do
-  end function in_lay_frame
-
-  !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
-  !! strains half of gamma.
-  pure subroutine strains(model, stress, strain)
-    type(model_t), intent(in) :: model !! materials
-    real(wp), intent(in) :: stress(:, :) !! (6, elements)
-    real(wp), allocatable, intent(out) :: strain(:, :) !! (6, elements)
-    real(wp) :: e, nu
-    integer :: k, m
-
-    allocate (strain(6, size(stress, 2)), source=0.0_wp)
-    do k = 1, size(stress, 2)
-      m = model%element_material(k)
-      if (m == 0) cycle
-      if (model%materials(m)%rigid) cycle
-      e = model%materials(m)%youngs_modulus
-      nu = model%materials(m)%poissons_ratio
-      strain(:, k) = (1.0_wp + nu)/e*stress(:, k)
-      strain(1:3, k) = strain(1:3, k) - nu/e*sum(stress(1:3, k))
-    end do
-  end subroutine strains
+    sums = 0.0_wp
+    associate (pair => model%pairs(k))
+      do p = 1, count_points(pair)
+        element = system%first_point(k) + p - 1
+        if (system%contact%status(element) <= status_open) cycle
+        associate (f => point_state(1:3, element), e => point_state(10:12, element))
+          friction = f - dot_product(f, e)*e
+        end associate
+        do b = 1, pair%n_slaves
+          associate (node => pair%point_nodes(b, p))
+            sums(:, node) = sums(:, node) + pair%point_weights(b, p)*friction
+          end associate
+        end do
+      end do
+    end associate
+    lumped = sum(norm2(sums, 1))
+  end function lumped_friction
 
   !> What a restart needs.
   subroutine fill_state(model, system, state, increment, saved)
@@ -304,6 +280,8 @@ contains
 
     if (.not. files%open) return
     call close_results(files%results, system%costs, error)
+    call close_contact_file(files%surfaces, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%reactions, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%contacts, next)

@@ -20,6 +20,8 @@ module session
   use system_building, only: build_system
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
+  use check_files, only: write_check_files
+  use audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t
@@ -55,6 +57,10 @@ contains
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
       call print_check(context%model, commands, context%terminal)
+      call write_check_files(base_name(options), options%folder, context%model, deck_text, &
+        'mfec '//program_version, settings_text(options), error)
+      if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
+        base_name(options)//'.check.*')
       return
     end if
     call run_problem(options, context, commands, deck_text, error)
@@ -125,6 +131,7 @@ contains
       if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
         error)
       if (allocated(error)) return
+      call begin_audit(model, system, context%state, context%audit)
       call create_files(files, states%base, options%folder, model, system, deck_text, &
         'mfec '//program_version, settings_text(options), blas_name(), error)
       if (allocated(error)) return

@@ -14,7 +14,7 @@ module diagnosis
   use system_types, only: system_t
   implicit none
   private
-  public :: explain_failure, unrestrained_bodies, check_supports
+  public :: explain_failure, unrestrained_bodies, check_supports, body_name
 
 contains
 

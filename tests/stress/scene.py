@@ -83,6 +83,7 @@ class Deck:
         self.form, self.points = 'NTOS', ''  # of contact, and points in a slave facet
         self.x, self.elements, self.bodies = [], [], []
         self.materials, self.sets, self.surfaces = [], [], []
+        self.listed = []              # surfaces given by their triangles
         self.boundary, self.displacement, self.force, self.numbers = [], [], [], []
         self.tables, self.pairs, self.outputs, self.batch = [], [], [], []
 
@@ -156,6 +157,9 @@ class Deck:
                 out += (['  OR'] if k else []) + ['  NODEs ' + ' '.join(map(str, row))]
             out.append('')
         out += [f'SURFace {name} FROM {nodes}' for name, nodes in self.surfaces] + ['']
+        for name, triangles in self.listed:
+            out.append(f'SURFace {name}')
+            out += ['  FACEts ' + ' '.join(map(str, t)) for t in triangles] + ['']
         out += self.records('BOUNdary', self.boundary, str)
         out += self.records('DISPlacement', self.displacement, number)
         out += self.records('FORCe', self.force, number)

@@ -17,7 +17,7 @@ import decks  # noqa: E402
 HERE = os.path.dirname(os.path.abspath(__file__))
 REACTIONS = 'step time set R1 R2 R3'.split()
 CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
-            'max_elastic_slip max_criterion').split()
+            'max_elastic_slip max_criterion Ft_nodes').split()
 MARKS = {'NTOS': 'o', 'GTOS': 's', 'NTOS +AUGM': '+', 'GTOS +AUGM': 'x', 'NTOS +SMOO': '^',
          'GTOS +SMOO': 'v', 'GTOS SEGMent': '*'}
 

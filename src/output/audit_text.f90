@@ -1,0 +1,210 @@
+!> The audit in the reader's words: the table of the log, warnings with what to do, and the message
+!! of a body out of balance (doc/manual, "The audit").
+module audit_text
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use model_types, only: model_t
+  use system_types, only: system_t
+  use diagnosis, only: body_name
+  use audit_types, only: audit_t, check_names, n_checks, check_balance, check_work, check_strain, &
+    check_rotation, check_turning, check_penetration, check_elastic_slip, check_facets, &
+    check_locking, check_moved
+  implicit none
+  private
+  public :: audit_table, audit_warning, balance_message
+
+  character(7), parameter :: verdict_words(0:2) = [character(7) :: 'ok', 'warning', 'FAILED']
+  character(1), parameter :: nl = new_line('a')
+
+contains
+
+  !> The table of an end time; unless it is wanted in full, its head and the lines whose verdict has
+  !! changed.
+  function audit_table(model, system, audit, full) result(table)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an audited end time
+    logical, intent(in) :: full !! all lines
+    character(:), allocatable :: table
+    character(14) :: name
+    integer :: i
+
+    table = 'audit: step '//to_text(audit%step)//' time '//to_text(audit%time)//' '// &
+      trim(verdict_words(maxval(audit%verdict)))
+    if (.not. full .and. all(audit%verdict == audit%before)) then
+      table = table//', balance within '//to_text(audit%value(check_balance), 2)
+      return
+    end if
+    do i = 1, n_checks
+      if (.not. full .and. audit%verdict(i) == audit%before(i)) cycle
+      name = check_names(i)
+      table = table//nl//'  '//name//verdict_words(audit%verdict(i))//'  '// &
+        finding(model, system, audit, i)
+    end do
+  end function audit_table
+
+  !> What a check has found.
+  function finding(model, system, audit, check) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an audited end time
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    associate (value => audit%value(check), worst => audit%worst(check))
+      select case (check)
+      case (check_balance)
+        t = 'forces and moments of '//count_noun(system%bodies, 'body')//' cancel to '// &
+          to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+        if (system%bodies > 1) t = 'forces and moments of each of '//to_text(system%bodies)// &
+          ' bodies cancel to '//to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+      case (check_work)
+        t = 'work '//to_text(audit%work, 4)//' is in strain '//to_text(audit%strain_energy, 4)// &
+          ', penalty '//to_text(audit%penalty_energy, 4)//', friction '// &
+          to_text(audit%dissipation, 4)//'; not found again '//to_text(100.0_wp*value, 2)//' %'
+      case (check_strain, check_rotation)
+        t = field_finding(model, audit, check)
+      case (check_turning)
+        t = 'no body can move'
+        if (worst > 0) t = 'at most '//to_text(value, 3)//' degrees as a whole, '// &
+          body_name(model, system, worst)
+      case (check_penetration, check_elastic_slip)
+        t = 'none'
+        if (worst > 0) t = 'at most '//to_text(value, 3)//' of a facet, pair '// &
+          model%pairs(worst)%name
+      case default
+        t = scene_finding(model, audit, check)
+      end select
+    end associate
+  end function finding
+
+  !> What a check of the fields has found.
+  function field_finding(model, audit, check) result(t)
+    type(model_t), intent(in) :: model !! regions
+    type(audit_t), intent(in) :: audit !! an audited end time
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    t = 'not measured: no field is due'
+    if (audit%fields_known) t = 'no element deforms'
+    if (.not. audit%fields_known .or. audit%worst(check) == 0) return
+    t = 'at most '//to_text(audit%value(check), 3)
+    if (check == check_rotation) t = t//' degrees'
+    t = t//', element '//to_text(audit%worst(check))//region_text(model, audit%worst(check))
+  end function field_finding
+
+  !> The region of an element, in brackets.
+  function region_text(model, element) result(t)
+    type(model_t), intent(in) :: model !! regions
+    integer, intent(in) :: element !! the element
+    character(:), allocatable :: t
+
+    t = ''
+    if (model%mesh%region(element) == 0) return
+    associate (region => model%mesh%regions(model%mesh%region(element)))
+      if (len(region%name) > 0) t = ' (region '//region%name//')'
+    end associate
+  end function region_text
+
+  !> What a check of the scene has found.
+  function scene_finding(model, audit, check) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(audit_t), intent(in) :: audit !! begun
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    associate (worst => audit%worst(check))
+      select case (check)
+      case (check_facets)
+        t = 'not known'
+        if (size(model%pairs) == 0) t = 'no contact'
+        if (any(model%pairs%segmented)) t = 'segments fit any'
+        if (worst > 0) t = 'those of the slave are '//to_text(audit%ratio(worst), 3)// &
+          ' times as large as those of the master, pair '//model%pairs(worst)%name
+      case (check_locking)
+        t = 'no element deforms'
+        if (worst > 0) t = 'Poisson''s ratio is at most '//to_text(audit%value(check), 4)
+      case (check_moved)
+        t = 'none'
+        if (worst > 0) t = count_noun(model%pairs(worst)%moved, 'node')//' by at most '// &
+          to_text(model%pairs(worst)%farthest_way, 4)//' (node '// &
+          to_text(model%pairs(worst)%farthest)//'), '//to_text(audit%value(check), 3)// &
+          ' of a facet, pair '//model%pairs(worst)%name
+      case default
+        t = 'enough'
+        if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
+      end select
+    end associate
+  end function scene_finding
+
+  !> The warning of a check: what was found, what it means, what to do.
+  function audit_warning(model, system, audit, check) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an audited end time
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    t = trim(check_names(check))//': '//finding(model, system, audit, check)//': '// &
+      advice(check)
+    if (audit%step > 0) t = 'step '//to_text(audit%step)//', '//t
+  end function audit_warning
+
+  !> What a finding means, and what to do.
+  pure function advice(check) result(t)
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    select case (check)
+    case (check_work)
+      t = 'increments are long for what happens in them (a body drops, touches or snaps), and '// &
+        'friction depends on the path: halve DT and compare'
+    case (check_strain)
+      t = 'small strain is a linear theory, wrong by about the strain itself: lower the load, '// &
+        'or look for a sharp edge or a single node that carries it'
+    case (check_rotation, check_turning)
+      t = 'small strain takes a turn by a for a strain of a^2/2, which makes stresses: turn '// &
+        'the mesh beforehand, or hold the body'
+    case (check_penetration)
+      t = 'the bodies overlap visibly: a stiffer PENAlty, or AUGMent'
+    case (check_elastic_slip)
+      t = 'points that stick give way visibly: a stiffer PENAlty, or AUGMent'
+    case (check_facets)
+      t = 'master nodes between slave nodes go through, and force is lost: swap slave and '// &
+        'master, or write GTOS slave master SEGMent'
+    case (check_locking)
+      t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
+        'and compare, or take 0.45'
+    case (check_moved)
+      t = 'ADJUst has changed the shape of the slave: give it a smaller tolerance, or mesh finer'
+    case default
+      t = 'make the coarser surface the master'
+    end select
+  end function advice
+
+  !> Which body lacks what, for the error that ends the run.
+  function balance_message(model, system, audit, before) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an end time that has failed
+    real(wp), intent(in) :: before !! last end time on disk
+    character(:), allocatable :: t
+    character(13), parameter :: what(2) = [character(13) :: 'forces along', 'moments about']
+    integer :: body
+
+    body = audit%worst(check_balance)
+    t = 'error: the audit of time '//to_text(audit%time, 12)//' has found a body out of balance'//nl
+    if (body == 0) then
+      t = t//'  forces are not numbers'//nl
+    else
+      t = t//'  '//body_name(model, system, body)//': '//trim(what(merge(1, 2, &
+        audit%component <= 3)))//' x'//to_text(1 + mod(audit%component - 1, 3))// &
+        ' leave '//to_text(audit%balance(audit%component, body), 4)//', where '// &
+        to_text(audit%allowed*merge(1.0_wp, audit%reach(body), audit%component <= 3), 3)// &
+        ' is allowed; the force scale is '//to_text(audit%scale, 4)//nl
+    end if
+    t = t//'  this is no solution: ask for more by TOL,RESI,1e-10, or for another SOLVer; see '// &
+      'that supports, friction or a closed contact hold the body'//nl// &
+      '  everything up to time '//to_text(before, 12)//' is on disk'
+  end function balance_message
+end module audit_text

@@ -1,0 +1,58 @@
+!> Audits the end times of a run: table to the log, each warning to the terminal once, and an error
+!! where a body is out of balance (doc/manual, "The audit").
+module run_audit
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_no_convergence
+  use costs, only: begin_cost, end_cost, cost_audit
+  use audit_types, only: n_checks, check_balance, verdict_warning, verdict_failed
+  use audit, only: audit_state
+  use field_audit, only: audit_fields
+  use audit_text, only: audit_table, audit_warning, balance_message
+  use system_types, only: settings_t
+  use run_context, only: context_t
+  implicit none
+  private
+  public :: audit_end_time
+
+contains
+
+  !> Audits the state that is about to be written.
+  subroutine audit_end_time(context, settings, fields, error)
+    type(context_t), target, intent(inout) :: context !! the run; its audit gets the results
+    type(settings_t), intent(in) :: settings !! tolerances asked for
+    logical, intent(in) :: fields !! bulk_state of the files is that of this end time
+    type(error_t), allocatable, intent(out) :: error !! a body out of balance
+    real(wp) :: before
+    logical :: full, last
+
+    associate (audit => context%audit, model => context%model, system => context%system)
+      call begin_cost(system%costs, cost_audit)
+      before = audit%time
+      last = context%state%step == context%monitor%steps
+      full = audit%step == 0 .or. last
+      call audit_state(model, system, context%state, settings, context%files%point_state, last, &
+        audit)
+      if (fields) call audit_fields(system%bulk, context%files%bulk_state, audit)
+      full = full .or. any(audit%verdict == verdict_failed)
+      call context%monitor%event(audit_table(model, system, audit, full))
+      call warn(context)
+      call end_cost(system%costs, cost_audit)
+      if (audit%verdict(check_balance) == verdict_failed) call raise(error, exit_no_convergence, &
+        balance_message(model, system, audit, before))
+    end associate
+  end subroutine audit_end_time
+
+  !> Tells each warning once.
+  subroutine warn(context)
+    type(context_t), target, intent(inout) :: context !! the run, audited
+    integer :: i
+
+    associate (audit => context%audit)
+      do i = 1, n_checks
+        if (audit%verdict(i) /= verdict_warning .or. audit%told(i)) cycle
+        audit%told(i) = .true.
+        call context%monitor%warning(audit_warning(context%model, context%system, audit, i))
+      end do
+    end associate
+  end subroutine warn
+end module run_audit

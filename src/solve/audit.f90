@@ -1,0 +1,284 @@
+!> The audit of an end time: whether each body is in balance, and how far the state lies within what
+!! small strain, penalty and mesh can bear (doc/theory, "The audit").
+module audit
+  use kinds, only: wp
+  use element_types, only: status_open
+  use contact_points, only: used_points, point_position
+  use smooth_normals, only: project_on_master
+  use facet_ratio, only: slave_over_master, mean_facet
+  use model_types, only: model_t
+  use increments, only: begin_at
+  use system_types, only: system_t, state_t, settings_t
+  use body_audit, only: measure_bodies, find_balance, find_turns
+  use field_audit, only: most_rotation
+  use scene_audit, only: judge_scene, judge_room
+  use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &
+    check_work, check_strain, check_rotation, check_turning, check_penetration, &
+    check_elastic_slip, check_room
+  implicit none
+  private
+  public :: begin_audit, audit_state
+
+  !> What a body's balance may lack over the force scale; with AUGMent, whose multipliers converge
+  !! by themselves; and over the residual that was asked for.
+  real(wp), parameter :: balance_tolerance = 1.0e-8_wp
+  real(wp), parameter :: augmented_tolerance = 1.0e-6_wp
+  real(wp), parameter :: over_asked = 10.0_wp
+  !> The relative residual that goes with an energy tolerance v is this times sqrt(v).
+  real(wp), parameter :: residual_share = 1.0e-3_wp
+  !> The sums of a body are round-off below this many times the estimate for the residual.
+  real(wp), parameter :: round_off_factor = 64.0_wp
+  !> Displacements beyond this many sizes of the model, and beyond what is prescribed, are none.
+  real(wp), parameter :: most_sizes = 10.0_wp
+  !> Limits beyond which a check warns: what of the work is not found again over the largest energy
+  !! so far; penetration and elastic slip over a facet.
+  real(wp), parameter :: most_lost = 0.2_wp
+  real(wp), parameter :: most_way = 0.05_wp
+
+contains
+
+  !> What stays the same in a run, and what the first end time is compared with.
+  subroutine begin_audit(model, system, state, audit)
+    type(model_t), intent(in) :: model !! the problem, its pairs with their first hosts
+    type(system_t), intent(inout) :: system !! just built; u and external are set anew
+    type(state_t), intent(in) :: state !! at rest, or the state restarted from
+    type(audit_t), intent(out) :: audit !! ready for the first end time
+    integer :: k
+
+    call measure_bodies(model%mesh%x, system, audit%center, audit%reach, audit%spread, audit%moves)
+    audit%model_size = norm2(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2))
+    allocate (audit%facet(size(model%pairs)), audit%ratio(size(model%pairs)), source=0.0_wp)
+    allocate (audit%balance(6, system%bodies), source=0.0_wp)
+    do k = 1, size(model%pairs)
+      audit%facet(k) = model%pairs(k)%cell
+      if (audit%facet(k) <= 0.0_wp) audit%facet(k) = mean_facet(model%pairs(k), model%mesh%x)
+      audit%ratio(k) = slave_over_master(model%pairs(k), model%mesh%x)
+      if (state%step == 0) audit%work = audit%work + overlap_energy(model, k)
+    end do
+    audit%u = state%u
+    audit%force = state%reaction
+    if (state%step > 0) then
+      call begin_at(model, system, state, state%time)
+      audit%force = audit%force + system%external
+      audit%work_known = .false.
+    end if
+    audit%force_before = norm2(audit%force)
+    audit%told(check_room) = .true.
+    call judge_scene(model, audit)
+  end subroutine begin_audit
+
+  !> Energy that the penalty of a pair holds in what overlaps at the start.
+  real(wp) function overlap_energy(model, k) result(energy)
+    type(model_t), intent(in) :: model !! pairs with their first hosts
+    integer, intent(in) :: k !! the pair
+    real(wp) :: xi(2), gap
+    integer :: p
+
+    energy = 0.0_wp
+    associate (pair => model%pairs(k), x => model%mesh%x)
+      if (pair%augmented) return
+      do p = 1, used_points(pair)
+        if (pair%old(p)%host == 0) cycle
+        call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
+        if (gap < 0.0_wp) energy = energy + 0.5_wp*pair%epsilon(p)*gap**2
+      end do
+    end associate
+  end function overlap_energy
+
+  !> Audits the bodies and the contact points of an end time.
+  subroutine audit_state(model, system, state, settings, point_state, last, audit)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! forces as accepted
+    type(state_t), intent(in) :: state !! the converged state
+    type(settings_t), intent(in) :: settings !! tolerances asked for
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
+    logical, intent(in) :: last !! it is the last end time: the work of the whole run is judged
+    type(audit_t), intent(inout) :: audit !! gets its results
+
+    audit%before = audit%verdict
+    if (audit%step == 0) audit%before = -1
+    audit%step = state%step
+    audit%time = state%time
+    call find_balance(model%mesh%x, system, state%reaction, audit%center, audit%balance)
+    call judge_balance(model, system, state, settings, audit)
+    call find_energies(model, system, state, point_state, last, audit)
+    call judge_turns(model, system, state, audit)
+    call judge_contact(model, system, point_state, audit)
+    call judge_room(model, audit)
+    audit%value([check_strain, check_rotation]) = 0.0_wp
+    audit%verdict([check_strain, check_rotation]) = verdict_ok
+    audit%fields_known = .false.
+  end subroutine audit_state
+
+  !> Whether each body is in balance.
+  subroutine judge_balance(model, system, state, settings, audit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! forces as accepted
+    type(state_t), intent(in) :: state !! the converged state
+    type(settings_t), intent(in) :: settings !! tolerances asked for
+    type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed, lacking
+    real(wp) :: now, sane, lack
+    integer :: b, i
+
+    now = norm2([norm2(system%external), norm2(state%reaction), norm2(system%contact_force)])
+    sane = sane_share(audit, system%equation, state%u)
+    audit%scale = max(norm2(system%external), audit%force_before)
+    if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
+    audit%force_before = audit%scale
+    if (sane >= 1.0_wp) audit%force_before = now
+    audit%allowed = max(tolerance(model, settings)*audit%scale, &
+      round_off_factor*sane*system%round_off)
+    audit%lacking = 0.0_wp
+    audit%component = 0
+    audit%worst(check_balance) = 0
+    do b = 1, system%bodies
+      do i = 1, 6
+        lack = abs(audit%balance(i, b))
+        if (i > 3) lack = lack/max(audit%reach(b), tiny(1.0_wp))
+        if (lack <= audit%lacking) cycle
+        audit%lacking = lack
+        audit%component = i
+        audit%worst(check_balance) = b
+      end do
+    end do
+    audit%value(check_balance) = 0.0_wp
+    if (audit%scale > 0.0_wp) audit%value(check_balance) = audit%lacking/audit%scale
+    audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, &
+      audit%lacking <= audit%allowed)
+  end subroutine judge_balance
+
+  !> What the balance of a body may lack over the force scale.
+  pure real(wp) function tolerance(model, settings)
+    type(model_t), intent(in) :: model !! pairs
+    type(settings_t), intent(in) :: settings !! tolerances asked for
+    real(wp) :: asked
+
+    asked = residual_share*sqrt(settings%energy_tolerance)
+    if (settings%residual_tolerance > 0.0_wp) asked = settings%residual_tolerance
+    tolerance = balance_tolerance
+    if (any(model%pairs%augmented)) tolerance = augmented_tolerance
+    tolerance = max(tolerance, over_asked*asked)
+  end function tolerance
+
+  !> 1 where no displacement is larger than most_sizes of the model beyond what is prescribed, else
+  !! the share that this would be: a body that has flown away makes no round-off and no scale.
+  pure real(wp) function sane_share(audit, equation, u) result(share)
+    type(audit_t), intent(in) :: audit !! size of the model
+    integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp) :: most, allowed
+    integer :: i, k
+
+    most = 0.0_wp
+    allowed = 0.0_wp
+    do i = 1, size(u, 2)
+      do k = 1, 3
+        most = max(most, abs(u(k, i)))
+        if (equation(k, i) == 0) allowed = max(allowed, abs(u(k, i)))
+      end do
+    end do
+    allowed = allowed + most_sizes*audit%model_size
+    share = 1.0_wp
+    if (most > allowed) share = allowed/most
+  end function sane_share
+
+  !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
+  !! The strain energy is half the work of all forces on the bulk, which is linear.
+  subroutine find_energies(model, system, state, point_state, last, audit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! forces as accepted
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
+    logical, intent(in) :: last !! it is the last end time
+    type(audit_t), intent(inout) :: audit !! gets energies; u and force are moved on
+    real(wp) :: f(3), stored, largest
+    integer :: i, k
+
+    audit%strain_energy = 0.0_wp
+    do i = 1, size(state%u, 2)
+      f = system%external(:, i) + state%reaction(:, i)
+      audit%work = audit%work + 0.5_wp*dot_product(f + audit%force(:, i), &
+        state%u(:, i) - audit%u(:, i))
+      audit%strain_energy = audit%strain_energy + 0.5_wp*dot_product(state%u(:, i), &
+        f - system%contact_force(:, i))
+      audit%u(:, i) = state%u(:, i)
+      audit%force(:, i) = f
+    end do
+    audit%penalty_energy = 0.0_wp
+    do k = 1, system%contact%n
+      if (system%contact%status(k) <= status_open) cycle
+      audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, k)) &
+        *hypot(point_state(4, k), point_state(5, k))
+    end do
+    audit%dissipation = 0.0_wp
+    do k = 1, size(model%pairs)
+      audit%dissipation = audit%dissipation + sum(model%pairs(k)%old%dissipation)
+    end do
+    stored = audit%strain_energy + audit%penalty_energy + audit%dissipation
+    if (.not. audit%work_known) audit%work = stored
+    audit%work_known = .true.
+    largest = max(audit%largest_energy, abs(audit%work), abs(stored))
+    audit%largest_energy = largest
+    audit%value(check_work) = 0.0_wp
+    if (largest > 0.0_wp) audit%value(check_work) = abs(audit%work - stored)/largest
+    audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
+      last .and. audit%value(check_work) > most_lost .and. has_friction(model))
+  end subroutine find_energies
+
+  !> Some pair has friction: what happens depends on the path.
+  pure logical function has_friction(model)
+    type(model_t), intent(in) :: model !! pairs
+    integer :: k
+
+    has_friction = .false.
+    do k = 1, size(model%pairs)
+      has_friction = has_friction .or. any(model%pairs(k)%mu > 0.0_wp)
+    end do
+  end function has_friction
+
+  !> Bodies that turn as wholes, although small strain takes their turning for strain.
+  subroutine judge_turns(model, system, state, audit)
+    type(model_t), intent(in) :: model !! the mesh
+    type(system_t), intent(in) :: system !! bodies of the nodes
+    type(state_t), intent(in) :: state !! the converged state
+    type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
+    real(wp) :: angle(system%bodies)
+
+    call find_turns(model%mesh%x, state%u, system%node_body, audit%center, audit%spread, angle)
+    audit%value(check_turning) = 0.0_wp
+    audit%worst(check_turning) = 0
+    audit%verdict(check_turning) = verdict_ok
+    if (.not. any(audit%moves)) return
+    audit%worst(check_turning) = maxloc(angle, 1, audit%moves)
+    audit%value(check_turning) = angle(audit%worst(check_turning))
+    audit%verdict(check_turning) = merge(verdict_warning, verdict_ok, &
+      audit%value(check_turning) > most_rotation)
+  end subroutine judge_turns
+
+  !> Penetration and elastic slip over the size of a facet.
+  subroutine judge_contact(model, system, point_state, audit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
+    type(audit_t), intent(inout) :: audit !! gets values, worst, verdicts
+    integer, parameter :: checks(2) = [check_penetration, check_elastic_slip]
+    real(wp) :: way(2)
+    integer :: k, e, i
+
+    audit%value(checks) = 0.0_wp
+    audit%worst(checks) = 0
+    do k = 1, size(model%pairs)
+      way = 0.0_wp
+      do e = system%first_point(k), system%first_point(k + 1) - 1
+        if (system%contact%status(e) <= status_open) cycle
+        way = max(way, [-point_state(4, e), point_state(5, e)])
+      end do
+      do i = 1, 2
+        if (way(i) <= audit%value(checks(i))*audit%facet(k)) cycle
+        audit%value(checks(i)) = way(i)/audit%facet(k)
+        audit%worst(checks(i)) = k
+      end do
+    end do
+    audit%verdict(checks) = merge(verdict_warning, verdict_ok, audit%value(checks) > most_way)
+  end subroutine judge_contact
+end module audit

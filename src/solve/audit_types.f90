@@ -1,0 +1,67 @@
+!> What the audit of an end time knows: its checks, what it measures, and how each is judged.
+module audit_types
+  use kinds, only: wp
+  implicit none
+  private
+  public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
+  public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
+    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, check_room
+
+  !> Verdicts.
+  integer, parameter :: verdict_ok = 0
+  integer, parameter :: verdict_warning = 1
+  integer, parameter :: verdict_failed = 2
+
+  !> The checks, in the order of the table.
+  integer, parameter :: check_balance = 1
+  integer, parameter :: check_work = 2
+  integer, parameter :: check_strain = 3
+  integer, parameter :: check_rotation = 4
+  integer, parameter :: check_turning = 5
+  integer, parameter :: check_penetration = 6
+  integer, parameter :: check_elastic_slip = 7
+  integer, parameter :: check_facets = 8
+  integer, parameter :: check_locking = 9
+  integer, parameter :: check_moved = 10
+  integer, parameter :: check_room = 11
+  integer, parameter :: n_checks = 11
+  character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
+    'strain', 'rotation', 'turning', 'penetration', 'elastic slip', 'facets', 'locking', &
+    'moved nodes', 'room']
+
+  !> The audit of a run: what stays the same, what it sums up, and the last end time's results.
+  type :: audit_t
+    ! What stays the same
+    real(wp), allocatable :: center(:, :) !! (3, bodies) mean of its nodes [length]
+    real(wp), allocatable :: reach(:) !! (bodies) distance of its farthest node from there [length]
+    real(wp), allocatable :: spread(:, :, :) !! (3, 3, bodies) sum of (y.y I - y y^T) over its nodes
+    logical, allocatable :: moves(:) !! (bodies) it has free degrees of freedom
+    real(wp) :: model_size = 0.0_wp !! diagonal of the box around all nodes [length]
+    real(wp), allocatable :: facet(:) !! (pairs) size of a facet of the softer side [length]
+    real(wp), allocatable :: ratio(:) !! (pairs) slave facets over master facets, 0 if unknown
+    ! What it sums up
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the last end time [length]
+    real(wp), allocatable :: force(:, :) !! (3, nodes) loads and reactions there [force]
+    real(wp) :: force_before = 0.0_wp !! norm of all forces there [force]
+    real(wp) :: work = 0.0_wp !! of loads and supports, and what overlaps held [force length]
+    real(wp) :: largest_energy = 0.0_wp !! largest work or energy so far [force length]
+    logical :: work_known = .true. !! it has been summed up from the start
+    ! What it finds at an end time
+    integer :: step = 0 !! the end time, 0 before the first
+    real(wp) :: time = 0.0_wp !! its time
+    real(wp) :: scale = 0.0_wp !! force scale [force]
+    real(wp) :: allowed = 0.0_wp !! force that a body may lack [force]
+    real(wp), allocatable :: balance(:, :) !! (6, bodies) sum of forces and of moments
+    real(wp) :: lacking = 0.0_wp !! largest of these over what is allowed
+    integer :: component = 0 !! which one: 1 to 3 force, 4 to 6 moment
+    real(wp) :: strain_energy = 0.0_wp !! of the bulk [force length]
+    real(wp) :: penalty_energy = 0.0_wp !! of penalties [force length]
+    real(wp) :: dissipation = 0.0_wp !! of friction [force length]
+    logical :: fields_known = .false. !! strain and rotation have been measured at this end time
+    real(wp) :: value(n_checks) = 0.0_wp !! what each check compares with its limit
+    integer :: worst(n_checks) = 0 !! body, pair or element it is found at
+    integer :: verdict(n_checks) = verdict_ok !! one of the verdicts
+    integer :: before(n_checks) = -1 !! the same one end time before
+    logical :: told(n_checks) = .false. !! the terminal has had this warning
+  end type audit_t
+end module audit_types

@@ -1,0 +1,120 @@
+!> Bodies as wholes: the balance of force and moment of each, and how far it has turned
+!! (doc/theory, "The audit").
+module body_audit
+  use kinds, only: wp, pi
+  use vectors, only: cross
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: measure_bodies, find_balance, find_turns
+
+contains
+
+  !> Center, reach and inverse inertia of the nodes of each body, and whether it can move.
+  pure subroutine measure_bodies(x, system, center, reach, inertia, moves)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! bodies of the nodes, equations
+    real(wp), allocatable, intent(out) :: center(:, :) !! (3, bodies) mean of its nodes [length]
+    real(wp), allocatable, intent(out) :: reach(:) !! (bodies) farthest node [length]
+    real(wp), allocatable, intent(out) :: inertia(:, :, :) !! (3, 3, bodies) inverse [1/length^2]
+    logical, allocatable, intent(out) :: moves(:) !! (bodies) it has free degrees of freedom
+    integer :: nodes(system%bodies), i, b
+    real(wp) :: y(3)
+
+    allocate (center(3, system%bodies), reach(system%bodies), inertia(3, 3, system%bodies), &
+      source=0.0_wp)
+    allocate (moves(system%bodies), source=.false.)
+    nodes = 0
+    do i = 1, size(system%node_body)
+      b = system%node_body(i)
+      if (b == 0) cycle
+      nodes(b) = nodes(b) + 1
+      center(:, b) = center(:, b) + x(:, i)
+      if (any(system%equation(:, i) > 0)) moves(b) = .true.
+    end do
+    do b = 1, system%bodies
+      center(:, b) = center(:, b)/real(max(nodes(b), 1), wp)
+    end do
+    do i = 1, size(system%node_body)
+      b = system%node_body(i)
+      if (b == 0) cycle
+      y = x(:, i) - center(:, b)
+      reach(b) = max(reach(b), norm2(y))
+      inertia(:, :, b) = inertia(:, :, b) + inertia_of(y)
+    end do
+    do b = 1, system%bodies
+      inertia(:, :, b) = inverse(inertia(:, :, b))
+    end do
+  end subroutine measure_bodies
+
+  !> y.y I - y y^T.
+  pure function inertia_of(y) result(m)
+    real(wp), intent(in) :: y(3) !! from the center [length]
+    real(wp) :: m(3, 3)
+    integer :: i
+
+    m = -spread(y, 2, 3)*spread(y, 1, 3)
+    do i = 1, 3
+      m(i, i) = m(i, i) + dot_product(y, y)
+    end do
+  end function inertia_of
+
+  !> Inverse of a symmetric positive definite matrix.
+  pure function inverse(a) result(b)
+    real(wp), intent(in) :: a(3, 3) !! the matrix
+    real(wp) :: b(3, 3), determinant
+
+    b(:, 1) = cross(a(:, 2), a(:, 3))
+    b(:, 2) = cross(a(:, 3), a(:, 1))
+    b(:, 3) = cross(a(:, 1), a(:, 2))
+    determinant = dot_product(a(:, 1), b(:, 1))
+    if (determinant > 0.0_wp) then
+      b = b/determinant
+    else
+      b = 0.0_wp
+    end if
+  end function inverse
+
+  !> Sum of loads, reactions and contact forces on each body, and of their moments about its center
+  !! with levers of the reference positions: what the stresses of a small-strain body balance.
+  pure subroutine find_balance(x, system, reaction, center, balance)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! external, contact_force
+    real(wp), intent(in) :: reaction(:, :) !! (3, nodes) forces of the supports [force]
+    real(wp), intent(in) :: center(:, :) !! (3, bodies) where moments are taken about [length]
+    real(wp), intent(out) :: balance(:, :) !! (6, bodies) sum of forces and of moments
+    real(wp) :: f(3)
+    integer :: i, b
+
+    balance = 0.0_wp
+    do i = 1, size(system%node_body)
+      b = system%node_body(i)
+      if (b == 0) cycle
+      f = system%external(:, i) + reaction(:, i) - system%contact_force(:, i)
+      if (all(abs(f) <= 0.0_wp)) cycle
+      balance(1:3, b) = balance(1:3, b) + f
+      balance(4:6, b) = balance(4:6, b) + cross(x(:, i) - center(:, b), f)
+    end do
+  end subroutine find_balance
+
+  !> Angle that each body has turned as a whole: that of the rigid motion next to its displacements.
+  pure subroutine find_turns(x, u, node_body, center, inertia, angle)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: node_body(:) !! (nodes) body, 0 for none
+    real(wp), intent(in) :: center(:, :) !! (3, bodies) mean of its nodes [length]
+    real(wp), intent(in) :: inertia(:, :, :) !! (3, 3, bodies) inverse inertia of its nodes
+    real(wp), intent(out) :: angle(:) !! (bodies) [degree]
+    real(wp) :: turn(3, size(angle))
+    integer :: i, b
+
+    turn = 0.0_wp
+    do i = 1, size(node_body)
+      b = node_body(i)
+      if (b > 0) turn(:, b) = turn(:, b) + cross(x(:, i) - center(:, b), u(:, i))
+    end do
+    do b = 1, size(angle)
+      angle(b) = asin(min(1.0_wp, norm2(matmul(inertia(:, :, b), turn(:, b)))))*180.0_wp/pi
+    end do
+  end subroutine find_turns
+end module body_audit
