@@ -160,7 +160,7 @@ def concentric(bench, k, size, known):
     """
     scene = Scene(k, bench.draw('facet', 0.9*size, size), bench.draw('way of the bore', 0.04, 0.06))
     found, finer = [], size/0.066
-    for form in FORMS:
+    for form in FORMS if k == 1 or not bench.reduced else FORMS[-2:]:
         tables = bench.run_text('concentric', scene.deck(form))
         exact = scene.exact(form)
         row = tables.contact('fit')[-1]

@@ -243,7 +243,7 @@ class Tables:
             group = file['VTKHDF']
             steps = group['Steps']
             cells = int(group['NumberOfCells'][0])
-            offset = int(steps['CellDataOffsets']['stress'][-1])
+            offset = int(steps['CellDataOffsets']['stress'][len(steps['Values']) - 1])
             stress = group['CellData']['stress'][offset:offset + cells]
         return [tuple(float(x) for x in row) for row in stress]
 
