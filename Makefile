@@ -176,9 +176,13 @@ unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of th
 test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
 	@tests/all $(PART)
 
-verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
+verify: build/venv/stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
+	@rm -rf build/verification/seeds
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
-	  --markdown build/verification.md --figures build/verification
+	  $(if $(SEEDS),--seeds $(SEEDS) --keep build/verification/seeds \
+	    --spread build/verification/spread.json,--seed $(or $(SEED),1) \
+	    --markdown build/verification.md --table build/verification/table.md \
+	    --spread doc/verification/spread.json --figures build/verification)
 
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
