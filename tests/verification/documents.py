@@ -82,7 +82,7 @@ def overview(bench, spread):
         lines.append(f'| {case} | {len(rows)} | ' + ' | '.join(str(n) for n in count) + ' | ' + (
             f'{worst.form}: {worst.quantity}, {worst.error:.1e} / {worst.wanted:.2g}' if worst else '') + ' | ' +
             over_seeds([row for name, row in spread.items() if name.split(' | ')[0] == case]) + ' |')
-    return lines + missed(bench) + missed_over_seeds(bench, spread)
+    return lines + missed(bench) + missed_over_seeds(spread)
 
 
 def missed(bench):
@@ -91,28 +91,40 @@ def missed(bench):
     for row in bench.rows:
         if row.verdict() in ('misses', 'FAILS'):
             causes.setdefault((row.case, row.why), []).append(
-                f'{row.form}: {row.quantity} ({row.error:.1e}, {row.wanted:.2g} wanted)')
+                (row.form, row.quantity, row.error, row.error, row.wanted, ''))
     lines = ['', f'**Not reached with seed {bench.seed}:**' if causes else
              f'All is reached on the finest mesh of each study with seed {bench.seed}.', '']
-    return lines + [f'- *{case}*. ' + '; '.join(texts) + (f'. Cause: {why}.' if why else '.')
-                    for (case, why), texts in causes.items()]
+    return lines + said(causes)
 
 
-def missed_over_seeds(bench, spread):
+def missed_over_seeds(spread):
     """What some seed has not reached on the reduced meshes, by cause."""
     causes = {}
     for name, row in spread.items():
         case, form, quantity = name.split(' | ')
         if row['misses'] + row['FAILS'] > 0:
-            causes.setdefault((case, row['why']), []).append(
-                f'{form}: {quantity} ({row["least"]:.1e} to {row["largest"]:.1e}, {row["wanted"]:.2g} wanted, '
-                f'{row["holds"]} of {row["seeds"]} hold)')
+            causes.setdefault((case, row['why']), []).append((
+                form, quantity, row['least'], row['largest'], row['wanted'],
+                f', {row["holds"]} of {row["seeds"]} hold'))
     if not spread:
         return []
     return ['', '**Not reached with every seed, on the meshes of the seeds:**' if causes else
-            'All is reached with every seed.', ''] + [
-        f'- *{case}*. ' + '; '.join(texts) + (f'. Cause: {why}.' if why else '.')
-        for (case, why), texts in sorted(causes.items())]
+            'All is reached with every seed.', ''] + said(causes)
+
+
+def said(causes):
+    """A line for each cause: its worst row of each form of contact, and how many rows there are."""
+    lines = []
+    for (case, why), rows in causes.items():
+        texts = []
+        for form in dict.fromkeys(row[0] for row in rows):
+            mine = [row for row in rows if row[0] == form]
+            _, quantity, least, largest, wanted, hold = max(mine, key=lambda row: row[3])
+            error = f'{largest:.1e}' if least == largest else f'{least:.1e} to {largest:.1e}'
+            more = f', the worst of {len(mine)} rows' if len(mine) > 1 else ''
+            texts.append(f'{form}: {quantity}, {error} ({wanted:.2g} wanted{hold}{more})')
+        lines.append(f'- *{case}*. ' + '; '.join(texts) + (f'. Cause: {why}.' if why else '.'))
+    return lines
 
 
 def seeds_of(row, spread):

@@ -176,7 +176,8 @@ def circular_path(bench):
     place, drawn, size = base(bench, 0.6), coefficients(bench, 0.05, 0.2), bench.draw('radius', 0.2, 0.4)
     published = (0.5602412169, 0.5654866776, 0.5672333578)
     for m, rule in enumerate(RULES):
-        for mu, radius, text in (((0.1, 0.08), 0.3, 'mu = 0.1/0.08'), (drawn, size, 'mu drawn')):
+        cases = [((0.1, 0.08), 0.3, 'mu = 0.1/0.08')] if m == 2 else []
+        for mu, radius, text in cases + [(drawn, size, 'mu drawn')]:
             rows = bench.run(f'circular_path/circle_{rule}.inp', mu1=mu[0], mu2=mu[1], radius=radius,
                              depth=2e-3*radius/3, **place).reactions('plate_nodes')[-180:]
             reference = published[m] if text != 'mu drawn' else circle_work(m, mu)

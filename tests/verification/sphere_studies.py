@@ -283,7 +283,7 @@ def lubkin_rows(bench, size, form, known):
     """Rows of one run."""
     run = Lubkin(bench, size, form)
     for nominal, (x, exact, moment) in zip(Lubkin.twists, run.rows):
-        bench.compare(f'M/(mu F a) at beta G/(mu p0) = {nominal:.4f}', 'paper (Lubkin)', exact, moment,
+        bench.compare(f'M/(mu F a) at beta G/(mu p0) = {nominal:.4f}', 'published (Lubkin)', exact, moment,
                       0.03, form=form, known=known, mesh=f'facet {size} a ({x:.4f})', why=DEAR)
     return run
 
