@@ -64,7 +64,8 @@ def dead_loads(bench):
 
 def oblique_pull(bench):
     """Force along x, body free to drift."""
-    place, (mu1, mu2) = base(bench, 0.9), coefficients(bench)
+    # a cube that is pulled at its top tips over where mu is above a half
+    place, (mu1, mu2) = base(bench, 0.9), coefficients(bench, 0.05, 0.25)
     for number in (1, 2):
         phi = bench.draw(f'phi {number}', -80.0, 80.0)
         for m, rule in enumerate(RULES):
@@ -126,7 +127,7 @@ def elastic_drag(bench):
             worst = max(abs(last[name]/-last['R3'] - exact)/mu[0]
                         for name, exact in zip(('R1', 'R2'), drag_force(m, mu, phi)))
             bench.compare(f'R1/N and R2/N over mu1, m = {m}, worst', EXACT, 0.0, worst, 1e-8, scale=1.0,
-                          form=form, known=1e-5 if points else None, why=PARTLY)
+                          form=form, known=1e-4 if points else None, why=PARTLY)
 
 
 def jenkins(bench):
@@ -146,7 +147,8 @@ def jenkins(bench):
 
 def tractrix(bench):
     """The force follows a drag whose direction was turned."""
-    degrees, mu, ratio = bench.draw('turn', 20.0, 160.0), bench.draw('mu', 0.05, 0.9), 0.3
+    # beyond acos(-ratio/2) the first step does not slip
+    degrees, mu, ratio = bench.draw('turn', 20.0, 95.0), bench.draw('mu', 0.05, 0.9), 0.3
     turn = math.radians(degrees)
     rows = bench.run('rigid_drag/tractrix.inp', turn=degrees, mu=mu,
                      **base(bench, 0.6)).reactions('plate_nodes')[1:]
