@@ -10,7 +10,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo install uninstall deb lint clean help setup FORCE
+.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo figures gallery install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -193,6 +193,12 @@ verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms
 	    --spread build/verification/spread.json,--seed $(or $(SEED),1) \
 	    --markdown build/verification.md --table build/verification/table.md \
 	    --spread doc/verification/spread.json --figures build/verification)
+
+figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
+	@$(PYTHON) doc/figures.py
+
+gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
+	@$(PYTHON) doc/figures.py --gallery
 
 # The program, its man page and completion, the manuals, the example decks and the Python package.
 SHARE = $(DESTDIR)$(PREFIX)/share
