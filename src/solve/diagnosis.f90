@@ -135,7 +135,7 @@ contains
     body = 0
     do b = 1, system%bodies
       call free_motion(model%mesh%x, system, b, .true., free, motion)
-      if (free .and. .not. any(model%held .and. system%node_body == b)) then
+      if (free .and. .not. is_held(model, system, b)) then
         body = b
         return
       end if
@@ -208,7 +208,7 @@ contains
       system%told(b) = .true.
       what = body_name(model, system, b)//' can '//named_motion(maxloc(abs(motion), 1))// &
         ' without resistance'
-      if (any(model%held .and. system%node_body == b)) then
+      if (is_held(model, system, b)) then
         call monitor%event('  HOLD: '//what//' and is held; the reaction of that is zero')
       else
         call monitor%warning(what//': the forces are in balance, but its place is not unique; '// &
@@ -216,6 +216,16 @@ contains
       end if
     end do
   end subroutine tell_free_bodies
+
+  !> The deck holds a body (HOLD).
+  pure logical function is_held(model, system, body) result(held)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! bodies of the nodes
+    integer, intent(in) :: body !! the body
+
+    held = .false.
+    if (allocated(model%held)) held = any(model%held .and. system%node_body == body)
+  end function is_held
 
   !> What to change for a body that can move.
   pure function what_holds(closed, friction) result(t)

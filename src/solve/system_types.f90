@@ -8,6 +8,7 @@ module system_types
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
   use condensed_types, only: condensed_t
   use rigid_motions, only: motions_t
+  use touch_path, only: touch_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -78,6 +79,7 @@ module system_types
     real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
     real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
+    type(touch_t) :: touch !! first touches of the increment
     type(cost_t) :: costs !! cost table
   end type system_t
 end module system_types
