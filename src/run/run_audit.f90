@@ -12,7 +12,7 @@ module run_audit
   use run_context, only: context_t
   implicit none
   private
-  public :: audit_end_time
+  public :: audit_end_time, tell_warnings
 
 contains
 
@@ -35,15 +35,15 @@ contains
       if (fields) call audit_fields(system%bulk, context%files%bulk_state, audit)
       full = full .or. any(audit%verdict == verdict_failed)
       call context%monitor%event(audit_table(model, system, audit, full))
-      call warn(context)
+      call tell_warnings(context)
       call end_cost(system%costs, cost_audit)
       if (audit%verdict(check_balance) == verdict_failed) call raise(error, exit_no_convergence, &
         balance_message(model, system, audit, before))
     end associate
   end subroutine audit_end_time
 
-  !> Tells each warning once.
-  subroutine warn(context)
+  !> Tells each warning once; before the first end time those of the scene.
+  subroutine tell_warnings(context)
     type(context_t), target, intent(inout) :: context !! the run, audited
     integer :: i
 
@@ -54,5 +54,5 @@ contains
         call context%monitor%warning(audit_warning(context%model, context%system, audit, i))
       end do
     end associate
-  end subroutine warn
+  end subroutine tell_warnings
 end module run_audit
