@@ -1,4 +1,4 @@
-!> How far flat facets lie below the curved surface that they stand for (doc/theory, "Initial gaps").
+!> How far flat facets lie below the curved surface they stand for (doc/theory, "Initial gaps").
 module surface_sag
   use kinds, only: wp
   use facet_geometry, only: altitude, corners, facet_normal
@@ -11,8 +11,8 @@ module surface_sag
 
 contains
 
-  !> The sag of each facet: that of a chord over its altitude, kappa a^2/8, summed up over its edges,
-  !! with the curvature kappa from the angle to the facet behind the edge.
+  !> The sag of each facet: that of a chord over its altitude, kappa a^2/8, summed up over its
+  !! edges, with the curvature kappa from the angle to the facet behind the edge.
   pure subroutine find_sags(facets, neighbours, x, sag)
     integer, intent(in) :: facets(:, :) !! (3, facets) corners
     integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the rim

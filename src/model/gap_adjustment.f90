@@ -12,8 +12,8 @@ module gap_adjustment
   private
   public :: adjustment_t, adjust_gaps
 
-  !> The tolerance that is taken if none is given is the sag of the facets on both sides, but at least
-  !! and at most these shares of the slave's facets around the node.
+  !> The tolerance that is taken if none is given is the sag of the facets on both sides, but at
+  !! least and at most these shares of the slave's facets around the node.
   real(wp), parameter :: least_share = 1.0e-3_wp
   real(wp), parameter :: most_share = 0.05_wp
   !> A node lies on the facet if its distance is below this share of the longest edge.

@@ -2,9 +2,8 @@
 !! solve (doc/manual, "The audit").
 module check_report
   use errors, only: error_t
-  use text, only: to_text, count_noun
+  use text, only: count_noun
   use contact_gaps, only: describe_gaps
-  use model_types, only: model_t
   use batch_types, only: batch_command_t
   use batch_position, only: count_steps
   use system_building, only: outline_system
