@@ -4,11 +4,13 @@ VERSION := 0.1.0
 
 FC := gfortran
 NATIVE :=
+PREFIX := /usr/local
+DESTDIR :=
 PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test verify stress bench bench-quick demo lint clean help setup FORCE
+.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -72,9 +74,10 @@ build/files: FORCE
 	@mkdir -p build
 	@echo '$(SOURCES)' | cmp -s - $@ || echo '$(SOURCES)' > $@
 
-build/version.f90: src/base/version.f90.in Makefile
+build/version.f90: src/base/version.f90.in Makefile FORCE
 	@mkdir -p build
-	@sed 's/@VERSION@/$(VERSION)/' $< > $@.new
+	@commit=`git describe --always --dirty --abbrev=12 --exclude '*' 2>/dev/null || echo unknown`; \
+	  sed "s/@VERSION@/$(VERSION)/; s/@COMMIT@/$$commit/" $< > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
 ifeq ($(if $(MAKECMDGOALS),$(filter-out clean help lint setup,$(MAKECMDGOALS)),all),)
@@ -176,9 +179,43 @@ unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of th
 test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
 	@tests/all $(PART)
 
+build/venv-pictures/stamp: postproc/requirements-pictures.txt postproc/requirements.txt .ci/setup | build/setup.stamp
+	@.ci/setup python build/venv-pictures postproc/requirements-pictures.txt
+	@touch $@
+
+test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
+	@python3 tests/package_test build/venv-pictures
+
 verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
 	  --markdown build/verification.md --figures build/verification
+
+# The program, its man page and completion, the manuals, the example decks and the Python package.
+SHARE = $(DESTDIR)$(PREFIX)/share
+install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local), DESTDIR in front of it
+	@install -D mfec $(DESTDIR)$(PREFIX)/bin/mfec
+	@install -D -m 644 build/mfec.1 $(SHARE)/man/man1/mfec.1
+	@install -D -m 644 build/mfec.bash $(SHARE)/bash-completion/completions/mfec
+	@for file in README.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
+	    ! -path '*/tests/*' ! -path '*/build/*' ! -path '*.egg-info/*' ! -path 'doc/*.awk'`; do \
+	  install -D -m 644 $$file $(SHARE)/doc/mfec/$$file; done
+	@echo 'installed below $(DESTDIR)$(PREFIX)'
+
+uninstall: ## remove what `make install` has put below PREFIX
+	rm -f $(DESTDIR)$(PREFIX)/bin/mfec $(SHARE)/man/man1/mfec.1 \
+	  $(SHARE)/bash-completion/completions/mfec
+	rm -rf $(SHARE)/doc/mfec
+
+build/mfec.1: mfec .ci/package
+	@.ci/package man ./mfec > $@
+build/mfec.bash: mfec .ci/package
+	@.ci/package completion ./mfec > $@
+
+deb: ## build a Debian package of this machine's kind: build/mfec_*.deb
+	@rm -rf build/deb
+	@$(MAKE) --no-print-directory install PREFIX=/usr DESTDIR=build/deb
+	@.ci/package deb build/deb
+	@rm -rf build/deb
 
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
@@ -211,4 +248,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench)
+	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash gallery) build/mfec_*.deb

@@ -6,7 +6,7 @@ program mfec
   use command_line, only: options_t, read_command_line
   use session, only: run_session
   use keyword_help, only: help_text, has_help
-  use version, only: program_version
+  use libraries, only: version_text
   use process, only: end_process, keep_memory
   implicit none
   type(options_t) :: options
@@ -17,7 +17,7 @@ program mfec
   call read_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%version) then
-      write (output_unit, '(a)') 'mfec '//program_version
+      write (output_unit, '(a)') version_text()
     else if (options%help) then
       if (has_help(options%topic)) then
         write (output_unit, '(a)') help_text(options%topic)

@@ -7,6 +7,7 @@
         u = run.set_displacement('top')
 """
 from .results import Results
+from .surfaces import Surface, Surfaces
 from .tables import read_table, rows_of, TableError
 
-__all__ = ['Results', 'TableError', 'read_table', 'rows_of']
+__all__ = ['Results', 'Surface', 'Surfaces', 'TableError', 'read_table', 'rows_of']

@@ -63,6 +63,14 @@ class Results:
         """A field over the cells at one end time."""
         return self._field('CellData', name, frame, int(self.vtk['NumberOfCells'][0]))
 
+    def unit(self, name):
+        """The unit of a field of points or cells, '' if the file does not say."""
+        for group in ('PointData', 'CellData'):
+            if name in self.vtk[group]:
+                unit = self.vtk[group][name].attrs.get('unit', b'')
+                return text_of(unit) if isinstance(unit, bytes) else str(unit)
+        raise KeyError(f'{self.path} has no field {name}')
+
     def _field(self, group, name, frame, count):
         if name not in self.vtk[group]:
             raise KeyError(f'{self.path} has no field {name}; it has: '

@@ -36,11 +36,7 @@ contains
     if (batch > 0) t = t//command_help(table%commands(batch))
     do i = 1, table%count
       if (i == mesh .or. i == batch .or. find_word(table%commands(i), item) == 0) cycle
-      if (mesh + batch > 0) then
-        t = t//word_help(table%commands(i), find_word(table%commands(i), item))
-      else
-        t = t//command_help(table%commands(i))
-      end if
+      t = t//word_help(table%commands(i), find_word(table%commands(i), item))
     end do
     if (len(t) > 0) return
     call list_keywords(table, table_mesh, list)
@@ -72,17 +68,20 @@ contains
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
 
-    t = 'Usage: mfec deck.inp [options]'//nl// &
+    t = 'mfec: finite elements for bodies that press, stick and slide on each other, with'//nl// &
+      'friction that depends on the direction. One text file is the input; the output are'//nl// &
+      'tables and files for ParaView. Read on: doc/manual.md, decks in inputs.'//nl//nl// &
+      'Usage: mfec deck.inp [options]'//nl// &
       '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
       '  --out DIR          writes the results to DIR'//nl// &
-      '  --check            reads, meshes and reports without solving'//nl// &
+      '  --check            reads, meshes and reports without solving; writes deck.check.*'//nl// &
       '  --solver S         AUTO, UMFPack, CHOLmod or REDUced; comes before SOLVer'//nl// &
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &
       '  --quiet            no progress'//nl// &
-      '  --version          version and libraries'//nl// &
-      '  --help [KEYWORD]   this list, or help on a command'//nl
+      '  --version          version, commit and libraries'//nl// &
+      '  -h, --help [WORD]  this list, or help on a command or a word of its records'//nl
   end function usage
 
   !> One line for each command of a table.

@@ -32,6 +32,11 @@ module result_types
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
     real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
+    real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
+    real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master
+    real(wp), allocatable :: slip(:, :) !! (3, points) displacement against the master [length]
+    real(wp), allocatable :: area(:) !! (points) reference area, 1 for nodes
+    integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
     integer, allocatable :: node(:, :) !! (3, points) if segmented: nodes of the slave facet
     real(wp), allocatable :: weight(:, :) !! (3, points) if segmented: their weights
   end type point_fields_t
@@ -43,6 +48,7 @@ module result_types
     real(wp), allocatable :: lay(:, :) !! (3, nodes) axis of mu1 on master surfaces, else 0
     real(wp), allocatable :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
     real(wp), allocatable :: strain(:, :) !! (6, elements) xx yy zz xy yz zx, xy = half of gamma
+    real(wp), allocatable :: motion(:, :) !! (3, nodes) displacement, for the contact surfaces
     type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair
   end type frame_t
 

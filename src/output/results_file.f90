@@ -20,7 +20,7 @@ module results_file
   use results_state, only: create_state_part, write_state, complete_state
   implicit none
   private
-  public :: results_t, create_results, append_results, close_results, fields_due
+  public :: results_t, create_results, append_results, append_picture, close_results, fields_due
 
   integer, parameter :: long = selected_int_kind(18)
   !> What the rows of one end time need at most [byte].
@@ -78,7 +78,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer :: k
 
-    bytes = 12*int(model%mesh%nodes, long) + 12*int(model%mesh%elements, long)
+    bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
       bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
     end do
@@ -124,6 +124,19 @@ contains
     call flush_hdf5(results%file, error)
   end subroutine append_results
 
+  !> Writes the bodies at one time without an end time of a run, to be looked at.
+  subroutine append_picture(results, model, time, frame, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(model_t), intent(in) :: model !! the problem
+    real(wp), intent(in) :: time !! time [time]
+    type(frame_t), intent(in) :: frame !! fields; those that are wanted are allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
+    if (allocated(error)) return
+    call end_vtk_frame(results%vtk, results%file, error)
+  end subroutine append_picture
+
   !> Writes the fields of one end time.
   subroutine append_frame(results, model, step, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
@@ -133,7 +146,7 @@ contains
     type(frame_t), intent(in) :: frame !! the fields
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame

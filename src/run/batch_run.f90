@@ -21,6 +21,7 @@ module batch_run
   use batch_position, only: is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
+  use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
@@ -57,6 +58,8 @@ contains
     end if
     run%states = states
     run%position%skip = skip
+    context%monitor%began = wall_seconds()
+    context%monitor%first_step = context%state%step
     call run_commands(commands, run, context, error)
     if (allocated(error) .or. states%step == 0 .or. context%state%step > states%step) return
     call log_warning(context%files%log, &
@@ -229,9 +232,10 @@ contains
     line%seconds = wall_seconds() - seconds
     context%monitor%solves_before = context%monitor%solves
     call log_increment(context%files%log, line, error)
-    call print_line(context%terminal, 'step '//to_text(line%step)//' of ' &
-      //to_text(context%monitor%steps)//'  time '//to_text(line%time)//'  ' &
-      //to_text(line%iterations)//' solves  '//to_text(line%seconds, 3)//' s')
+    call foresee_end(context%monitor, line%step, wall_seconds())
+    call print_line(context%terminal, step_text(context%monitor, line%step)//'  time '// &
+      to_text(line%time)//'  '//to_text(line%iterations)//' solves  '// &
+      to_text(line%seconds, 3)//' s'//time_left(context%monitor))
   end subroutine finish_step
 
   !> TIME: moves to the next end time and begins its increment.

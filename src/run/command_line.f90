@@ -13,8 +13,8 @@ module command_line
     '[--threads N] [--restart run.h5 [--step K]] [--quiet]'
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(10) = [character(10) :: '--set', '--out', '--check', &
-    '--solver', '--threads', '--restart', '--step', '--quiet', '--version', '--help']
+  character(10), parameter :: known(11) = [character(10) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--step', '--quiet', '--version', '--help', '-h']
 
   !> What the command line asks for.
   type :: options_t
@@ -49,7 +49,7 @@ contains
     i = 1
     do while (i <= command_argument_count())
       item = argument(i)
-      if (index(item, '--') == 1) then
+      if (index(item, '--') == 1 .or. item == '-h') then
         call read_option(item, i, options, error)
       else if (len(options%deck) == 0) then
         options%deck = item
@@ -88,7 +88,7 @@ contains
       options%quiet = .true.
     case ('--version')
       options%version = .true.
-    case ('--help')
+    case ('--help', '-h')
       options%help = .true.
       if (i < command_argument_count() .and. len(options%deck) == 0) then
         i = i + 1

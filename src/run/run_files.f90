@@ -7,7 +7,6 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_position
-  use surface_lay, only: add_surface_lay
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
   use assembly, only: recover
@@ -16,11 +15,18 @@ module run_files
     write_contacts, create_history_table, write_history, close_table
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
+  use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
+    close_contact_file
   use result_types, only: contact_row_t, frame_t, saved_state_t
+  use frame_fields, only: fill_frame
   use text_files, only: make_folder
   implicit none
   private
-  public :: run_files_t, create_files, recover_fields, write_row, fill_state, close_files
+  public :: contact_ending, run_files_t, create_files, recover_fields, write_row, fill_state, &
+    close_files
+
+  !> Ending of the file of the contact surfaces.
+  character(*), parameter :: contact_ending = '.contact.vtkhdf'
 
   !> Open files.
   type :: run_files_t
@@ -30,6 +36,7 @@ module run_files
     type(table_t) :: history !! .his, with OUTPut HISTory only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
+    type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
     real(wp), allocatable :: bulk_state(:, :) !! (n_element_stress, elements) of the last fields
   end type run_files_t
@@ -65,6 +72,9 @@ contains
     if (allocated(error)) return
     call create_results(files%results, base//'.h5', model, system%bodies, deck_text, version, &
       command, error)
+    if (allocated(error)) return
+    if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
+      files%surfaces, base//contact_ending, model, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
@@ -142,7 +152,7 @@ contains
         error=error)
       return
     end if
-    call fill_frame(model, system, state, files, frame)
+    call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
     associate (wanted => model%output)
       call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
         wanted%stress, wanted%strain, wanted%contact]))
@@ -155,6 +165,8 @@ contains
       call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
         frame, saved, error)
     end if
+    if (allocated(error) .or. .not. allocated(frame%motion)) return
+    call append_contact_frame(files%surfaces, model, state%time, frame, error)
   end subroutine write_fields
 
   !> Sum of the reactions over the nodes of a set.
@@ -232,94 +244,6 @@ contains
     lumped = sum(norm2(sums, 1))
   end function lumped_friction
 
-  !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, files, frame)
-    type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! the system
-    type(state_t), intent(in) :: state !! the converged state
-    type(run_files_t), intent(in) :: files !! point_state and bulk_state of it
-    type(frame_t), intent(out) :: frame !! the fields
-    integer :: k
-
-    if (model%output%displacement) frame%displacement = state%u
-    if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress) frame%stress = files%bulk_state(1:6, :)
-    if (model%output%strain) call strains(model, files%bulk_state(1:6, :), frame%strain)
-    if (model%output%lay) call fill_lay(model, state, frame%lay)
-    if (.not. model%output%contact) return
-    allocate (frame%pairs(size(model%pairs)))
-    do k = 1, size(model%pairs)
-      associate (range => [system%first_point(k), system%first_point(k + 1) - 1], &
-                 point_state => files%point_state)
-        frame%pairs(k)%host = model%pairs(k)%old%host
-        frame%pairs(k)%status = model%pairs(k)%old%status
-        frame%pairs(k)%tip = reshape([model%pairs(k)%old%tip(1), model%pairs(k)%old%tip(2)], &
-          [2, count_points(model%pairs(k))], order=[2, 1])
-        frame%pairs(k)%traction = -point_state(1:3, range(1):range(2))
-        frame%pairs(k)%gap = point_state(4, range(1):range(2))
-        frame%pairs(k)%lay = point_state(7:9, range(1):range(2))
-        frame%pairs(k)%elastic_slip = point_state(5, range(1):range(2))
-        frame%pairs(k)%dissipation = model%pairs(k)%old%dissipation
-        if (model%pairs(k)%segmented) then
-          frame%pairs(k)%node = model%pairs(k)%point_nodes
-          frame%pairs(k)%weight = model%pairs(k)%point_weights
-        end if
-        frame%pairs(k)%lay_traction = in_lay_frame(point_state(:, range(1):range(2)))
-      end associate
-    end do
-  end subroutine fill_frame
-
-  !> The lay of the master surfaces at their nodes, zero elsewhere.
-  pure subroutine fill_lay(model, state, lay)
-    type(model_t), intent(in) :: model !! mesh and pairs
-    type(state_t), intent(in) :: state !! the converged state
-    real(wp), allocatable, intent(out) :: lay(:, :) !! (3, nodes) unit vectors
-    integer :: k, n
-
-    allocate (lay(3, size(state%u, 2)), source=0.0_wp)
-    do k = 1, size(model%pairs)
-      call add_surface_lay(model%pairs(k), model%mesh%x(:, :size(lay, 2)) + state%u, lay)
-    end do
-    do n = 1, size(lay, 2)
-      if (any(abs(lay(:, n)) > 0.0_wp)) lay(:, n) = lay(:, n)/norm2(lay(:, n))
-    end do
-  end subroutine fill_lay
-
-  !> Forces on the slave side along p1, p2 = e x p1 and e.
-  pure function in_lay_frame(points) result(f)
-    real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
-    real(wp) :: f(3, size(points, 2))
-    integer :: p
-
-    do p = 1, size(points, 2)
-      associate (force => points(1:3, p), p1 => points(7:9, p), e => points(10:12, p))
-        f(:, p) = -[dot_product(force, p1), dot_product(force, cross(e, p1)), &
-          dot_product(force, e)]
-      end associate
-    end do
-  end function in_lay_frame
-
-  !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
-  !! strains half of gamma.
-  pure subroutine strains(model, stress, strain)
-    type(model_t), intent(in) :: model !! materials
-    real(wp), intent(in) :: stress(:, :) !! (6, elements)
-    real(wp), allocatable, intent(out) :: strain(:, :) !! (6, elements)
-    real(wp) :: e, nu
-    integer :: k, m
-
-    allocate (strain(6, size(stress, 2)), source=0.0_wp)
-    do k = 1, size(stress, 2)
-      m = model%element_material(k)
-      if (m == 0) cycle
-      if (model%materials(m)%rigid) cycle
-      e = model%materials(m)%youngs_modulus
-      nu = model%materials(m)%poissons_ratio
-      strain(:, k) = (1.0_wp + nu)/e*stress(:, k)
-      strain(1:3, k) = strain(1:3, k) - nu/e*sum(stress(1:3, k))
-    end do
-  end subroutine strains
-
   !> What a restart needs.
   subroutine fill_state(model, system, state, increment, saved)
     type(model_t), intent(in) :: model !! contact history
@@ -356,6 +280,8 @@ contains
 
     if (.not. files%open) return
     call close_results(files%results, system%costs, error)
+    call close_contact_file(files%surfaces, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%reactions, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%contacts, next)

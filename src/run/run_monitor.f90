@@ -9,7 +9,10 @@ module run_monitor
     log_warning, log_cut
   implicit none
   private
-  public :: run_monitor_t
+  public :: run_monitor_t, step_text, time_left, foresee_end
+
+  !> Runs that have taken longer than this say how long the rest may take [s].
+  real(wp), parameter :: long_run = 20.0_wp
 
   !> The log and the terminal of a run. Trouble with the log is kept until the run layer looks.
   type, extends(monitor_t) :: run_monitor_t
@@ -18,6 +21,9 @@ module run_monitor
     type(error_t), allocatable :: trouble !! the log could not be written
     integer :: step = 0 !! end time that is worked for
     integer :: steps = 0 !! end times of the whole deck
+    integer :: first_step = 0 !! end time that the run began with
+    real(wp) :: began = 0.0_wp !! clock when it did [s]
+    real(wp) :: left = -1.0_wp !! what the rest may take, negative while unknown [s]
     integer :: solves = 0 !! linear solves of the run
     integer :: solves_before = 0 !! linear solves before the present step
   contains
@@ -50,10 +56,10 @@ contains
     line%seconds = report%seconds
     if (associated(self%log)) call log_iteration(self%log, line, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
-    if (associated(self%terminal)) call show_progress(self%terminal, 'step '//to_text(self%step) &
-      //' of '//to_text(self%steps)//', time '//to_text(report%time)//', solve ' &
+    if (associated(self%terminal)) call show_progress(self%terminal, step_text(self, self%step) &
+      //', time '//to_text(report%time)//', solve ' &
       //to_text(report%number)//', residual '//to_text(report%relative, 3)//', contact ' &
-      //to_text(report%active)//' ('//to_text(report%slip)//' slip)')
+      //to_text(report%active)//' ('//to_text(report%slip)//' slip)'//time_left(self))
   end subroutine take_iteration
 
   !> Logs one line.
@@ -91,4 +97,40 @@ contains
     end if
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_cut
+  !> The number of an end time, and of how many where the deck says.
+  pure function step_text(self, step) result(t)
+    class(run_monitor_t), intent(in) :: self !! the receiver
+    integer, intent(in) :: step !! the end time
+    character(:), allocatable :: t
+
+    t = 'step '//to_text(step)
+    if (self%steps >= step) t = t//' of '//to_text(self%steps)
+  end function step_text
+
+  !> What the rest of a long run may take, in words; empty for a short one.
+  pure function time_left(self) result(t)
+    class(run_monitor_t), intent(in) :: self !! the receiver
+    character(:), allocatable :: t
+
+    t = ''
+    if (self%left < 0.0_wp) return
+    if (self%left < 100.0_wp) then
+      t = ', about '//to_text(nint(self%left))//' s left'
+    else if (self%left < 6000.0_wp) then
+      t = ', about '//to_text(nint(self%left/60.0_wp))//' min left'
+    else
+      t = ', about '//to_text(self%left/3600.0_wp, 2)//' h left'
+    end if
+  end function time_left
+
+  !> Foresees the end from the end times so far.
+  pure subroutine foresee_end(self, step, now)
+    class(run_monitor_t), intent(inout) :: self !! the receiver; gets left
+    integer, intent(in) :: step !! end time that is done
+    real(wp), intent(in) :: now !! clock [s]
+
+    self%left = -1.0_wp
+    if (now - self%began < long_run .or. step >= self%steps) return
+    self%left = (now - self%began)*real(self%steps - step, wp)/real(step - self%first_step, wp)
+  end subroutine foresee_end
 end module run_monitor

@@ -19,6 +19,7 @@ module session
   use system_building, only: build_system
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
+  use check_files, only: write_check_files
   use audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
@@ -56,6 +57,10 @@ contains
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
       call print_check(commands, context)
+      call write_check_files(base_name(options), options%folder, context%model, deck_text, &
+        'mfec '//program_version, settings_text(options), error)
+      if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
+        base_name(options)//'.check.*')
       return
     end if
     call run_problem(options, context, commands, deck_text, error)

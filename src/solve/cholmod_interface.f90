@@ -7,7 +7,7 @@ module cholmod_interface
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
   public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
     cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
-    cholmod_l_free_dense
+    cholmod_l_free_dense, cholmod_l_version
 
   !> cholmod_common: what is set or read has a name, the rest is room.
   type, bind(c) :: cholmod_common_t
@@ -63,6 +63,13 @@ module cholmod_interface
   end type cholmod_factor_t
 
   interface
+    !> Main, sub and subsub version.
+    integer(c_int) function cholmod_l_version(version) bind(c, name='cholmod_l_version')
+      import :: c_int
+      implicit none
+      integer(c_int), intent(out) :: version(3)
+    end function cholmod_l_version
+
     !> Sets the defaults.
     integer(c_int) function cholmod_l_start(common) bind(c, name='cholmod_l_start')
       import :: c_int, cholmod_common_t

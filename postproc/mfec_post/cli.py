@@ -1,0 +1,83 @@
+"""The command mfec-post: report, plot, picture, movie, compare, export."""
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Optional
+
+from . import compare, export, pictures, plots, report
+from .tables import TableError
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and their options."""
+    top = argparse.ArgumentParser(prog='mfec-post', description='Reads, draws, compares and '
+                                  'exports what mfec writes.')
+    commands = top.add_subparsers(dest='command', required=True)
+    one = commands.add_parser('report', help='one HTML file of a run')
+    one.add_argument('results', help='results file (.h5); log and tables lie beside it')
+    one.add_argument('--out', help='file to write (default: x.html)')
+    one.add_argument('--renderer', choices=('auto', 'pyvista', 'matplotlib'), default='auto')
+    one = commands.add_parser('plot', help='curves of any columns of any tables')
+    one.add_argument('tables', nargs='+', help='.rea, .con, .his, ... of one or several runs')
+    one.add_argument('--x', default='time', help='column along the axis (default time)')
+    one.add_argument('--y', nargs='+', default=[], help='columns, or quotients: Ft/Fn')
+    one.add_argument('--name', action='append', help='set or pair; all without it')
+    one.add_argument('--title', default='')
+    one.add_argument('--out', default='plot.png', help='picture (.png, .pdf, .svg)')
+    one = commands.add_parser('picture', help='bodies or contact surfaces at one end time')
+    pictures.add_options(one)
+    one.add_argument('--frame', type=int, default=-1, help='end time, from 0 (default: last)')
+    one.add_argument('--out', default='picture.png', help='picture (.png)')
+    one = commands.add_parser('movie', help='the same for all end times')
+    pictures.add_options(one)
+    one.add_argument('--fps', type=float, default=8.0, help='pictures a second')
+    one.add_argument('--out', default='movie.gif', help='.gif or .mp4')
+    one = commands.add_parser('compare', help='two tables with tolerances', add_help=False)
+    one.add_argument('rest', nargs=argparse.REMAINDER)
+    one = commands.add_parser('export', help='VTU and PVD for older ParaView, CSV for tables')
+    one.add_argument('results', help='results file (.h5)')
+    one.add_argument('--out', help='folder (default: x_export)')
+    one.add_argument('--csv', action='store_true', help='tables only')
+    one.add_argument('--vtu', action='store_true', help='grids only')
+    return top
+
+
+def perform(given: argparse.Namespace) -> list[str]:
+    """Carries out a command; the files written."""
+    if given.command == 'report':
+        out = given.out or os.path.splitext(given.results)[0] + '.html'
+        return [report.write(given.results, out, given.renderer)]
+    if given.command == 'plot':
+        plots.plot(plots.curves(given.tables, given.x, given.y, given.name), given.out, given.x,
+                   given.title)
+        return [given.out]
+    if given.command == 'picture':
+        return [pictures.picture(given)]
+    if given.command == 'movie':
+        return [pictures.movie(given, pictures.to_terminal)]
+    out = given.out or os.path.splitext(given.results)[0] + '_export'
+    both = given.csv == given.vtu
+    return export.export(given.results, out, both or given.vtu, both or given.csv)
+
+
+def main(arguments: Optional[list[str]] = None) -> int:
+    """Exit code 0: done; 2: not to be done. `compare` has its own: 1 where tables differ."""
+    words = sys.argv[1:] if arguments is None else arguments
+    if words[:1] == ['compare']:
+        return compare.main(words[1:])
+    given = parser().parse_args(words)
+    try:
+        written = perform(given)
+    except (OSError, KeyError, IndexError, TableError) as problem:
+        text = problem.args[0] if isinstance(problem, KeyError) else problem
+        print(f'mfec-post {given.command}: {text}', file=sys.stderr)
+        return 2
+    for path in written:
+        print(path)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

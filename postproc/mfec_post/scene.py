@@ -1,0 +1,349 @@
+"""What a picture shows: triangles with a colour each, strokes and arrows; two ways to draw it.
+
+PyVista draws it where it is installed, matplotlib otherwise: facets from far to near.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import style
+from .cube import FIELDS as STRESSES
+from .cube import bodies as body_numbers
+from .cube import camera, draw_axes, exterior_facets, facet_values
+from .results import Results
+from .surfaces import Surface, Surfaces
+
+LIGHT = np.array([-0.35, -0.55, 0.76])
+STATUS_NAMES = ('off', 'open', 'stick', 'slip')
+
+
+@dataclass
+class Scene:
+    """Triangles with colours, lines on them, and what the colours mean."""
+    points: NDArray
+    facets: NDArray
+    values: NDArray
+    label: str
+    title: str = ''
+    limits: Optional[tuple[float, float]] = None
+    view: tuple[float, float] = (-60.0, 24.0)
+    strokes: list[tuple[NDArray, NDArray]] = field(default_factory=list)
+    """Lay: places, and vectors of length 1."""
+    arrows: list[tuple[NDArray, NDArray]] = field(default_factory=list)
+    """Shear tractions: places, and vectors."""
+    size: float = 1.0
+    """Length of a facet: the scale of strokes and arrows."""
+    categories: bool = False
+    """The colours are statuses."""
+    back: Optional[NDArray] = None
+    """Facets of bodies that others are pressed on: painted first, where no depth buffer sorts."""
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name and its unit for a label."""
+    return name if unit in ('', '1') else f'{name} [{unit}]'
+
+
+def bodies(results: Results, frame: int = -1, name: str = 'mises', scale: float = 1.0,
+           view: Optional[tuple[float, float]] = None) -> Scene:
+    """The outer facets of all bodies, displaced `scale` times, coloured by a field."""
+    index = results.index(frame)
+    x = results.points
+    faces, owner = exterior_facets(results.cells, x)
+    if 'displacement' in results.vtk['PointData']:
+        x = x + scale * results.point_field('displacement', index)
+    values, label = body_values(results, index, name, faces, owner)
+    title = f'time {results.times[index]:g}'
+    if scale != 1.0:
+        title += f', displacements {scale:g} times'
+    return Scene(x, faces, values, label, title, view=view or (-60.0, 24.0),
+                 size=facet_size(x, faces), back=behind(results, index, owner))
+
+
+def behind(results: Results, index: int, owner: NDArray) -> NDArray:
+    """The facets of bodies without slave points."""
+    if not results.pairs:
+        return np.zeros(len(owner), dtype=bool)
+    body = body_numbers(results.cells, len(results.points))
+    front = np.zeros(len(body), dtype=bool)
+    for pair in results.pairs:
+        nodes = np.isin(results.node_numbers, results.contact(pair, index)['node'])
+        front |= np.isin(body, body[nodes[results.cells].any(axis=1)])
+    return ~front[owner]
+
+
+def body_values(results: Results, index: int, name: str, faces: NDArray,
+                owner: NDArray) -> tuple[NDArray, str]:
+    """A field on the outer facets, and its name with its unit."""
+    points, cells = results.vtk['PointData'], results.vtk['CellData']
+    if name in STRESSES and name != 'displacement' and 'stress' in cells:
+        values, label = facet_values(results, index, name, faces, owner)
+        return values, with_unit(label, results.unit('stress'))
+    if name in points and points[name].dtype.kind == 'f':
+        values = results.point_field(name, index)
+        return lengths(values)[faces].mean(axis=1), with_unit(name, results.unit(name))
+    if name in points:
+        return points[name][:][faces].mean(axis=1), name
+    if name in cells and cells[name].dtype.kind == 'f':
+        return lengths(results.cell_field(name, index))[owner], with_unit(name, results.unit(name))
+    if name in cells:
+        return cells[name][:][owner].astype(float), name
+    known = sorted(set(points) | set(cells) | (set(STRESSES) if 'stress' in cells else set()))
+    raise KeyError(f'{results.path} has no field {name}; it has: ' + ', '.join(known))
+
+
+def lengths(values: NDArray) -> NDArray:
+    """Vectors become their lengths, numbers stay."""
+    return np.linalg.norm(values, axis=1) if values.ndim == 2 else values
+
+
+def facet_size(x: NDArray, facets: NDArray) -> float:
+    """Root of the mean area of facets."""
+    if len(facets) == 0:
+        return 1.0
+    a, b, c = x[facets].transpose(1, 0, 2)
+    return float(np.sqrt(np.linalg.norm(np.cross(b - a, c - a), axis=1).mean()))
+
+
+def contact(surfaces: Surfaces, frame: int = -1, name: str = 'pressure',
+            pairs: Optional[list[str]] = None, side: str = 'slave', scale: float = 1.0,
+            view: Optional[tuple[float, float]] = None) -> Scene:
+    """One side of some pairs (all without a list), coloured by a field, with lay and friction."""
+    parts = [surfaces.surface(pair, side, frame) for pair in pairs or list(surfaces.pairs)]
+    if not parts or sum(len(part.facets) for part in parts) == 0:
+        raise KeyError(f'{surfaces.path} has no facets on the {side} side')
+    points, facets, values, start = [], [], [], 0
+    for part in parts:
+        if name not in part.at_nodes:
+            raise KeyError(f'{surfaces.path} has no field {name}; it has: '
+                           + ', '.join(part.at_nodes))
+        points.append(part.points + scale * part.at_nodes['displacement'])
+        facets.append(part.facets + start)
+        values.append(facet_colours(part, name))
+        start += len(part.points)
+    x, f = np.concatenate(points), np.concatenate(facets)
+    index = frame + surfaces.steps if frame < 0 else frame
+    scene = Scene(x, f, np.concatenate(values), with_unit(name, surfaces.unit(name)),
+                  f'{", ".join(pairs or list(surfaces.pairs))}: {side} side, time '
+                  f'{surfaces.times[index]:g}', size=facet_size(x, f), categories=name == 'status')
+    scene.view = view or towards_normal(x, f, side)
+    for part, place in zip(parts, points):
+        scene.strokes.append((place, part.at_nodes['lay']))
+        scene.arrows.append((place, np.nan_to_num(part.at_nodes['shear_traction'])))
+    return scene
+
+
+def facet_colours(part: Surface, name: str) -> NDArray:
+    """The values of a field on the facets; a status is that of the facet."""
+    if name in part.at_facets:
+        return lengths(part.at_facets[name])
+    return lengths(part.at_nodes[name])[part.facets].mean(axis=1)
+
+
+def towards_normal(x: NDArray, facets: NDArray, side: str) -> tuple[float, float]:
+    """Azimuth and elevation from which one looks onto the surface, the slave from behind: as if
+    the master's eyes were closed and the slave were made of glass."""
+    a, b, c = x[facets].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a).sum(axis=0) * (-1.0 if side == 'slave' else 1.0)
+    if np.linalg.norm(normal) < 1e-9 * np.abs(np.cross(b - a, c - a)).sum():
+        return -60.0, 24.0
+    normal = normal / np.linalg.norm(normal)
+    if abs(normal[2]) > 0.9:  # x to the right, y upwards
+        return -90.0, float(np.copysign(90.0, normal[2]))
+    azimuth = np.degrees(np.arctan2(normal[1], normal[0]))
+    return float(azimuth), float(np.degrees(np.arcsin(np.clip(normal[2], -1, 1))))
+
+
+def colour_limits(scene: Scene) -> tuple[float, float]:
+    """The ends of the scale of colours."""
+    if scene.categories:
+        return -1.5, 2.5
+    if scene.limits:
+        return scene.limits
+    values = scene.values[np.isfinite(scene.values)]
+    if len(values) == 0:
+        return 0.0, 1.0
+    low, high = np.percentile(values, [0.5, 99.5])
+    spread = max(abs(low), abs(high), 1e-300)
+    return (low, high) if high - low > 1e-9 * spread else (low - 0.5 * spread, high + 0.5 * spread)
+
+
+def colour_map(scene: Scene) -> Any:
+    """The colours: viridis, or one for each status."""
+    import matplotlib as mpl
+    if scene.categories:
+        return mpl.colors.ListedColormap(['#e8e8e8', '#b8b8b8', style.BLUE, style.RED])
+    return mpl.colormaps['viridis']
+
+
+def draw(scene: Scene, path: Optional[str] = None, renderer: str = 'auto',
+         size: tuple[int, int] = (900, 680)) -> NDArray:
+    """Draws a scene and returns the picture as (height, width, 3) bytes; writes it to `path`."""
+    if renderer == 'auto':
+        renderer = 'pyvista' if has_pyvista() else 'matplotlib'
+    picture = (draw_with_pyvista if renderer == 'pyvista' else draw_with_matplotlib)(scene, size)
+    if path:
+        from PIL import Image
+        Image.fromarray(picture).save(path)
+    return picture
+
+
+def has_pyvista() -> bool:
+    """Whether PyVista can be used."""
+    try:
+        import pyvista  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def scaled_lines(scene: Scene) -> tuple[list, list]:
+    """Begin and end of the strokes of the lay, and of the arrows of friction."""
+    strokes = [(at - 0.3 * scene.size * lay, at + 0.3 * scene.size * lay)
+               for at, lay in scene.strokes if np.any(lay)]
+    longest = max((np.linalg.norm(v, axis=1).max(initial=0.0) for _, v in scene.arrows),
+                  default=0.0)
+    arrows = []
+    for at, v in scene.arrows:
+        if longest <= 0.0:
+            break
+        seen = np.linalg.norm(v, axis=1) > 0.02 * longest
+        arrows.append((at[seen], at[seen] + 1.5 * scene.size / longest * v[seen]))
+    return strokes, arrows
+
+
+def draw_with_matplotlib(scene: Scene, size: tuple[int, int]) -> NDArray:
+    """Paints facets from far to near."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import LineCollection, PolyCollection
+    style.pyplot()
+    figure = mpl.figure.Figure(figsize=(9, 9 * size[1] / size[0]), dpi=size[0] / 9)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.02, 0.13, 0.96, 0.8))
+    right, up, towards = camera(*scene.view)
+    corners = scene.points[scene.facets]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    closed = not scene.strokes  # a surface of contact is seen from both sides
+    seen = np.flatnonzero(normal @ towards > 1e-9) if closed else np.arange(len(normal))
+    back = np.zeros(len(normal), dtype=bool) if scene.back is None else scene.back
+    order = seen[np.lexsort((corners[seen].mean(axis=1) @ towards, ~back[seen]))]
+    flat = np.stack([corners[order] @ right, corners[order] @ up], axis=-1)
+    mapping = mpl.cm.ScalarMappable(mpl.colors.Normalize(*colour_limits(scene)), colour_map(scene))
+    paint = mapping.to_rgba(np.ma.masked_invalid(scene.values[order]))
+    paint[~np.isfinite(scene.values[order])] = mpl.colors.to_rgba('#f2f2f2')
+    facing = normal[order] * np.where(normal[order] @ towards < 0, -1.0, 1.0)[:, None]
+    shade = 0.66 + 0.34 * np.clip(facing @ (LIGHT / np.linalg.norm(LIGHT)), 0, 1)
+    paint[:, :3] *= shade[:, None] if closed else 1.0
+    edge = np.clip(0.86 * paint, 0, 1)
+    edge[:, 3] = 1.0
+    axes.add_collection(PolyCollection(list(flat), facecolors=paint, edgecolors=edge,
+                                       linewidths=0.4))
+    strokes, arrows = scaled_lines(scene)
+    for begin, end in strokes:
+        lines = np.stack([np.stack([p @ right, p @ up], -1) for p in (begin, end)], 1)
+        axes.add_collection(LineCollection(list(lines), colors='white', linewidths=1.6, zorder=3))
+        axes.add_collection(LineCollection(list(lines), colors=style.GREEN, linewidths=1.0,
+                                           zorder=4))
+    for begin, end in arrows:
+        axes.quiver(begin @ right, begin @ up, (end - begin) @ right, (end - begin) @ up,
+                    angles='xy', scale_units='xy', scale=1, color=style.INK, width=0.003, zorder=5)
+    axes.autoscale_view()
+    axes.margins(0.06)
+    axes.set_aspect('equal')
+    axes.axis('off')
+    axes.set_title(scene.title, fontsize=9)
+    decorate(figure, axes, scene, mapping, (right, up, towards))
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+
+
+def decorate(figure: Any, axes: Any, scene: Scene, mapping: Any, view: tuple) -> None:
+    """The scale of colours, the axes, and what strokes and arrows mean."""
+    from matplotlib.lines import Line2D
+    from matplotlib.ticker import FormatStrFormatter, MaxNLocator
+    bar_axes = figure.add_axes((0.25, 0.085, 0.5, 0.022))
+    bar = figure.colorbar(mapping, cax=bar_axes, orientation='horizontal')
+    bar.set_label(scene.label)
+    bar.outline.set_visible(False)
+    bar.locator = MaxNLocator(5)
+    bar.formatter = FormatStrFormatter('%.4g')
+    if scene.categories:
+        bar.set_ticks([-1, 0, 1, 2], labels=STATUS_NAMES)
+    corner = figure.add_axes((0.0, 0.0, 0.2 * figure.get_figheight() / figure.get_figwidth(), 0.2))
+    corner.set_xlim(-1.5, 1.5)
+    corner.set_ylim(-1.5, 1.5)
+    corner.axis('off')
+    draw_axes(corner, view, np.zeros(2), 0.9)
+    handles = []
+    if any(np.any(lay) for _, lay in scene.strokes):
+        handles.append(Line2D([], [], color=style.GREEN, label='lay'))
+    if any(np.any(v) for _, v in scene.arrows):
+        handles.append(Line2D([], [], color=style.INK, label='shear traction'))
+    if handles:
+        figure.legend(handles=handles, loc='lower right', fontsize=8)
+
+
+def draw_with_pyvista(scene: Scene, size: tuple[int, int]) -> NDArray:
+    """Draws off screen with VTK."""
+    import pyvista
+    cells = np.column_stack([np.full(len(scene.facets), 3), scene.facets]).ravel()
+    mesh = pyvista.PolyData(scene.points, cells)
+    mesh.cell_data['values'] = scene.values
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(size))
+    plotter.background_color = 'white'
+    bar = {'title': scene.label + '\n', 'color': 'black', 'n_labels': 5, 'vertical': False,
+           'position_x': 0.25, 'position_y': 0.02, 'width': 0.5, 'height': 0.12,
+           'title_font_size': 16, 'label_font_size': 14, 'fmt': '%.3g'}
+    notes = {}
+    if scene.categories:
+        notes = {'annotations': dict(zip((-1.0, 0.0, 1.0, 2.0), STATUS_NAMES))}
+        bar['n_labels'] = 0
+    plotter.add_mesh(mesh, scalars='values', cmap=colour_map(scene), clim=colour_limits(scene),
+                     show_edges=True, edge_color='#888888', line_width=0.6, nan_color='#f2f2f2',
+                     scalar_bar_args=bar, lighting=not scene.strokes, ambient=0.0 if scene.strokes else 0.35,
+                     **notes)
+    strokes, arrows = scaled_lines(scene)
+    _, _, towards = camera(*scene.view)
+    for begin, end in strokes:
+        plotter.add_mesh(lines_of(begin, end, 0.02 * scene.size * towards), color=style.GREEN,
+                         line_width=3, lighting=False)
+    for begin, end in arrows:
+        glyphs = pyvista.PolyData(begin + 0.04 * scene.size * towards)
+        glyphs['v'] = end - begin
+        shape = pyvista.Arrow(tip_length=0.2, tip_radius=0.05, shaft_radius=0.015)
+        plotter.add_mesh(glyphs.glyph(orient='v', scale='v', geom=shape), color=style.INK,
+                         lighting=False)
+    look(plotter, scene)
+    plotter.add_text(scene.title, font_size=9, color='black', position='upper_left')
+    plotter.add_axes(color='black')
+    picture = plotter.screenshot(return_img=True)
+    plotter.close()
+    return np.asarray(picture)[:, :, :3].copy()
+
+
+def lines_of(begin: NDArray, end: NDArray, offset: NDArray) -> Any:
+    """Lines between points."""
+    import pyvista
+    n = len(begin)
+    cells = np.column_stack([np.full(n, 2), np.arange(n), np.arange(n, 2 * n)]).ravel()
+    return pyvista.PolyData(np.concatenate([begin, end]) + offset, lines=cells)
+
+
+def look(plotter: Any, scene: Scene) -> None:
+    """Puts the camera, without perspective."""
+    _, up, towards = camera(*scene.view)
+    centre = 0.5 * (scene.points.min(axis=0) + scene.points.max(axis=0))
+    reach = np.linalg.norm(np.ptp(scene.points, axis=0))
+    plotter.camera.parallel_projection = True
+    plotter.camera_position = [centre + 3 * reach * towards, centre, up]
+    plotter.reset_camera()
+    plotter.camera.parallel_scale *= 0.95
+    shift = 0.12 * plotter.camera.parallel_scale * up
+    plotter.camera.focal_point = np.asarray(plotter.camera.focal_point) - shift
+    plotter.camera.position = np.asarray(plotter.camera.position) - shift

@@ -1,0 +1,110 @@
+"""The contact surfaces (.contact.vtkhdf): pressure, shear traction, gap, status, slip, lay."""
+from __future__ import annotations
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+TRIANGLE = 5
+SIDES = {'slave': 1, 'master': 2}
+
+
+class Surface:
+    """One side of a contact pair at one end time."""
+
+    def __init__(self, points: NDArray, facets: NDArray, nodes: NDArray,
+                 at_nodes: dict[str, NDArray], at_facets: dict[str, NDArray]):
+        self.points = points
+        """Reference coordinates (nodes, 3)."""
+        self.facets = facets
+        """Corners of the facets, places in `points` (facets, 3)."""
+        self.nodes = nodes
+        """Node numbers of the deck."""
+        self.at_nodes = at_nodes
+        """Fields at the nodes by their names: pressure, traction, shear_traction, gap, ..."""
+        self.at_facets = at_facets
+        """Fields of the facets by their names."""
+
+    @property
+    def places(self) -> NDArray:
+        """Current coordinates (nodes, 3)."""
+        return self.points + self.at_nodes['displacement']
+
+    @property
+    def areas(self) -> NDArray:
+        """Reference areas of the facets."""
+        a, b, c = self.points[self.facets].transpose(1, 0, 2)
+        return np.linalg.norm(np.cross(a - c, b - c), axis=1) / 2
+
+    def integral(self, name: str) -> NDArray:
+        """The integral of a field of the nodes, linear over each reference facet."""
+        values = self.at_nodes[name][self.facets].mean(axis=1)
+        return np.tensordot(self.areas, values, axes=(0, 0))
+
+    def facet_integral(self, name: str) -> NDArray:
+        """The integral of a field of the facets over the reference facets."""
+        return np.tensordot(self.areas, self.at_facets[name], axes=(0, 0))
+
+
+class Surfaces:
+    """A file of contact surfaces open for reading. End times count from 0 (-1 is the last)."""
+
+    def __init__(self, path: str):
+        self.path = path
+        self.file = h5py.File(path, 'r')
+        self.vtk = self.file['VTKHDF']
+        self.steps = int(self.vtk['Steps'].attrs['NSteps'])
+        self.times = self.vtk['Steps/Values'][:self.steps]
+        self.pairs = {name[5:]: int(number) for name, number in self.vtk.attrs.items()
+                      if name.startswith('pair_')}
+
+    def __enter__(self) -> 'Surfaces':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file."""
+        self.file.close()
+
+    def fields(self) -> list[str]:
+        """Names of the fields at nodes that change in time."""
+        return [name for name, data in self.vtk['PointData'].items() if data.dtype.kind == 'f']
+
+    def unit(self, name: str) -> str:
+        """The unit of a field."""
+        value = self.vtk['PointData'][name].attrs['unit']
+        return value.decode() if isinstance(value, bytes) else str(value)
+
+    def surface(self, pair: str, side: str = 'slave', frame: int = -1) -> Surface:
+        """One side, `slave` or `master`, of a pair at one end time."""
+        if pair not in self.pairs:
+            raise KeyError(f'{self.path} has no pair {pair}; it has: ' + ', '.join(self.pairs))
+        index = frame + self.steps if frame < 0 else frame
+        if not 0 <= index < self.steps:
+            raise IndexError(f'{self.path} holds {self.steps} end times, not {frame}')
+        wanted = (self.pairs[pair], SIDES[side])
+        points = np.flatnonzero(self._chosen('PointData', wanted))
+        triangles = self.vtk['Types'][:] == TRIANGLE
+        cells = np.flatnonzero(self._chosen('CellData', wanted) & triangles)
+        offsets = self.vtk['Offsets'][:][cells]
+        facets = self.vtk['Connectivity'][:][offsets[:, None] + np.arange(3)]
+        start = points[0] if len(points) else 0
+        return Surface(self.vtk['Points'][:][points], facets - start,
+                       self.vtk['PointData/node_number'][:][points],
+                       self._fields('PointData', index, points),
+                       self._fields('CellData', index, cells))
+
+    def _chosen(self, group: str, wanted: tuple[int, int]) -> NDArray:
+        return ((self.vtk[group]['pair'][:] == wanted[0])
+                & (self.vtk[group]['side'][:] == wanted[1]))
+
+    def _fields(self, group: str, index: int, chosen: NDArray) -> dict[str, NDArray]:
+        count = int(self.vtk['NumberOfPoints' if group == 'PointData' else 'NumberOfCells'][0])
+        fields = {}
+        for name, data in self.vtk[group].items():
+            if data.dtype.kind == 'f':
+                first = int(self.vtk['Steps'][group + 'Offsets'][name][index])
+                fields[name] = data[first:first + count][chosen]
+        return fields

@@ -1,0 +1,203 @@
+!> Fields of one time from the state: of the bodies, and of the contact points.
+module frame_fields
+  use kinds, only: wp
+  use vectors, only: cross
+  use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position
+  use contact_parameters, only: point_parameters
+  use facet_geometry, only: facet_frame
+  use friction_axes, only: axes_t, find_axes
+  use smooth_normals, only: project_on_master
+  use surface_lay, only: add_surface_lay
+  use model_types, only: model_t
+  use system_types, only: system_t, state_t
+  use result_types, only: frame_t, point_fields_t
+  implicit none
+  private
+  public :: fill_frame, fill_first_frame
+
+contains
+
+  !> The fields that the deck asks for.
+  subroutine fill_frame(model, system, state, point_state, bulk_state, frame)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! the system
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_element_stress, elements)
+    type(frame_t), intent(out) :: frame !! the fields
+    integer :: k
+
+    if (model%output%displacement) frame%displacement = state%u
+    if (model%output%reaction) frame%reaction = state%reaction
+    if (model%output%stress) frame%stress = bulk_state(1:6, :)
+    if (model%output%strain) call strains(model, bulk_state(1:6, :), frame%strain)
+    if (model%output%lay) call fill_lay(model, state, frame%lay)
+    if (.not. model%output%contact) return
+    allocate (frame%pairs(size(model%pairs)))
+    if (size(model%pairs) > 0) frame%motion = state%u
+    do k = 1, size(model%pairs)
+      call fill_points(model%pairs(k), model%mesh%x, state%u, &
+        point_state(:, system%first_point(k):system%first_point(k + 1) - 1), frame%pairs(k))
+    end do
+  end subroutine fill_frame
+
+  !> The contact points of one pair.
+  subroutine fill_points(pair, x, u, point_state, points)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
+    type(point_fields_t), intent(out) :: points !! the points
+
+    call place_points(pair, points)
+    points%traction = -point_state(1:3, :)
+    points%gap = point_state(4, :)
+    points%lay = point_state(7:9, :)
+    points%normal = point_state(10:12, :)
+    points%normal_force = point_state(13, :)
+    points%elastic_slip = point_state(5, :)
+    points%lay_traction = in_lay_frame(point_state)
+    call find_slips(pair, x, u, points)
+  end subroutine fill_points
+
+  !> Where the points of a pair are, and what they remember.
+  subroutine place_points(pair, points)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(point_fields_t), intent(inout) :: points !! gets what the pair keeps
+    integer :: n, p
+
+    n = count_points(pair)
+    points%host = pair%old%host
+    points%status = pair%old%status
+    points%dissipation = pair%old%dissipation
+    points%tip = reshape([pair%old%tip(1), pair%old%tip(2)], [2, n], order=[2, 1])
+    points%area = spread(1.0_wp, 1, n)
+    points%facet = spread(0, 1, n)
+    if (pair%segmented) then
+      points%node = pair%point_nodes
+      points%weight = pair%point_weights
+      points%facet = merge(pair%cells%slave, -1, pair%cells%slave > 0)
+      points%area = pair%area
+    else if (pair%n_slaves > 1) then
+      points%facet = [(1 + mod(p - 1, n/pair%slots)/pair%facet_points, p=1, n)]
+      points%area = pair%area
+    end if
+  end subroutine place_points
+
+  !> The displacement of each point against the place of the master under it, along the master.
+  subroutine find_slips(pair, x, u, points)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(point_fields_t), intent(inout) :: points !! host and normal given; gets slip
+    real(wp) :: y(3), xi(2), gap
+    real(wp), allocatable :: moved(:, :)
+    integer :: p
+
+    allocate (points%slip(3, count_points(pair)), source=0.0_wp)
+    moved = x(:, :size(u, 2)) + u
+    do p = 1, count_points(pair)
+      if (points%host(p) == 0) cycle
+      associate (corners => pair%facets(:, points%host(p)), e => points%normal(:, p))
+        call project_on_master(pair, points%host(p), moved, point_position(pair, p, moved), xi, gap)
+        y = point_position(pair, p, u) - matmul(u(:, corners), [xi, 1.0_wp - sum(xi)])
+        points%slip(:, p) = y - dot_product(y, e)*e
+      end associate
+    end do
+  end subroutine find_slips
+
+  !> What there is to see before the first increment: gaps and the lay.
+  subroutine fill_first_frame(model, frame)
+    type(model_t), intent(in) :: model !! pairs with their first hosts
+    type(frame_t), intent(out) :: frame !! fields at rest
+    integer :: k, n
+
+    allocate (frame%pairs(size(model%pairs)))
+    allocate (frame%motion(3, model%mesh%nodes), source=0.0_wp)
+    do k = 1, size(model%pairs)
+      n = count_points(model%pairs(k))
+      associate (points => frame%pairs(k))
+        call place_points(model%pairs(k), points)
+        allocate (points%traction(3, n), points%slip(3, n), points%lay(3, n), &
+          points%normal(3, n), points%gap(n), points%normal_force(n), source=0.0_wp)
+        call find_first_gaps(model%pairs(k), model%mesh%x, points)
+      end associate
+    end do
+  end subroutine fill_first_frame
+
+  !> Gaps, normals and lay of the points of a pair at rest.
+  subroutine find_first_gaps(pair, x, points)
+    type(pair_t), intent(in) :: pair !! the pair with its first hosts
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(point_fields_t), intent(inout) :: points !! gets gap, normal and lay
+    type(axes_t) :: axes
+    real(wp) :: xi(2), frame(3, 3)
+    integer :: p
+
+    do p = 1, count_points(pair)
+      if (points%host(p) == 0) cycle
+      associate (corners => pair%facets(:, points%host(p)), y => point_position(pair, p, x))
+        call project_on_master(pair, points%host(p), x, y, xi, points%gap(p))
+        frame = facet_frame(x(:, corners))
+        points%normal(:, p) = frame(:, 3)
+        call find_axes(point_parameters(pair, p, points%host(p)), &
+          x(:, corners(1)) - x(:, corners(3)), x(:, corners(2)) - x(:, corners(3)), frame(:, 3), &
+          xi, y, axes)
+        points%lay(:, p) = axes%p(:, 1)
+      end associate
+    end do
+  end subroutine find_first_gaps
+
+  !> The lay of the master surfaces at their nodes, zero elsewhere.
+  pure subroutine fill_lay(model, state, lay)
+    type(model_t), intent(in) :: model !! mesh and pairs
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), allocatable, intent(out) :: lay(:, :) !! (3, nodes) unit vectors
+    integer :: k, n
+
+    allocate (lay(3, size(state%u, 2)), source=0.0_wp)
+    do k = 1, size(model%pairs)
+      call add_surface_lay(model%pairs(k), model%mesh%x(:, :size(lay, 2)) + state%u, lay)
+    end do
+    do n = 1, size(lay, 2)
+      if (any(abs(lay(:, n)) > 0.0_wp)) lay(:, n) = lay(:, n)/norm2(lay(:, n))
+    end do
+  end subroutine fill_lay
+
+  !> Forces on the slave side along p1, p2 = e x p1 and e.
+  pure function in_lay_frame(points) result(f)
+    real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
+    real(wp) :: f(3, size(points, 2))
+    integer :: p
+
+    do p = 1, size(points, 2)
+      associate (force => points(1:3, p), p1 => points(7:9, p), e => points(10:12, p))
+        f(:, p) = -[dot_product(force, p1), dot_product(force, cross(e, p1)), &
+          dot_product(force, e)]
+      end associate
+    end do
+  end function in_lay_frame
+
+  !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
+  !! strains half of gamma.
+  pure subroutine strains(model, stress, strain)
+    type(model_t), intent(in) :: model !! materials
+    real(wp), intent(in) :: stress(:, :) !! (6, elements)
+    real(wp), allocatable, intent(out) :: strain(:, :) !! (6, elements)
+    real(wp) :: e, nu
+    integer :: k, m
+
+    allocate (strain(6, size(stress, 2)), source=0.0_wp)
+    do k = 1, size(stress, 2)
+      m = model%element_material(k)
+      if (m == 0) cycle
+      if (model%materials(m)%rigid) cycle
+      e = model%materials(m)%youngs_modulus
+      nu = model%materials(m)%poissons_ratio
+      strain(:, k) = (1.0_wp + nu)/e*stress(:, k)
+      strain(1:3, k) = strain(1:3, k) - nu/e*sum(stress(1:3, k))
+    end do
+  end subroutine strains
+
+end module frame_fields
