@@ -1,8 +1,10 @@
 !> The audit of an end time: whether each body is in balance, and how far the state lies within what
 !! small strain, penalty and mesh can bear (doc/theory, "The audit").
 module audit
-  use kinds, only: wp
+  use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
+  use elmlib, only: routine_none
+  use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
@@ -127,7 +129,8 @@ contains
     audit%force_before = audit%scale
     if (sane >= 1.0_wp) audit%force_before = now
     audit%allowed = max(tolerance(model, settings)*audit%scale, &
-      round_off_factor*sane*system%round_off)
+      round_off_factor*(sane*system%round_off + place_noise(system, audit%model_size) &
+      + machine_epsilon*stiffest(model)*audit%model_size*sane*maxval(abs(state%u))))
     audit%lacking = 0.0_wp
     audit%component = 0
     audit%worst(check_balance) = 0
@@ -146,6 +149,32 @@ contains
     audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, &
       audit%lacking <= audit%allowed)
   end subroutine judge_balance
+
+  !> Largest Young's modulus of what deforms.
+  pure real(wp) function stiffest(model)
+    type(model_t), intent(in) :: model !! materials
+    integer :: m
+
+    stiffest = 0.0_wp
+    do m = 1, size(model%materials)
+      if (.not. model%materials(m)%rigid) stiffest = max(stiffest, &
+        model%materials(m)%youngs_modulus)
+    end do
+  end function stiffest
+
+  !> What the round-off of a place within the model makes of a gap, as a force of its penalty.
+  pure real(wp) function place_noise(system, model_size) result(noise)
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: model_size !! diagonal of the box around all nodes [length]
+    integer :: k
+
+    noise = 0.0_wp
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) /= routine_none) noise = max(noise, &
+        system%contact%d(d03_epsilon, k))
+    end do
+    noise = machine_epsilon*model_size*noise
+  end function place_noise
 
   !> What the balance of a body may lack over the force scale.
   pure real(wp) function tolerance(model, settings)
