@@ -10,7 +10,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug coverage unit test test-pictures verify stress bench bench-quick demo install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures verify stress bench bench-quick demo figures gallery install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -28,11 +28,14 @@ CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=s
 FLAGS_release := -O3 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -Og -g $(CHECKS)
 FLAGS_coverage := -O0 -g --coverage
+FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined \
+  -fno-sanitize-recover=undefined $(CHECKS)
 
-MODES := release debug coverage
+MODES := release debug coverage sanitize
 PROGRAM_release := mfec
 PROGRAM_debug := build/debug/mfec
 PROGRAM_coverage := build/coverage/mfec
+PROGRAM_sanitize := build/sanitize/mfec
 
 SOURCES := $(sort $(wildcard src/*/*.f90))
 MODULES := $(notdir $(SOURCES:.f90=)) version
@@ -41,6 +44,10 @@ PYTHON := build/venv/bin/python
 
 all: mfec ## build ./mfec (release; NATIVE=1 for this CPU)
 debug: $(PROGRAM_debug) ## build build/debug/mfec (all checks, traps)
+
+# Decks, bad decks, damaged decks, meshes and restart files under it: tests/sanitised.
+sanitize: build/venv/stamp ## build build/sanitize/mfec (address and undefined behaviour) and test it
+	@tests/sanitised --all
 
 help: ## show this list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
@@ -67,7 +74,7 @@ build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@touch $@
 
 # Module dependencies: a file holds the module of its name.
-build/depend.mk: .ci/depend.awk $(SOURCES) $(wildcard src/mfec.f90) build/files
+build/depend.mk: .ci/depend.awk Makefile $(SOURCES) $(wildcard src/mfec.f90) build/files
 	@awk -f .ci/depend.awk -v modes='$(MODES)' $(SOURCES) $(wildcard src/mfec.f90) > $@
 
 build/files: FORCE
@@ -97,7 +104,7 @@ endef
 ifneq ($(PFUNIT_DIR),)
 include $(PFUNIT_DIR)/include/PFUNIT.mk
 endif
-PFUNIT_FLAGS = $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
+PFUNIT_FLAGS = -fopenmp $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
 
 # Everything that is built once for each mode.
 define MODE_RULES
@@ -190,6 +197,12 @@ verify: build/venv/stamp mfec ## compare with closed forms and published values:
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
 	  --markdown build/verification.md --figures build/verification
 
+figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
+	@$(PYTHON) doc/figures.py
+
+gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
+	@$(PYTHON) doc/figures.py --gallery
+
 # The program, its man page and completion, the manuals, the example decks and the Python package.
 SHARE = $(DESTDIR)$(PREFIX)/share
 install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local), DESTDIR in front of it
@@ -221,9 +234,10 @@ demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their fi
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
 
-stress: build/venv/stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
+stress: build/venv/stamp build/venv/gmsh.stamp mfec ## scenes at the limits and 500 random ones, with a table; both solvers (tests/agree/run --help)
 	@$(PYTHON) tests/stress/run --full
 	@$(PYTHON) tests/agree/run --full
+	@$(PYTHON) tests/files/run --full
 
 bench: build/venv/stamp mfec ## time against error, mfec and CalculiX: writes doc/benchmark.md (20 minutes)
 	@.ci/setup optional

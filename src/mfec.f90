@@ -1,26 +1,31 @@
 !> The program: command line, deck, run, exit code.
 program mfec
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use errors, only: error_t, raise, exit_done, exit_deck
-  use signals, only: catch_signals
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use errors, only: error_t, raise, exit_done, exit_deck, exit_resources
+  use signals, only: catch_signals, last_words
   use command_line, only: options_t, read_command_line
   use session, only: run_session
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
-  use process, only: end_process, keep_memory
+  use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
+  integer :: status
 
+  call open_standard_files()
+  call catch_lack_of_memory()
   call keep_memory()
   call catch_signals()
   call read_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%version) then
-      write (output_unit, '(a)') version_text()
+      write (output_unit, '(a)', iostat=status) version_text()
+      if (status /= 0) call end_process(exit_resources)
     else if (options%help) then
       if (has_help(options%topic)) then
-        write (output_unit, '(a)') help_text(options%topic)
+        write (output_unit, '(a)', iostat=status) help_text(options%topic)
+        if (status /= 0) call end_process(exit_resources)
       else
         call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
       end if
@@ -29,7 +34,7 @@ program mfec
     end if
   end if
   if (allocated(error)) then
-    write (error_unit, '(a)') error%message
+    call last_words(error%message)
     call end_process(error%code)
   end if
   call end_process(exit_done)

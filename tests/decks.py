@@ -7,7 +7,15 @@ import tempfile
 
 TRACES = ('Fortran runtime error', 'Backtrace for this error', 'Program received signal',
           'Error termination', 'Floating-point exception', 'Segmentation fault', 'free():',
-          'malloc(', 'corrupted', 'terminate called', 'fault of ours')
+          'malloc(', 'corrupted', 'terminate called', 'fault of ours', 'AddressSanitizer',
+          ': runtime error: ')
+# The sanitisers: their findings end the run with a code of its own; libraries keep what they
+# allocate, so leaks say nothing; an allocation that is too large fails as it does without them.
+SANITISERS = {
+    'ASAN_OPTIONS': 'exitcode=99:detect_leaks=0:allocator_may_return_null=1:'
+                    'max_allocation_size_mb=2048:soft_rss_limit_mb=3000:handle_segv=2:'
+                    'detect_stack_use_after_return=0',
+    'UBSAN_OPTIONS': 'print_stacktrace=1:exitcode=99'}
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(HERE)
 
@@ -32,7 +40,8 @@ class Run:
 
 def run(program, arguments, folder, seconds, limit=None):
     """Runs the program in a folder; limit is called in the child before it starts."""
-    environment = dict(os.environ, OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', LC_ALL='C')
+    environment = dict(os.environ, OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', LC_ALL='C',
+                       **SANITISERS)
     try:
         done = subprocess.run([os.path.abspath(program)] + arguments, cwd=folder, timeout=seconds,
                               env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -41,6 +50,12 @@ def run(program, arguments, folder, seconds, limit=None):
     except subprocess.TimeoutExpired as late_run:
         code, out, err, late = -9, late_run.stdout or b'', late_run.stderr or b'', True
     return Run(code, out.decode('utf-8', 'replace'), err.decode('utf-8', 'replace'), late)
+
+
+def is_sanitised(program):
+    """Whether a program was built by `make sanitize`: its address space cannot be limited."""
+    with open(program, 'rb') as stream:
+        return b'__asan_init' in stream.read()
 
 
 def fresh_folder():

@@ -1,9 +1,12 @@
 """The results file (.h5): fields, tables, contact points."""
+from __future__ import annotations
+
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 
-def text_of(value):
+def text_of(value: bytes) -> str:
     """A string of the file without the blanks at its end."""
     return value.decode('utf-8', 'replace').rstrip('\0 ')
 
@@ -11,59 +14,59 @@ def text_of(value):
 class Results:
     """A results file open for reading. End times of the fields count from 0 (-1 is the last)."""
 
-    def __init__(self, path):
+    def __init__(self, path: str):
         self.path = path
         self.file = h5py.File(path, 'r')
         self.vtk = self.file['VTKHDF']
         self.steps = int(self.vtk['Steps'].attrs['NSteps'])
         self.times = self.vtk['Steps/Values'][:self.steps]
 
-    def __enter__(self):
+    def __enter__(self) -> 'Results':
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Closes the file."""
         self.file.close()
 
-    def index(self, frame):
+    def index(self, frame: int) -> int:
         """The end time `frame`, counted from 0, or from the end if negative."""
         index = frame + self.steps if frame < 0 else frame
         if not 0 <= index < self.steps:
             raise IndexError(f'{self.path} holds {self.steps} end times with fields, not {frame}')
         return index
 
-    def text(self, name):
+    def text(self, name: str) -> str:
         """A text of /run: title, deck, version, settings."""
         return text_of(self.file['run'][name][0])
 
     @property
-    def points(self):
+    def points(self) -> NDArray:
         """Reference coordinates (points, 3)."""
         return self.vtk['Points'][:]
 
     @property
-    def node_numbers(self):
+    def node_numbers(self) -> NDArray:
         """Node number of the deck of each point."""
         return self.vtk['PointData/node_number'][:]
 
     @property
-    def cells(self):
+    def cells(self) -> NDArray:
         """Corner points of the tetrahedra (cells, 4)."""
         offsets = self.vtk['Offsets'][:-1]
         return self.vtk['Connectivity'][:][offsets[:, None] + np.arange(4)]
 
-    def point_field(self, name, frame=-1):
+    def point_field(self, name: str, frame: int = -1) -> NDArray:
         """A field over the points at one end time."""
         return self._field('PointData', name, frame, int(self.vtk['NumberOfPoints'][0]))
 
-    def cell_field(self, name, frame=-1):
+    def cell_field(self, name: str, frame: int = -1) -> NDArray:
         """A field over the cells at one end time."""
         return self._field('CellData', name, frame, int(self.vtk['NumberOfCells'][0]))
 
-    def unit(self, name):
+    def unit(self, name: str) -> str:
         """The unit of a field of points or cells, '' if the file does not say."""
         for group in ('PointData', 'CellData'):
             if name in self.vtk[group]:
@@ -71,27 +74,27 @@ class Results:
                 return text_of(unit) if isinstance(unit, bytes) else str(unit)
         raise KeyError(f'{self.path} has no field {name}')
 
-    def _field(self, group, name, frame, count):
+    def _field(self, group: str, name: str, frame: int, count: int) -> NDArray:
         if name not in self.vtk[group]:
             raise KeyError(f'{self.path} has no field {name}; it has: '
                            + ', '.join(self.vtk[group]))
         first = int(self.vtk['Steps'][group + 'Offsets'][name][self.index(frame)])
         return self.vtk[group][name][first:first + count]
 
-    def set_nodes(self, name):
+    def set_nodes(self, name: str) -> NDArray:
         """Indices of the points of a node set of the deck."""
         sets = self.file['run/sets']
         if name not in sets:
             raise KeyError(f'{self.path} has no set {name}; it has: ' + ', '.join(sets))
         return np.flatnonzero(np.isin(self.node_numbers, sets[name][:]))
 
-    def set_displacement(self, name):
+    def set_displacement(self, name: str) -> NDArray:
         """Mean displacement of the nodes of a set at each end time (times, 3)."""
         nodes = self.set_nodes(name)
         return np.array([self.point_field('displacement', k)[nodes].mean(axis=0)
                          for k in range(self.steps)]).reshape(-1, 3)
 
-    def history(self, kind):
+    def history(self, kind: str) -> dict[str, NDArray]:
         """The table `reactions` or `contact` as a dictionary of columns."""
         columns = {name: data[:] for name, data in self.file['history'][kind].items()}
         rows = min((len(column) for column in columns.values()), default=0)
@@ -102,13 +105,13 @@ class Results:
         return columns
 
     @property
-    def pairs(self):
+    def pairs(self) -> dict[str, str]:
         """Contact pairs: their names, and the keys of their groups."""
         groups = self.file['contact'] if 'contact' in self.file else {}
         return {text_of(groups[key].attrs['name']): key for key in groups
                 if isinstance(groups[key], h5py.Group)}
 
-    def contact(self, pair, frame=-1):
+    def contact(self, pair: str, frame: int = -1) -> dict[str, NDArray]:
         """The contact points of a pair at one end time as a dictionary of arrays.
 
         A point is the sum of the nodes in its row of `node` times the `weight`s there: one node

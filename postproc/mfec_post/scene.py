@@ -131,9 +131,12 @@ def contact(surfaces: Surfaces, frame: int = -1, name: str = 'pressure',
                   f'{", ".join(pairs or list(surfaces.pairs))}: {side} side, time '
                   f'{surfaces.times[index]:g}', size=facet_size(x, f), categories=name == 'status')
     scene.view = view or towards_normal(x, f, side)
+    largest = max(np.abs(np.nan_to_num(part.at_nodes['traction'])).max() for part in parts)
     for part, place in zip(parts, points):
+        shear = np.nan_to_num(part.at_nodes['shear_traction'])
         scene.strokes.append((place, part.at_nodes['lay']))
-        scene.arrows.append((place, np.nan_to_num(part.at_nodes['shear_traction'])))
+        if np.abs(shear).max() > 1e-6 * largest:  # more than round-off
+            scene.arrows.append((place, shear))
     return scene
 
 

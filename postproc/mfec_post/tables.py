@@ -1,5 +1,10 @@
 """The text tables .rea, .con and .his as numpy structured arrays."""
+from __future__ import annotations
+
+from typing import Optional
+
 import numpy as np
+from numpy.typing import NDArray
 
 TEXT = {'set', 'pair'}
 INTEGER = {'step', 'active', 'stick', 'slip'}
@@ -9,14 +14,14 @@ class TableError(Exception):
     """A table that cannot be read: no such file, no header, a broken row."""
 
 
-def column_type(name):
+def column_type(name: str) -> str:
     """The numpy type of a column."""
     if name in TEXT:
         return 'U31'
     return 'i8' if name in INTEGER else 'f8'
 
 
-def read_table(path):
+def read_table(path: str) -> NDArray:
     """All rows of a table; the columns are named by the last header line.
 
     A last line without its end, as a killed run may leave it, is dropped.
@@ -46,7 +51,7 @@ def read_table(path):
     return table
 
 
-def rows_of(table, name):
+def rows_of(table: NDArray, name: str) -> NDArray:
     """The rows of one set or pair."""
     key = key_of(table)
     if key is None:
@@ -58,7 +63,7 @@ def rows_of(table, name):
     return rows
 
 
-def key_of(table):
+def key_of(table: NDArray) -> Optional[str]:
     """The name of the column of names, None if there is none."""
     for key in ('set', 'pair'):
         if key in table.dtype.names:

@@ -3,9 +3,17 @@
 module blas_info
   use, intrinsic :: iso_c_binding, only: c_ptr, c_funptr, c_int, c_char, c_size_t, c_null_char, &
     c_null_ptr, c_associated, c_f_pointer, c_f_procpointer
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_resources
+  use memory, only: memory_left, memory_text
+  use lapack_interface, only: dsymv
   implicit none
   private
-  public :: blas_name, is_reference_blas, set_blas_threads, blas_threads
+  public :: blas_name, is_reference_blas, set_blas_threads, blas_threads, start_blas
+
+  !> What OpenBLAS takes for itself at its first call, and never asks whether it got it: it tries
+  !! for ever. A little is left for what follows [byte].
+  real(wp), parameter :: blas_bytes = 134217728.0_wp, blas_margin = 16777216.0_wp
 
   !> C's Dl_info: where a symbol comes from.
   type, bind(c) :: symbol_t
@@ -104,6 +112,24 @@ contains
     call c_f_procpointer(address, set_threads)
     call set_threads(int(n, c_int))
   end subroutine set_blas_threads
+
+  !> Lets OpenBLAS take its memory now, if there is enough.
+  subroutine start_blas(error)
+    type(error_t), allocatable, intent(out) :: error !! there is not
+    real(wp) :: a(1, 1), x(1), y(1)
+
+    if (.not. c_associated(symbol('openblas_get_config'))) return
+    if (memory_left() < blas_bytes + blas_margin) then
+      call raise(error, exit_resources, 'error: out of memory while starting OpenBLAS: '// &
+        'it takes '//memory_text(blas_bytes)//', and '//memory_text(memory_left())//' are left'// &
+        new_line('a')//'  use a machine with more memory, or a higher limit (ulimit -v)')
+      return
+    end if
+    a = 1.0_wp
+    x = 1.0_wp
+    y = 0.0_wp
+    call dsymv('L', 1, 1.0_wp, a, 1, x, 1, 0.0_wp, y, 1)
+  end subroutine start_blas
 
   !> Number of threads of OpenBLAS; 1 for other libraries.
   integer function blas_threads() result(n)

@@ -6,14 +6,15 @@ module errors
   implicit none
   private
   public :: error_t, raise, add_context
-  public :: exit_done, exit_deck, exit_no_convergence, exit_resources, exit_interrupted, &
-    exit_terminated
+  public :: exit_done, exit_deck, exit_no_convergence, exit_resources, exit_hung_up, &
+    exit_interrupted, exit_terminated
 
   !> Exit codes of the program (doc/manual, "Command line").
   integer, parameter :: exit_done = 0
   integer, parameter :: exit_deck = 1
   integer, parameter :: exit_no_convergence = 2
   integer, parameter :: exit_resources = 3
+  integer, parameter :: exit_hung_up = 129
   integer, parameter :: exit_interrupted = 130
   integer, parameter :: exit_terminated = 143
 

@@ -1,11 +1,17 @@
 !> The process as the system sees it: its memory, and its end with an exit code and without a word
 !! (Fortran's stop prints to standard error).
 module process
-  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_c_binding, only: c_int, c_char, c_null_char, c_funptr, c_funloc, c_ptr, &
+    c_null_ptr, c_associated
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use kinds, only: wp
+  use errors, only: exit_resources
+  use memory, only: memory_left
+  use libc, only: c_fopen, c_fileno, c_fclose
+  use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory
+  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
@@ -13,8 +19,20 @@ module process
   integer(c_int), parameter :: mmap_threshold = -3_c_int
   !> Blocks up to this size come from the heap, and so much of it is kept when it is free [bytes].
   integer(c_int), parameter :: kept_bytes = 1073741824_c_int
-  !> The heap grows by this much at a time [bytes].
+  !> The heap grows by this much at a time [bytes], by less where little is left.
   integer(c_int), parameter :: growth_bytes = 67108864_c_int
+  !> And by this share of what is left at most.
+  real(wp), parameter :: growth_share = 0.03_wp
+
+  !> Exit code of Fortran's runtime when the system refuses something, memory for the most part.
+  integer(c_int), parameter :: runtime_refused = 1_c_int
+  !> What is said then, and what to do.
+  character(*, c_char), parameter :: no_memory = 'error: out of memory'
+  character(*, c_char), parameter :: remedy = new_line('a')//'  use a coarser mesh, a machine '// &
+    'with more memory, or a higher limit (ulimit -v); what has been written is valid'
+
+  !> Whether the program ends by itself: the runtime calls no procedure of ours when it gives up.
+  logical :: ended = .false.
 
   interface
     !> C's exit.
@@ -23,6 +41,21 @@ module process
       implicit none
       integer(c_int), value :: status !! exit code
     end subroutine c_exit
+
+    !> glibc's on_exit: calls a procedure with the exit code when the program ends.
+    integer(c_int) function c_on_exit(handler, argument) bind(c, name='on_exit')
+      import :: c_int, c_funptr, c_ptr
+      implicit none
+      type(c_funptr), value :: handler !! the procedure
+      type(c_ptr), value :: argument !! its second argument
+    end function c_on_exit
+
+    !> C's _exit.
+    subroutine c_end_now(status) bind(c, name='_exit')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: status !! exit code
+    end subroutine c_end_now
 
     !> glibc's mallopt: 1 when the option was taken.
     integer(c_int) function c_mallopt(option, value) bind(c, name='mallopt')
@@ -38,19 +71,77 @@ contains
   !> Keeps freed memory for the next factorisation instead of giving it back to the system, which
   !! costs a quarter of the time of a run with many large factors.
   subroutine keep_memory()
-    integer(c_int) :: taken
+    integer(c_int) :: taken, growth
 
+    growth = int(min(real(growth_bytes, wp), growth_share*memory_left()), c_int)
     taken = c_mallopt(mmap_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
-    if (taken == 1_c_int) taken = c_mallopt(top_pad, growth_bytes)
+    if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
+
+  !> Opens /dev/null in place of standard input, output and error where they are closed: a file of
+  !! the run must not get their numbers.
+  subroutine open_standard_files()
+    integer(c_int), parameter :: last_standard = 2_c_int
+    type(c_ptr) :: stream
+    integer(c_int) :: ignored
+
+    do
+      stream = c_fopen('/dev/null'//c_null_char, 'r+'//c_null_char)
+      if (.not. c_associated(stream)) return
+      if (c_fileno(stream) <= last_standard) cycle
+      ignored = c_fclose(stream)
+      return
+    end do
+  end subroutine open_standard_files
 
   !> Flushes standard output and standard error, and ends.
   subroutine end_process(code)
     integer, intent(in) :: code !! exit code
+    integer :: status
 
-    flush (output_unit)
-    flush (error_unit)
+    ended = .true.
+    flush (output_unit, iostat=status)
+    if (status == 0) flush (error_unit, iostat=status)
+    ! nobody reads any more: the runtime must not try again
+    if (status /= 0) call c_end_now(int(code, c_int))
     call c_exit(int(code, c_int))
   end subroutine end_process
+
+  !> From now on the program ends with exit code 3 where the runtime finds no memory.
+  subroutine catch_lack_of_memory()
+    integer(c_int) :: ignored
+
+    ignored = c_on_exit(c_funloc(mend_exit_code), c_null_ptr)
+  end subroutine catch_lack_of_memory
+
+  !> At the end of the program: Fortran's runtime ends with 1 when an allocation of its own fails.
+  subroutine mend_exit_code(status, argument) bind(c)
+    integer(c_int), value :: status !! exit code
+    type(c_ptr), value :: argument !! not used
+
+    if (ended .or. status /= runtime_refused) return
+    if (storage_size(argument) == 0) return
+    call last_words(no_memory//' in a procedure of the runtime'//remedy)
+    call c_end_now(int(exit_resources, c_int))
+  end subroutine mend_exit_code
+
+  !> Called by the code that gfortran makes of ALLOCATE, in place of its runtime's procedure, where
+  !! the memory does not suffice: says where, and ends with exit code 3.
+  subroutine refuse_allocation(place, message) bind(c, name='_gfortran_os_error_at')
+    character(kind=c_char), intent(in) :: place(*) !! In file 'x.f90', around line n
+    character(kind=c_char), intent(in) :: message(*) !! what was refused; more arguments follow
+    integer, parameter :: longest = 200
+    character(longest, c_char) :: text
+    integer :: n
+
+    n = 0
+    do while (n < longest)
+      if (place(n + 1) == c_null_char) exit
+      n = n + 1
+      text(n:n) = place(n)
+    end do
+    if (message(1) /= c_null_char) call last_words(no_memory//': '//text(:n)//remedy)
+    call c_end_now(int(exit_resources, c_int))
+  end subroutine refuse_allocation
 end module process

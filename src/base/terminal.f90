@@ -1,7 +1,7 @@
 !> What the user sees while the program runs: plain lines, and on a terminal one live line.
 !!
 !! The live line is rewritten in place and never longer than the terminal is wide; where standard
-!! output is no terminal only the plain lines appear.
+!! output is no terminal only the plain lines appear. When nobody reads any more, it is quiet.
 module terminal
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: output_unit
@@ -51,35 +51,40 @@ contains
   subroutine print_line(term, text)
     type(terminal_t), intent(inout) :: term !! the terminal
     character(*), intent(in) :: text !! the line
+    integer :: status
 
     if (term%quiet) return
     call close_terminal(term)
-    write (term%unit, '(a)') text
-    flush (term%unit)
+    write (term%unit, '(a)', iostat=status) text
+    if (status == 0) flush (term%unit, iostat=status)
+    if (status /= 0) term%quiet = .true.
   end subroutine print_line
 
   !> Rewrites the live line; does nothing in batch.
   subroutine show_progress(term, text)
     type(terminal_t), intent(inout) :: term !! the terminal
     character(*), intent(in) :: text !! the new line
-    integer :: length
+    integer :: length, status
 
     if (.not. term%live) return
     length = min(len_trim(text), term%width - 1)
-    write (term%unit, '(4a)', advance='no') carriage_return, text(:length), &
+    write (term%unit, '(4a)', advance='no', iostat=status) carriage_return, text(:length), &
       repeat(' ', max(0, term%shown - length)), carriage_return
-    flush (term%unit)
+    if (status == 0) flush (term%unit, iostat=status)
+    term%live = status == 0
     term%shown = length
   end subroutine show_progress
 
   !> Wipes the live line, so that what follows starts on a clean one.
   subroutine close_terminal(term)
     type(terminal_t), intent(inout) :: term !! the terminal
+    integer :: status
 
     if (term%shown == 0) return
-    write (term%unit, '(3a)', advance='no') carriage_return, repeat(' ', term%shown), &
-      carriage_return
-    flush (term%unit)
+    write (term%unit, '(3a)', advance='no', iostat=status) carriage_return, &
+      repeat(' ', term%shown), carriage_return
+    if (status == 0) flush (term%unit, iostat=status)
+    term%live = status == 0
     term%shown = 0
   end subroutine close_terminal
 end module terminal

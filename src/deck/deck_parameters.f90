@@ -7,7 +7,8 @@ module deck_parameters
   use safe_math, only: is_reserved
   use numbers, only: is_letter, is_name_character
   use hints, only: word_list_t, add_candidate, did_you_mean
-  use expressions, only: find_parameter, evaluate, problem_t
+  use expressions, only: evaluate, problem_t
+  use parameter_tree, only: find_parameter, link_parameter
   use diagnostics, only: diagnostics_t, report_error
   use reading, only: reading_t
   use item_checks, only: evaluate_item
@@ -156,12 +157,15 @@ contains
         do i = 1, reading%n_parameters
           call move_alloc(reading%parameters(i)%name, more(i)%name)
           more(i)%value = reading%parameters(i)%value
+          more(i)%key = reading%parameters(i)%key
+          more(i)%below = reading%parameters(i)%below
         end do
         call move_alloc(more, reading%parameters)
       end if
       reading%n_parameters = reading%n_parameters + 1
       i = reading%n_parameters
       reading%parameters(i)%name = name
+      call link_parameter(reading%parameters(:i))
     end if
     reading%parameters(i)%value = value
   end subroutine set_parameter

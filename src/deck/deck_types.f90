@@ -58,6 +58,9 @@ module deck_types
   type :: parameter_t
     character(:), allocatable :: name !! as written where it was defined
     real(wp) :: value = 0.0_wp !! its value at the end of the deck
+    ! A tree over all parameters, by keys that scatter: see link_parameter
+    integer :: key = 0 !! where the name sorts
+    integer :: below(2) = 0 !! parameters with lower and with higher keys, 0 for none
   end type parameter_t
 
   !> A parameter as the command line sets it (--set name=value).

@@ -6,13 +6,14 @@ module expressions
   use kinds, only: wp, pi
   use text, only: to_text, lower
   use deck_types, only: parameter_t
+  use parameter_tree, only: find_parameter
   use hints, only: word_list_t, add_candidate, did_you_mean
   use numbers, only: scan_number, is_digit, is_letter, is_name_character
   use safe_math, only: safe_sum, safe_product, safe_quotient, safe_power, apply_function, &
     function_names, is_function
   implicit none
   private
-  public :: problem_t, evaluate, find_parameter
+  public :: problem_t, evaluate
 
   !> Deepest nesting of parentheses, signs and powers.
   integer, parameter :: deepest = 100
@@ -383,16 +384,4 @@ contains
     call fail(cursor, position, 'there is no function '''//name//'''', &
               did_you_mean(list, name, 'a product needs its *'))
   end subroutine report_no_function
-
-  !> Index of a parameter, 0 if there is none of that name (names differ by case).
-  pure integer function find_parameter(parameters, name) result(number)
-    type(parameter_t), intent(in) :: parameters(:) !! the parameters there are
-    character(*), intent(in) :: name !! its name
-
-    do number = size(parameters), 1, -1
-      if (len(parameters(number)%name) /= len(name)) cycle
-      if (parameters(number)%name == name) return
-    end do
-    number = 0
-  end function find_parameter
 end module expressions

@@ -7,7 +7,8 @@ module matching
     kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing
   use hints, only: word_list_t, add_candidate, is_listed, did_you_mean
   use numbers, only: is_letter
-  use expressions, only: problem_t, find_parameter
+  use expressions, only: problem_t
+  use parameter_tree, only: find_parameter
   use diagnostics, only: diagnostics_t, report_error
   use item_checks, only: set_value, report_problem, check_value, check_name, check_choice
   implicit none

@@ -4,7 +4,7 @@ module mesh_section
   use records, only: item_count
   use numbers, only: is_letter
   use hints, only: word_list_t, nearest_word, did_you_mean
-  use expressions, only: find_parameter
+  use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
     takes_names, table_mesh, table_batch
   use diagnostics, only: diagnostics_t, report_error

@@ -92,17 +92,17 @@ contains
     to%lines = from%lines
   end subroutine move_file
 
-  !> Finds the lines; a line ends with LF or CR LF, the last one also without.
+  !> Finds the lines; a line ends with LF, CR LF or CR, the last one also without.
   subroutine split_lines(file)
     type(source_file_t), intent(inout) :: file !! its text is known
     integer :: i, n, start
 
     n = 0
     do i = 1, len(file%text)
-      if (file%text(i:i) == achar(10)) n = n + 1
+      if (ends_line(file%text, i)) n = n + 1
     end do
     if (len(file%text) > 0) then
-      if (file%text(len(file%text):) /= achar(10)) n = n + 1
+      if (.not. ends_line(file%text, len(file%text))) n = n + 1
     end if
     allocate (file%first(n), file%last(n))
     file%lines = n
@@ -112,7 +112,7 @@ contains
     end if
     n = 0
     do i = 1, len(file%text)
-      if (file%text(i:i) == achar(10)) call close_line(i - 1)
+      if (ends_line(file%text, i)) call close_line(i - 1)
     end do
     if (n < file%lines) call close_line(len(file%text))
 
@@ -125,12 +125,23 @@ contains
       n = n + 1
       file%first(n) = start
       file%last(n) = last
-      if (last >= start) then
-        if (file%text(last:last) == achar(13)) file%last(n) = last - 1
+      if (last >= start .and. last < len(file%text)) then
+        if (file%text(last:last + 1) == achar(13)//achar(10)) file%last(n) = last - 1
       end if
       start = last + 2
     end subroutine close_line
   end subroutine split_lines
+
+  !> Whether a line ends with this character: LF, or a CR that is not followed by one.
+  pure logical function ends_line(text, i) result(ends)
+    character(*), intent(in) :: text !! bytes of a file
+    integer, intent(in) :: i !! place of the character
+
+    ends = text(i:i) == achar(10)
+    if (text(i:i) /= achar(13)) return
+    ends = i == len(text)
+    if (.not. ends) ends = text(i + 1:i + 1) /= achar(10)
+  end function ends_line
 
   !> One line without its line end; empty where there is none.
   function source_line(source, file, line) result(text)

@@ -66,13 +66,14 @@ contains
     last = first - 1
     found = cursor%at <= cursor%last .and. .not. cursor%failed
     if (.not. found) return
-    last = index(text(first:cursor%last), achar(10))
+    last = scan(text(first:cursor%last), achar(10)//achar(13))
     if (last == 0) then
       last = cursor%last
       cursor%at = cursor%last + 1
     else
       last = first + last - 2
       cursor%at = last + 2
+      if (text(last + 1:min(last + 2, cursor%last)) == achar(13)//achar(10)) cursor%at = last + 3
     end if
     do while (last >= first)
       if (.not. is_blank(text(last:last))) exit

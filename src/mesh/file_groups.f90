@@ -37,15 +37,15 @@ contains
       shape(g) = group_shape(file, file%group(g))
       if (.not. usable(file%group(g), shape(g), place, diagnostics)) shape(g) = -1
     end do
-    do pass = 1, 2
+    do pass = 1, 3
       do g = 1, file%groups
         associate (group => file%group(g))
           if (pass == 1 .and. shape(g) == 4) then
             call place_region(group%name, place_in_file(diagnostics%source, place%file, group%at), &
               elements_of(group, place, mesh), mesh, diagnostics)
-          else if (pass == 1 .and. shape(g) == 3) then
+          else if (pass == 2 .and. shape(g) == 3) then
             call place_surface(group, place, file, mesh, drafts, diagnostics)
-          else if (pass == 2 .and. shape(g) >= 0 .and. shape(g) < 3) then
+          else if (pass == 3 .and. shape(g) >= 0 .and. shape(g) < 3) then
             call place_set(group, place, file, mesh, drafts, diagnostics)
           end if
         end associate
@@ -162,12 +162,14 @@ contains
     type(surface_draft_t), allocatable, intent(inout) :: drafts(:) !! gets its triangles
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(surface_draft_t) :: draft
+    character(:), allocatable :: name
     type(location_t) :: at
     integer :: i, n, face, corners(4), free, c
 
     at = place_in_file(diagnostics%source, place%file, group%at)
-    if (taken(group%name, at, mesh, diagnostics)) return
-    call append_surface(mesh, group%name, at)
+    name = own_name(group, '_faces', at, file, mesh, diagnostics)
+    if (taken(name, at, mesh, diagnostics)) return
+    call append_surface(mesh, name, at)
     draft%surface = size(mesh%surfaces)
     draft%file = place%file
     allocate (draft%corners(3, group%count), draft%tag(group%count), draft%at(group%count), &
@@ -206,6 +208,7 @@ contains
     type(surface_draft_t), intent(in) :: drafts(:) !! the surfaces
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, allocatable :: chosen(:)
+    character(:), allocatable :: name
     type(location_t) :: at
     integer :: i, c
 
@@ -220,14 +223,39 @@ contains
     end do
     at = place_in_file(diagnostics%source, place%file, group%at)
     if (repeats(group%name, unique_numbers(chosen), mesh, drafts)) return
+    name = own_name(group, '_nodes', at, file, mesh, diagnostics)
     if (.not. any(chosen)) then
       call report_note(diagnostics, at, 'group '//group%name// &
         ' has no node of a tetrahedron: left out')
       return
     end if
-    if (taken(group%name, at, mesh, diagnostics)) return
-    call append_set(mesh, group%name, at, unique_numbers(chosen))
+    if (taken(name, at, mesh, diagnostics)) return
+    call append_set(mesh, name, at, unique_numbers(chosen))
   end subroutine place_set
+
+  !> The name of a group in the deck: its own, or with an ending where a group of another kind has
+  !! it, for mesh files give names to elements, faces and nodes apart.
+  function own_name(group, ending, at, file, mesh, diagnostics) result(name)
+    type(file_group_t), intent(in) :: group !! a group of faces or nodes
+    character(*), intent(in) :: ending !! says of what
+    type(location_t), intent(in) :: at !! where it is defined
+    type(file_mesh_t), intent(in) :: file !! its file
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! notes
+    character(:), allocatable :: name
+    integer :: g, others
+
+    name = group%name
+    others = 0
+    do g = 1, file%groups
+      if (file%group(g)%name == name) others = others + 1
+    end do
+    if (others < 2 .or. .not. name_exists(mesh, name)) return
+    if (len(name) + len(ending) > name_length) return
+    name = name//ending
+    call report_note(diagnostics, at, 'the name '//group%name//' is that of another group: '// &
+      'this one is called '//name)
+  end function own_name
 
   !> Marks the nodes that have joined the mesh.
   pure subroutine mark_nodes(nodes, chosen)

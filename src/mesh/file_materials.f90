@@ -1,8 +1,9 @@
-!> Materials of elements from mesh files: by the labels of MATErial, else material 1.
+!> Materials of elements from mesh files: by the labels of MATErial, else the only one there is.
 module file_materials
   use text, only: to_text, lower
   use deck_types, only: deck_t
   use records, only: item_integer, item_name, item_count
+  use hints, only: word_list_t, add_candidate, did_you_mean
   use diagnostics, only: diagnostics_t, report_error, error_count
   use mesh_types, only: mesh_t
   use mesh_file_types, only: file_mesh_t, file_group_t, group_cells
@@ -14,7 +15,8 @@ module file_materials
 contains
 
   !> Gives the elements of a file their materials: that of the MATErial whose label is the name of
-  !! a group they are in, else that of the label `name`, else 1.
+  !! a group they are in, else that of the label `name`, else the only one that the deck has. Where
+  !! there are several, none is taken unasked.
   subroutine choose_materials(deck, name, place, file, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     character(*), intent(in) :: name !! the name AS gives, may be empty
@@ -23,7 +25,10 @@ contains
     type(mesh_t), intent(inout) :: mesh !! its elements get their materials
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     integer :: g, c, default
+    logical :: sound
 
+    ! a MATErial that was refused may be the one that is missing
+    sound = error_count(diagnostics) == 0
     do c = 1, file%cells
       if (place%element(c) > 0) mesh%material(place%element(c)) = 0
     end do
@@ -32,20 +37,55 @@ contains
         diagnostics)
     end do
     default = labelled(deck, name)
-    if (default == 0 .and. has_material(deck, 1)) default = 1
+    if (default == 0) default = only_material(deck)
+    do g = 1, file%groups
+      if (file%group(g)%kind == group_cells .and. default == 0) call refuse_group(deck, &
+        file%group(g), place, sound, mesh, diagnostics)
+    end do
     do c = 1, file%cells
       if (place%element(c) < 1) cycle
       if (mesh%material(place%element(c)) > 0) cycle
       if (default == 0) then
-        ! a MATErial that was refused may be the one that is missing
-        if (error_count(diagnostics) == 0) call report_error(diagnostics, place%at, 'element '// &
+        if (sound) call report_error(diagnostics, place%at, 'element '// &
           to_text(file%cell_tag(c))//' of this mesh has no material', 'give a MATErial the '// &
-          'name of its region as label (MATErial 2 name), or define MATErial 1')
+          'name of its region as label (MATErial 2 name), or that of MESH file AS name')
+        sound = .false.
         default = 1
       end if
       mesh%material(place%element(c)) = default
     end do
   end subroutine choose_materials
+
+  !> Reports a group with elements that have no material, and gives them one to go on with.
+  subroutine refuse_group(deck, group, place, sound, mesh, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(file_group_t), intent(in) :: group !! the group
+    type(file_place_t), intent(in) :: place !! deck numbers
+    logical, intent(in) :: sound !! nothing has been wrong so far
+    type(mesh_t), intent(inout) :: mesh !! its elements
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(word_list_t) :: labels
+    integer :: i, e, bare
+
+    bare = 0
+    do i = 1, group%count
+      e = place%element(group%members(i))
+      if (e == 0) cycle
+      if (mesh%material(e) > 0) cycle
+      bare = bare + 1
+      mesh%material(e) = 1
+    end do
+    if (bare == 0 .or. .not. sound) return
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'mate') cycle
+      if (item_count(deck%mesh(i)%head) > 2) call add_candidate(labels, &
+        item_name(deck%mesh(i)%head, 3))
+    end do
+    call report_error(diagnostics, place%at, 'region '//group%name//' of this mesh has no '// &
+      'material: the deck has several, and none is labelled '//group%name, &
+      did_you_mean(labels, group%name, 'write MATErial m '//group%name//', or MESH file AS '// &
+      'the label of the material of all the others'))
+  end subroutine refuse_group
 
   !> Gives the elements of a group the material whose label is its name.
   subroutine label_group(deck, group, place, mesh, diagnostics)
@@ -90,16 +130,19 @@ contains
     end do
   end function labelled
 
-  !> Whether the deck has a material of this number.
-  pure logical function has_material(deck, number) result(has)
+  !> Number of the material of a deck that has one; 0 if it has none or several.
+  pure integer function only_material(deck) result(number)
     type(deck_t), intent(in) :: deck !! the deck
-    integer, intent(in) :: number !! its number
     integer :: i
 
-    has = .false.
+    number = 0
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'mate') cycle
-      if (item_integer(deck%mesh(i)%head, 2) == number) has = .true.
+      if (number /= 0 .and. number /= item_integer(deck%mesh(i)%head, 2)) then
+        number = 0
+        return
+      end if
+      number = item_integer(deck%mesh(i)%head, 2)
     end do
-  end function has_material
+  end function only_material
 end module file_materials

@@ -1,9 +1,9 @@
 !> Reads proportional loads: the PROPortional data sets, and FEAP's tables behind the batch.
 module loads_reader
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use deck_types, only: deck_t, data_set_t, record_t
-  use records, only: item_count, item_integer, item_real
+  use records, only: item_count, item_integer, item_location, item_real
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_table_t
   use loads, only: has_load
@@ -216,7 +216,14 @@ contains
     do while (next <= size(deck%tables))
       associate (record => deck%tables(next))
         if (record%group /= head%group) exit
-        do i = 1, (item_count(record) + 1)/2
+        if (item_count(record) > 2*pairs) then
+          good = .false.
+          call report_error(diagnostics, item_location(record, 2*pairs + 1), 'a record of '// &
+            to_text(item_count(record))//' items in a table of '//count_noun(pairs, 'point')// &
+            ' a record', 'write the points of a record into the head of the table: 2, '// &
+            to_text((item_count(record) + 1)/2))
+        end if
+        do i = 1, min(pairs, (item_count(record) + 1)/2)
           n = n + 1
           t(n) = item_real(record, 2*i - 1)
           p(n) = 0.0_wp

@@ -4,7 +4,8 @@
 !! description, and record no times, so that equal runs give equal files. Fortran's (3, n) is
 !! (n, 3) in C and Python.
 module hdf5_data
-  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int32
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
     h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
     h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
@@ -13,8 +14,9 @@ module hdf5_data
     h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double
   use kinds, only: wp
   use errors, only: error_t
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, write_attribute, string_type, keep_open, &
-    find_data_set
+  use checksums, only: block_sum
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set
+  use hdf5_attributes, only: write_attribute
   implicit none
   private
   public :: make_series, make_text_series, write_block, read_block, series_shape
@@ -34,6 +36,8 @@ module hdf5_data
   !! uncompressed, so that it keeps its place in the file.
   integer, parameter :: chunk_limit = 131072
   integer, parameter :: chunk_least = 64
+  !> Bytes of a chunk of strings, as long as one is not longer.
+  integer, parameter :: text_chunk = 4096
   !> Level of compression: higher ones cost time and gain next to nothing. Reals are stored as they
   !! are: their digits hardly compress, and trying to would be a large share of a short run.
   integer, parameter :: deflate_level = 1
@@ -96,7 +100,8 @@ contains
     integer :: status, none(0)
 
     call string_type(length, type_id, status)
-    call make_data_set(file, path, type_id, none, 1, error)
+    call make_data_set(file, path, type_id, none, 1, error, max(1, min(chunk_least, &
+      text_chunk/max(1, length))))
     call h5tclose_f(type_id, status)
     if (allocated(error)) return
     call describe(file, path, '1', description, error)
@@ -116,13 +121,14 @@ contains
   end subroutine describe
 
   !> Makes an empty data set of any type.
-  subroutine make_data_set(file, path, type_id, leading, block, error)
+  subroutine make_data_set(file, path, type_id, leading, block, error, entries)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer(hid_t), intent(in) :: type_id !! type in the file
     integer, intent(in) :: leading(:) !! dimensions before the last
     integer, intent(in) :: block !! entries of the last dimension that come in one go
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, intent(in), optional :: entries !! of the last dimension in a chunk
     integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
     integer(hid_t) :: space, creation, data_set
     integer :: s(9), rank, width
@@ -136,6 +142,7 @@ contains
     dims(:rank) = [int(leading, hsize_t), 0_hsize_t]
     limits(:rank) = [int(leading, hsize_t), h5s_unlimited_f]
     chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, block)])
+    if (present(entries)) chunk(rank) = int(entries, hsize_t)
     call h5screate_simple_f(rank, dims, space, s(1), limits)
     call h5pcreate_f(h5p_dataset_create_f, creation, s(2))
     call h5pset_chunk_f(creation, rank, chunk, s(3))
@@ -247,6 +254,7 @@ contains
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
     if (any(s < 0)) call raise_hdf5(error, file, 'writing the data set '//path)
+    call add_to_sum(file, path, type_id, address, n_numbers)
   end subroutine write_any
 
   !> Reads a block to anywhere in memory.
@@ -270,7 +278,22 @@ contains
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
     if (any(s < 0)) call raise_hdf5(error, file, 'reading the data set '//path)
+    call add_to_sum(file, path, type_id, address, n_numbers)
   end subroutine read_any
+
+  !> Adds a block of numbers to the sum of the file; strings do not count.
+  subroutine add_to_sum(file, path, type_id, address, n_numbers)
+    type(hdf5_file_t), intent(inout) :: file !! its sum changes
+    character(*), intent(in) :: path !! data set
+    integer(hid_t), intent(in) :: type_id !! type in memory
+    type(c_ptr), intent(in) :: address !! the numbers
+    integer, intent(in) :: n_numbers !! how many
+    integer(int32), pointer :: words(:)
+
+    if (type_id /= h5t_native_double .and. type_id /= h5t_native_integer) return
+    call c_f_pointer(address, words, [merge(2, 1, type_id == h5t_native_double)*n_numbers])
+    file%sum = ieor(file%sum, block_sum(path, words))
+  end subroutine add_to_sum
 
   !> Writes a list of reals.
   subroutine write_reals(file, path, values, first, error)

@@ -1,26 +1,28 @@
-!> HDF5 in three layers, the lowest: files, groups and attributes, with every status checked.
+!> HDF5 in three layers, the lowest: files and groups, with every status checked.
 !!
-!! The data sets are in `hdf5_data`; what stands where in a results file is in `results_file`.
+!! Attributes are in `hdf5_attributes`, data sets in `hdf5_data`; what stands where in a results
+!! file is in `results_file`.
 module hdf5_io
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_long, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
+    c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
-    h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5oopen_f, &
-    h5oclose_f, &
-    h5lexists_f, h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
+    h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5lexists_f, &
+    h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
     h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
-  use hdf5, only: h5acreate_f, h5awrite_f, h5aread_f, h5aopen_f, h5aclose_f, h5aexists_f, &
-    h5screate_simple_f, h5screate_f, h5sclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, &
-    h5tclose_f, h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, &
-    h5t_ieee_f64le, h5t_c_s1, h5t_str_nullpad_f
-  use kinds, only: wp
+  use hdf5, only: h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5t_c_s1, h5t_str_nullpad_f
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
-  use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate
+  use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate, c_pread, c_pwrite
+  use text_files, only: rename_file, remove_file
   implicit none
   private
-  public :: hdf5_file_t, create_hdf5, open_hdf5, reserve_room, flush_hdf5, close_hdf5, make_group, &
-    write_attribute, read_attribute, exists_in, raise_hdf5, string_type, keep_open, find_data_set
+  public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
+    flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
+    find_data_set
 
+  !> Ending of a file that is not complete.
+  character(*), parameter :: unfinished = '.new'
   !> What HDF5 itself may need for its lists when all data sets grow [byte].
   integer(c_long), parameter :: overhead = 1048576_c_long
 
@@ -30,18 +32,11 @@ module hdf5_io
     character(:), allocatable :: path !! name of the file
     integer :: n_open = 0 !! number of data sets that are open
     integer(hid_t), allocatable :: open_ids(:) !! their handles
+    integer(int64) :: sum = 0_int64 !! sum over the numbers written or read since it was cleared
     logical :: reserved = .false. !! there may be reserved room behind its end
+    integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
     type(string_t), allocatable :: open_paths(:) !! their names with their groups
   end type hdf5_file_t
-
-  !> Writes an attribute of a group or data set; integers are stored with 64 bits. An attribute that
-  !! is there is overwritten.
-  interface write_attribute
-    module procedure write_text_attribute
-    module procedure write_integer_attribute
-    module procedure write_integers_attribute
-    module procedure write_real_attribute
-  end interface write_attribute
 
 contains
 
@@ -62,6 +57,25 @@ contains
     if (any(s < 0) .or. status < 0) call raise_hdf5(error, file, 'creating')
     call h5pclose_f(creation, status)
   end subroutine create_hdf5
+
+  !> Gives a file that was created under the name `path` with the ending `unfinished` its name, now
+  !! that it can be read, in place of the file that has that name. One that could not be begun for
+  !! an error is removed.
+  subroutine publish_hdf5(file, path, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(inout) :: error !! why it is not complete; file trouble
+    type(error_t), allocatable :: trouble
+
+    if (.not. allocated(error)) call flush_hdf5(file, error)
+    if (.not. allocated(error)) call rename_file(file%path, path, error)
+    if (allocated(error)) then
+      call close_hdf5(file, trouble)
+      call remove_file(path//unfinished)
+    else
+      file%path = path
+    end if
+  end subroutine publish_hdf5
 
   !> Opens a file for reading.
   subroutine open_hdf5(file, path, error)
@@ -95,11 +109,26 @@ contains
     integer :: status
 
     call h5fflush_f(file%id, h5f_scope_global_f, status)
-    if (status < 0) call raise_hdf5(error, file, 'flushing')
+    if (status >= 0) return
+    call keep_promise(file)
+    call raise_hdf5(error, file, 'flushing')
   end subroutine flush_hdf5
 
+  !> Gives the file the length that its head tells: HDF5 has cut it off even where it could not
+  !! write a new head.
+  subroutine keep_promise(file)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    integer(c_int) :: ignored
+    integer(c_long) :: present_length
+
+    inquire (file=file%path, size=present_length)
+    if (present_length >= file%promised) return
+    ignored = c_truncate(file%path//c_null_char, file%promised)
+  end subroutine keep_promise
+
   !> Makes sure that the disk has room for what will be written next: HDF5 leaves a file that
-  !! cannot be read if it finds no room half-way.
+  !! cannot be read if it finds no room half-way. The head of the file gets the new length at once:
+  !! HDF5 writes it last, and a run killed before that leaves data beyond the end it tells.
   subroutine reserve_room(file, bytes, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer(c_long), intent(in) :: bytes !! what the data sets will grow by at most
@@ -115,18 +144,48 @@ contains
     if (c_associated(stream) .and. status >= 0) then
       file%reserved = .true.
       refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), bytes + overhead)
+      if (refused == 0_c_int) then
+        file%promised = int(length, c_long) + bytes + overhead
+        call promise_length(stream, file%promised)
+      end if
       ignored = c_fclose(stream)
     end if
     if (refused /= 0_c_int) call raise_hdf5(error, file, 'making room for more')
   end subroutine reserve_room
 
-  !> Gives reserved room back when the file is closed.
+  !> Writes the length of the file into its head, where that is of the first format, without a
+  !! checksum (superblock version 0, numbers of 8 bytes).
+  subroutine promise_length(stream, length)
+    type(c_ptr), intent(in) :: stream !! the file, open for writing
+    integer(c_long), intent(in) :: length !! its length [byte]
+    integer(c_long), parameter :: place = 40_c_long
+    integer, parameter :: version_at = 9, width_at = 14
+    character(kind=c_char) :: head(16), number(8)
+    integer(c_long) :: done
+    integer :: i
+
+    done = c_pread(c_fileno(stream), head, size(head, kind=c_size_t), 0_c_long)
+    if (done < size(head)) return
+    if (iachar(head(version_at)) /= 0 .or. iachar(head(width_at)) /= 8) return
+    do i = 1, 8
+      number(i) = achar(int(ibits(length, 8*(i - 1), 8)), c_char)
+    end do
+    done = c_pwrite(c_fileno(stream), number, size(number, kind=c_size_t), place)
+  end subroutine promise_length
+
+  !> Gives reserved room back when the file is closed, and its head the true length.
   subroutine give_back(file, length)
     type(hdf5_file_t), intent(inout) :: file !! the file
     integer(hsize_t), intent(in) :: length !! its bytes when it was closed
     integer(c_int) :: ignored
     integer(hsize_t) :: present_length
+    type(c_ptr) :: stream
 
+    stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
+    if (c_associated(stream)) then
+      if (length < huge(length)) call promise_length(stream, int(length, c_long))
+      ignored = c_fclose(stream)
+    end if
     inquire (file=file%path, size=present_length)
     if (present_length > length) then
       ignored = c_truncate(file%path//c_null_char, int(length, c_long))
@@ -148,6 +207,13 @@ contains
       call h5fflush_f(file%id, h5f_scope_global_f, s(3))
       call h5fget_filesize_f(file%id, length, s(1))
       if (s(1) < 0) length = huge(length)
+    end if
+    if (s(3) < 0) then
+      ! what HDF5 holds back cannot be written: the file stays as the last end time has left it
+      call keep_promise(file)
+      call raise_hdf5(error, file, 'closing')
+      file%id = -1_hid_t
+      return
     end if
     do i = 1, file%n_open
       call h5dclose_f(file%open_ids(i), s(2))
@@ -241,125 +307,6 @@ contains
     call h5tset_strpad_f(type_id, h5t_str_nullpad_f, s(3))
     status = minval(s)
   end subroutine string_type
-
-  !> Opens an attribute, after creating it if it is not there.
-  subroutine open_attribute(file, object, name, type_id, n, attribute, status)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    integer(hid_t), intent(in) :: type_id !! type in the file
-    integer, intent(in) :: n !! number of values, 0 for a scalar
-    integer(hid_t), intent(out) :: attribute !! handle of the attribute
-    integer, intent(out) :: status !! negative: failed
-    integer(hid_t) :: owner, space
-    logical :: there
-    integer :: s(6)
-
-    s = 0
-    attribute = -1_hid_t
-    space = -1_hid_t
-    owner = -1_hid_t
-    there = .false.
-    call h5oopen_f(file%id, object, owner, s(1))
-    call h5aexists_f(owner, name, there, s(2))
-    if (there) then
-      call h5aopen_f(owner, name, attribute, s(3))
-    else
-      if (n == 0) call h5screate_f(h5s_scalar_f, space, s(3))
-      if (n > 0) call h5screate_simple_f(1, [int(n, hsize_t)], space, s(3))
-      call h5acreate_f(owner, name, type_id, space, attribute, s(4))
-      call h5sclose_f(space, s(5))
-    end if
-    call h5oclose_f(owner, s(6))
-    status = minval(s)
-  end subroutine open_attribute
-
-  !> Writes a string as an attribute.
-  subroutine write_text_attribute(file, object, name, value, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    character(*), intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: attribute, type_id
-    integer :: s(5)
-
-    call string_type(len(value), type_id, s(1))
-    call open_attribute(file, object, name, type_id, 0, attribute, s(2))
-    call h5awrite_f(attribute, type_id, value, [1_hsize_t], s(3))
-    call h5aclose_f(attribute, s(4))
-    call h5tclose_f(type_id, s(5))
-    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
-  end subroutine write_text_attribute
-
-  !> Writes an integer as an attribute.
-  subroutine write_integer_attribute(file, object, name, value, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    integer, intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: attribute
-    integer :: s(3)
-
-    call open_attribute(file, object, name, h5t_std_i64le, 0, attribute, s(1))
-    call h5awrite_f(attribute, h5t_native_integer, value, [1_hsize_t], s(2))
-    call h5aclose_f(attribute, s(3))
-    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
-  end subroutine write_integer_attribute
-
-  !> Writes integers as an attribute.
-  subroutine write_integers_attribute(file, object, name, values, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    integer, intent(in) :: values(:) !! its values, at least one
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: attribute
-    integer :: s(3)
-
-    call open_attribute(file, object, name, h5t_std_i64le, size(values), attribute, s(1))
-    call h5awrite_f(attribute, h5t_native_integer, values, [size(values, kind=hsize_t)], s(2))
-    call h5aclose_f(attribute, s(3))
-    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
-  end subroutine write_integers_attribute
-
-  !> Writes a real number as an attribute.
-  subroutine write_real_attribute(file, object, name, value, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    real(wp), intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: attribute
-    integer :: s(3)
-
-    call open_attribute(file, object, name, h5t_ieee_f64le, 0, attribute, s(1))
-    call h5awrite_f(attribute, h5t_native_double, value, [1_hsize_t], s(2))
-    call h5aclose_f(attribute, s(3))
-    if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
-  end subroutine write_real_attribute
-
-  !> Reads an integer attribute.
-  subroutine read_attribute(file, object, name, value, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    integer, intent(out) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! no such attribute
-    integer(hid_t) :: owner, attribute
-    integer :: s(5)
-
-    value = 0
-    owner = -1_hid_t
-    attribute = -1_hid_t
-    call h5oopen_f(file%id, object, owner, s(1))
-    call h5aopen_f(owner, name, attribute, s(2))
-    call h5aread_f(attribute, h5t_native_integer, value, [1_hsize_t], s(3))
-    call h5aclose_f(attribute, s(4))
-    call h5oclose_f(owner, s(5))
-    if (any(s < 0)) call raise_hdf5(error, file, 'reading the attribute '//object//':'//name)
-  end subroutine read_attribute
 
   !> The error of an HDF5 call that failed.
   subroutine raise_hdf5(error, file, what)

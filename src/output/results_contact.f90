@@ -8,8 +8,9 @@ module results_contact
   use contact_surfaces, only: contact_surface_t, find_slave_surface, find_master_surface, &
     find_slave_fields, find_master_fields, n_columns, at_pressure, at_traction, at_shear, at_gap, &
     at_status, at_slip, at_energy, at_lay, at_force
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, reserve_room, &
-    write_attribute
+  use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
+    reserve_room
+  use hdf5_attributes, only: write_attribute
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_field, begin_frame, write_field, &
     end_frame, on_points, on_cells, vtk_vertex, vtk_triangle
   implicit none
@@ -68,11 +69,21 @@ contains
       call find_master_surface(model%pairs(k), model%mesh%x, contact%surfaces(2*k))
     end do
     call number_points(contact)
-    call create_hdf5(contact%file, path, error)
+    call create_hdf5(contact%file, path//unfinished, error)
     if (allocated(error)) return
     call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=long), &
       error)
-    if (allocated(error)) return
+    if (.not. allocated(error)) call write_beginning(contact, model, error)
+    call publish_hdf5(contact%file, path, error)
+  end subroutine create_contact_file
+
+  !> Writes what does not change, and makes the fields.
+  subroutine write_beginning(contact, model, error)
+    type(contact_file_t), intent(inout) :: contact !! the file, open
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: k
+
     call write_geometry(contact, model, error)
     if (allocated(error)) return
     call write_sides(contact, model, error)
@@ -83,9 +94,7 @@ contains
     end do
     call add_field(contact%grid, contact%file, on_points, 'displacement', 3, 'length', &
       'displacement', error)
-    if (allocated(error)) return
-    call flush_hdf5(contact%file, error)
-  end subroutine create_contact_file
+  end subroutine write_beginning
 
   !> Where the points and cells of each surface begin.
   pure subroutine number_points(contact)

@@ -10,7 +10,8 @@ module results_file
   use model_types, only: model_t, output_request_t, state_none
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, reserve_room
+  use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
+    make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
@@ -35,7 +36,8 @@ module results_file
 
 contains
 
-  !> Creates the file with all that is known before the first increment.
+  !> Creates the file with all that is known before the first increment. It takes its name when it
+  !! can be read, in place of the file that has that name.
   subroutine create_results(results, path, model, bodies, deck_text, version, settings, error)
     type(results_t), intent(out) :: results !! the file, open
     character(*), intent(in) :: path !! its name
@@ -46,10 +48,24 @@ contains
     character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call create_hdf5(results%file, path, error)
+    call create_hdf5(results%file, path//unfinished, error)
     if (allocated(error)) return
     call reserve_room(results%file, 3*bytes_of_fields(model) + len(deck_text, long), error)
-    if (allocated(error)) return
+    if (.not. allocated(error)) call write_beginning(results, model, bodies, deck_text, version, &
+      settings, error)
+    call publish_hdf5(results%file, path, error)
+  end subroutine create_results
+
+  !> Writes what is known before the first increment.
+  subroutine write_beginning(results, model, bodies, deck_text, version, settings, error)
+    type(results_t), intent(inout) :: results !! the file, open
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: bodies !! its connected pieces
+    character(*), intent(in) :: deck_text !! the deck as read, includes and all
+    character(*), intent(in) :: version !! version of the program
+    character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
     call write_run(results%file, model, deck_text, version, settings, error)
     if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
@@ -62,8 +78,8 @@ contains
     if (allocated(error)) return
     if (model%output%state /= state_none) call create_state_part(results%file, model, error)
     if (allocated(error)) return
-    call flush_hdf5(results%file, error)
-  end subroutine create_results
+    call write_costs(results%file, cost_t(), error)
+  end subroutine write_beginning
 
   !> Whether fields and state are written at this end time; if not they need not be computed.
   pure logical function fields_due(request, step) result(due)
@@ -160,7 +176,8 @@ contains
 
     if (results%file%id < 0) return
     call reserve_room(results%file, bytes_of_rows, error)
-    if (.not. allocated(error)) call write_costs(results%file, costs, error)
+    if (.not. allocated(error)) call renew_costs(results%file, costs, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
     call close_hdf5(results%file, trouble)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_results
@@ -238,7 +255,17 @@ contains
     call write_block(file, path, one, at_end, error)
   end subroutine write_text
 
-  !> Writes the cost table.
+  !> Overwrites the cost table: closing a file must not change what tells where its data are.
+  subroutine renew_costs(file, costs, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(cost_t), intent(in) :: costs !! what the run cost
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call write_block(file, '/run/cost_counts', int(costs%count), 1, error)
+    if (.not. allocated(error)) call write_block(file, '/run/cost_seconds', costs%seconds, 1, error)
+  end subroutine renew_costs
+
+  !> Makes the cost table.
   subroutine write_costs(file, costs, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(cost_t), intent(in) :: costs !! what the run cost

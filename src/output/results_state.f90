@@ -3,6 +3,7 @@
 !!
 !! Of `STATe LAST` two are kept in turn, so that a run killed while it writes leaves one of them.
 module results_state
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
@@ -12,15 +13,16 @@ module results_state
   use mesh_types, only: mesh_t
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group, &
-    write_attribute
-  use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
+  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
+  use hdf5_attributes, only: write_attribute
+  use hdf5_data, only: make_series, series_shape, write_block, at_end, stored_real, stored_integer
+  use checksums, only: block_sum
   use cell_state, only: create_cells, write_cells
   use text_files, only: rename_file
   implicit none
   private
   public :: create_state_part, write_state, complete_state, save_state, pair_group, &
-    defined_coordinates, slave_nodes
+    defined_coordinates, slave_nodes, state_mark
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/state/'
@@ -43,6 +45,9 @@ contains
     if (allocated(error)) return
     call make_series(file, root//'increment', stored_real, [integer ::], 1, 'time', &
       'increment size to go on with', error)
+    if (allocated(error)) return
+    call make_series(file, root//'checksum', stored_integer, [2], 1, '1', &
+      'sum over all numbers of the state', error)
     if (allocated(error)) return
     call make_series(file, root//'displacement', stored_real, [3, model%mesh%nodes], 1, 'length', &
       'displacement of all node numbers from 1', error)
@@ -211,6 +216,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
+    file%sum = state_mark(state%step)
     call write_block(file, root//'time', [state%time], slot, error)
     if (allocated(error)) return
     call write_block(file, root//'increment', [state%increment], slot, error)
@@ -223,6 +229,8 @@ contains
       call write_block(file, root//'candidate', state%candidate, slot, error)
       if (.not. allocated(error)) call write_block(file, root//'contact_force', &
         state%contact_force, slot, error)
+    else
+      call clear_condensed(file, model, slot, error)
     end if
     do i = 1, size(model%pairs)
       if (allocated(error)) return
@@ -234,7 +242,33 @@ contains
       if (model%pairs(i)%segmented) call write_cells(file, pair_group(model%pairs(i)%number), &
         state%pairs(i)%cells, slot, error)
     end do
+    if (.not. allocated(error)) call write_block(file, root//'checksum', &
+      transfer(file%sum, [0, 0]), slot, error)
   end subroutine write_slot
+
+  !> What the sum over a state begins with: another number for each step.
+  pure integer(int64) function state_mark(step) result(mark)
+    integer, intent(in) :: step !! number of the end time
+
+    mark = block_sum(root//'step', [step])
+  end function state_mark
+
+  !> Overwrites what the state that had this place before has left of the condensed form.
+  subroutine clear_condensed(file, model, slot, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: slot !! place of the state
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, allocatable :: none(:)
+    integer :: dims(3), rank
+
+    call series_shape(file, root//'candidate', dims, rank)
+    if (dims(2) < slot) return
+    allocate (none(model%mesh%nodes), source=0)
+    call write_block(file, root//'candidate', none, slot, error)
+    if (.not. allocated(error)) call write_block(file, root//'contact_force', &
+      spread(real(none, wp), 1, 3), slot, error)
+  end subroutine clear_condensed
 
   !> Writes a file of one state (SAVE); it takes its name when it is complete.
   subroutine save_state(path, model, state, version, error)

@@ -8,7 +8,8 @@ module results_tables
   use contact_points, only: count_points
   use model_types, only: model_t
   use result_types, only: contact_row_t, point_fields_t
-  use hdf5_io, only: hdf5_file_t, make_group, write_attribute
+  use hdf5_io, only: hdf5_file_t, make_group
+  use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
     stored_integer
   implicit none

@@ -3,17 +3,20 @@
 !! Nothing is created before the deck has been accepted: the run layer calls `create_log` then. A
 !! log that is not open takes every line and drops it.
 module run_log
-  use, intrinsic :: iso_c_binding, only: c_associated
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text, range_text, count_noun
   use memory, only: peak_memory
+  use signals, only: note_log
+  use libc, only: c_fileno
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: used_points
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use model_types, only: model_t, material_t, law_neohooke, law_svk
-  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, &
+    close_text_file
   implicit none
   private
   public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
@@ -68,8 +71,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
-    call create_text_file(log%file, path, error)
+    call create_locked_file(log%file, path, error)
     if (allocated(error)) return
+    call note_log(c_fileno(log%file%stream))
     call log_line(log, version//new_line('a')//'title     '//model%title//new_line('a')// &
       'deck      '//deck//new_line('a')//'BLAS      '//blas//new_line('a')// &
       'mesh      '//count_noun(count(model%mesh%defined), 'node')//', '// &
@@ -272,6 +276,7 @@ contains
     type(log_t), intent(inout) :: log !! the log
     type(error_t), allocatable, intent(out) :: error !! disk full
 
+    call note_log(-1_c_int)
     call close_text_file(log%file, error)
   end subroutine close_log
 end module run_log

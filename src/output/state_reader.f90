@@ -2,7 +2,7 @@
 module state_reader
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
-  use text, only: to_text, count_noun
+  use text, only: to_text
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
   use contact_points, only: count_points, most_coupled
@@ -10,7 +10,9 @@ module state_reader
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
   use hdf5_data, only: read_block, series_shape
-  use results_state, only: pair_group, defined_coordinates, slave_nodes
+  use results_state, only: pair_group, state_mark
+  use state_checks, only: check_state
+  use state_fit, only: check_fit
   use cell_state, only: read_cells
   implicit none
   private
@@ -18,14 +20,13 @@ module state_reader
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/state/'
-  !> Nodes further apart than this share of the model's size are at different places.
-  real(wp), parameter :: same_place = 1.0e-10_wp
   !> Line end within messages.
   character(1), parameter :: nl = new_line('a')
 
 contains
 
-  !> Reads the state of one end time from a results file.
+  !> Reads the state of one end time from a results file; of a run that has been stopped before its
+  !! first one the step is 0, and that is all.
   subroutine read_state(path, model, step, state, error)
     character(*), intent(in) :: path !! results file, or one that SAVE has written
     type(model_t), intent(in) :: model !! the problem; the file must be one of its runs
@@ -39,15 +40,29 @@ contains
     call open_states(path, file, error)
     if (allocated(error)) return
     call find_state(file, step, slot, error)
-    if (.not. allocated(error)) call check_mesh(file, model, error)
-    if (.not. allocated(error)) call check_pairs(file, model, error)
-    if (.not. allocated(error)) then
+    if (.not. allocated(error)) call check_fit(file, model, error)
+    if (.not. allocated(error) .and. slot > 0) then
       call read_slot(file, model, slot, state, error)
-      if (allocated(error)) call raise(error, exit_deck, 'error: the state in '//path// &
-        ' cannot be read: the file is damaged or cut off'//nl//'  restart from an earlier --step')
+      if (.not. allocated(error)) call check_sum(file, slot, state%step, error)
+      if (allocated(error)) call raise_damaged(path, error)
+      if (.not. allocated(error)) call check_state(path, model, state, error)
     end if
     call close_hdf5(file, ignored)
   end subroutine read_state
+
+  !> Says that a state cannot be taken, and why.
+  subroutine raise_damaged(path, error)
+    character(*), intent(in) :: path !! the file
+    type(error_t), allocatable, intent(inout) :: error !! what was wrong; then the whole message
+    character(:), allocatable :: why
+
+    why = error%message
+    if (index(why, 'error: ') == 1) why = why(8:)
+    if (index(why, nl) > 0) why = why(:index(why, nl) - 1)
+    call raise(error, exit_deck, 'error: the state in '//path//' cannot be read: the file is '// &
+      'damaged or cut off, or something has changed it'//nl//'  '//why//nl// &
+      '  restart from an earlier --step')
+  end subroutine raise_damaged
 
   !> Opens a file and says why it cannot serve.
   subroutine open_states(path, file, error)
@@ -79,7 +94,7 @@ contains
   subroutine find_state(file, step, slot, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer, intent(in) :: step !! number of the end time, 0 for the last
-    integer, intent(out) :: slot !! its place
+    integer, intent(out) :: slot !! its place, 0 if the file has none and the last is wanted
     type(error_t), allocatable, intent(out) :: error !! no such step
     integer, allocatable :: steps(:)
     integer :: dims(3), rank
@@ -93,16 +108,19 @@ contains
         'the file is damaged or cut off')
       return
     end if
-    if (all(steps < 1)) then
-      call raise(error, exit_deck, 'error: '//file%path//' holds no state to restart from'//nl// &
-        '  the run that wrote it ended before its first end time (or the first of OUTPut EVERy)')
-      return
-    end if
+    if (all(steps < 1) .and. step == 0) return
     slot = maxloc(steps, 1)
     if (step > 0) slot = findloc(steps, step, 1)
-    if (slot == 0) call raise(error, exit_deck, 'error: '//file%path// &
-      ' holds no state of step '//to_text(step)//nl//'  it holds '//step_list(steps)// &
-      '; without --step the last one is taken')
+    if (slot > 0) return
+    if (all(steps < 1)) then
+      call raise(error, exit_deck, 'error: '//file%path//' holds no state of step '// &
+        to_text(step)//nl//'  the run that wrote it ended before its first end time (or the '// &
+        'first of OUTPut EVERy)')
+    else
+      call raise(error, exit_deck, 'error: '//file%path// &
+        ' holds no state of step '//to_text(step)//nl//'  it holds '//step_list(steps)// &
+        '; without --step the last one is taken')
+    end if
   end subroutine find_state
 
   !> The steps that are there, as text: `steps 1 to 7, 9, 11 to 30`.
@@ -138,134 +156,6 @@ contains
     end do
   end function step_list
 
-  !> Checks that nodes and elements are those of the deck.
-  subroutine check_mesh(file, model, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! another mesh
-    real(wp), allocatable :: x(:, :), here(:, :)
-    integer, allocatable :: ix(:, :)
-    integer :: dims(3), rank, i
-
-    call series_shape(file, root//'coordinates', dims, rank)
-    if (dims(2) /= model%mesh%nodes) then
-      call raise_other(file, count_noun(dims(2), 'node'), count_noun(model%mesh%nodes, 'node'), &
-        error)
-      return
-    end if
-    allocate (x(3, dims(2)))
-    call read_block(file, root//'coordinates', x, 1, error)
-    if (allocated(error)) return
-    here = defined_coordinates(model%mesh)
-    i = maxloc(maxval(abs(x - here), 1), 1)
-    if (maxval(abs(x(:, i) - here(:, i))) > same_place*maxval(maxval(here, 2) - minval(here, 2))) &
-      then
-      call raise_other(file, 'node '//to_text(i)//' at '//place(x(:, i)), 'it at '// &
-        place(here(:, i)), error)
-      return
-    end if
-    call series_shape(file, root//'elements', dims, rank)
-    if (dims(2) /= size(model%mesh%ix, 2)) then
-      call raise_other(file, count_noun(dims(2), 'element'), &
-        count_noun(size(model%mesh%ix, 2), 'element'), error)
-      return
-    end if
-    allocate (ix(dims(1), dims(2)))
-    call read_block(file, root//'elements', ix, 1, error)
-    if (allocated(error)) return
-    if (dims(1) == size(model%mesh%ix, 1)) then
-      i = findloc(all(ix == model%mesh%ix, 1), .false., 1)
-      if (i > 0) call raise_other(file, 'other nodes in element '//to_text(i), 'its own', error)
-    end if
-  end subroutine check_mesh
-
-  !> A position as text.
-  function place(x) result(t)
-    real(wp), intent(in) :: x(3) !! the position [length]
-    character(:), allocatable :: t
-
-    t = '('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//')'
-  end function place
-
-  !> Checks that the contact pairs are those of the deck.
-  subroutine check_pairs(file, model, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! other pairs
-    integer, allocatable :: numbers(:)
-    integer :: dims(3), rank, i
-
-    call series_shape(file, root//'pairs', dims, rank)
-    allocate (numbers(dims(1)))
-    call read_block(file, root//'pairs', numbers, 1, error)
-    if (allocated(error)) return
-    do i = 1, size(numbers)
-      if (any(model%pairs%number == numbers(i))) cycle
-      call raise_other(file, 'a contact pair '//to_text(numbers(i)), 'none of that number', error)
-      return
-    end do
-    do i = 1, size(model%pairs)
-      if (any(numbers == model%pairs(i)%number)) then
-        call check_pair(file, model%pairs(i), error)
-      else
-        call raise_other(file, 'no contact pair '//to_text(model%pairs(i)%number), 'one', error)
-      end if
-      if (allocated(error)) return
-    end do
-  end subroutine check_pairs
-
-  !> Checks that points and facets of a pair are those of the deck.
-  subroutine check_pair(file, pair, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(pair_t), intent(in) :: pair !! the pair
-    type(error_t), allocatable, intent(out) :: error !! other points or facets
-    integer, allocatable :: nodes(:), facets(:, :)
-    character(:), allocatable :: where_it_is
-    integer :: dims(3), rank
-
-    where_it_is = ' in pair '//to_text(pair%number)
-    call series_shape(file, pair_group(pair%number)//'/host', dims, rank)
-    if (dims(1) /= count_points(pair)) then
-      call raise_other(file, count_noun(dims(1), 'point')//where_it_is, &
-        count_noun(count_points(pair), 'point'), error)
-      return
-    end if
-    call series_shape(file, pair_group(pair%number)//'/nodes', dims, rank)
-    if (dims(1) /= size(slave_nodes(pair))) then
-      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
-      return
-    end if
-    allocate (nodes(dims(1)))
-    call read_block(file, pair_group(pair%number)//'/nodes', nodes, 1, error)
-    if (allocated(error)) return
-    call series_shape(file, pair_group(pair%number)//'/facets', dims, rank)
-    if (dims(2) /= size(pair%facets, 2)) then
-      call raise_other(file, count_noun(dims(2), 'master facet')//where_it_is, &
-        count_noun(size(pair%facets, 2), 'master facet'), error)
-      return
-    end if
-    allocate (facets(3, dims(2)))
-    call read_block(file, pair_group(pair%number)//'/facets', facets, 1, error)
-    if (allocated(error)) return
-    if (any(nodes /= slave_nodes(pair))) then
-      call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
-    else if (any(facets /= pair%facets)) then
-      call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
-    end if
-  end subroutine check_pair
-
-  !> The error of a file that does not fit the deck.
-  subroutine raise_other(file, theirs, ours, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: theirs !! what the file has
-    character(*), intent(in) :: ours !! what the deck has
-    type(error_t), allocatable, intent(out) :: error !! filled
-
-    call raise(error, exit_deck, 'error: '//file%path//' does not fit this deck: it has '// &
-      theirs//', the deck has '//ours//nl//'  restart with the mesh and the pairs of the run '// &
-      'that wrote the file; loads, supports, materials and friction may differ')
-  end subroutine raise_other
-
   !> Reads the state at one place.
   subroutine read_slot(file, model, slot, state, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
@@ -279,6 +169,7 @@ contains
     call read_block(file, root//'step', step, slot, error)
     if (allocated(error)) return
     state%step = step(1)
+    file%sum = state_mark(state%step)
     call read_block(file, root//'time', values, slot, error)
     if (allocated(error)) return
     state%time = values(1)
@@ -295,8 +186,7 @@ contains
       if (allocated(error)) return
       call read_pair(file, model%pairs(i), slot, state, i, error)
       if (allocated(error)) return
-      if (has_multipliers(model%pairs(i))) call read_multipliers(file, &
-        model%pairs(i)%number, slot, state%pairs(i), error)
+      call read_multipliers(file, model%pairs(i), slot, state%pairs(i), error)
       if (allocated(error)) return
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
@@ -304,6 +194,21 @@ contains
         size(model%pairs(i)%slave_facets, 2), slot, state%pairs(i)%cells, error)
     end do
   end subroutine read_slot
+
+  !> Compares the sum over what was read with the one that was written.
+  subroutine check_sum(file, slot, step, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file; its sum is that of the state
+    integer, intent(in) :: slot !! place of the state
+    integer, intent(in) :: step !! number of its end time
+    type(error_t), allocatable, intent(out) :: error !! they differ
+    integer :: written(2), found(2)
+
+    found = transfer(file%sum, found)
+    call read_block(file, root//'checksum', written, slot, error)
+    if (allocated(error)) return
+    if (any(written /= found)) call raise(error, exit_deck, 'the sum over the state of step '// &
+      to_text(step)//' is not the one that was written')
+  end subroutine check_sum
 
   !> Reads what belongs to the condensed form, if it was in use.
   subroutine read_condensed(file, model, slot, state, error)
@@ -363,19 +268,19 @@ contains
     end do
   end subroutine read_pair
 
-  !> Reads the multipliers of a pair that has them; a run without AUGMent has left none.
-  subroutine read_multipliers(file, number, slot, history, error)
+  !> Reads the multipliers of a pair; a run without AUGMent has left none, and one may use none.
+  subroutine read_multipliers(file, pair, slot, history, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    integer, intent(in) :: number !! number of the pair
+    type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: slot !! place of the state
     type(pair_history_t), intent(inout) :: history !! its history, points allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: lambda(3, size(history%points))
     integer :: i
 
-    if (.not. exists_in(file, pair_group(number)//'/multiplier')) return
-    call read_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
-    if (allocated(error)) return
+    if (.not. exists_in(file, pair_group(pair%number)//'/multiplier')) return
+    call read_block(file, pair_group(pair%number)//'/multiplier', lambda, slot, error)
+    if (allocated(error) .or. .not. has_multipliers(pair)) return
     do i = 1, size(history%points)
       history%points(i)%lambda = lambda(:, i)
     end do

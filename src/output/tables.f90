@@ -197,6 +197,18 @@ contains
     end do
   end function reals
 
+  !> A name in one piece: blanks within it become underscores, for blanks part the columns.
+  pure function without_blanks(name) result(t)
+    character(*), intent(in) :: name !! the name
+    character(len(name)) :: t
+    integer :: i
+
+    t = name
+    do i = 1, len_trim(name)
+      if (t(i:i) == ' ' .or. t(i:i) == achar(9)) t(i:i) = '_'
+    end do
+  end function without_blanks
+
   !> Pads names to one width.
   pure subroutine pad_names(names, key, padded_names)
     type(string_t), intent(in) :: names(:) !! the names
@@ -207,7 +219,7 @@ contains
     width = name_width(names, key)
     allocate (padded_names(size(names)))
     do i = 1, size(names)
-      padded_names(i)%s = padded(names(i)%s, width)
+      padded_names(i)%s = padded(without_blanks(names(i)%s), width)
     end do
   end subroutine pad_names
 

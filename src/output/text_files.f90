@@ -4,15 +4,17 @@ module text_files
     c_size_t
   use errors, only: error_t, raise, exit_resources
   use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, &
-    path_limit
+    path_limit, c_fileno, c_flock, read_errno
   implicit none
   private
-  public :: text_file_t, create_text_file, write_line, flush_text_file, close_text_file, &
-    make_folder, rename_file, real_path
+  public :: text_file_t, create_text_file, create_locked_file, write_line, flush_text_file, &
+    close_text_file, &
+    make_folder, rename_file, remove_file, real_path
 
   !> A text file open for writing.
   type :: text_file_t
     type(c_ptr) :: stream = c_null_ptr !! C stream, null while closed
+    type(c_ptr) :: lock = c_null_ptr !! C stream that holds the lock, null for none
     character(:), allocatable :: path !! name of the file
   end type text_file_t
 
@@ -40,6 +42,36 @@ contains
         '  Is the folder there, and may you write to it? --out DIR names another one.')
     end if
   end subroutine create_text_file
+
+  !> Creates a file that no other process may create as long as it is open; one that another process
+  !! holds is left as it is. Where the system cannot lock, it is created without.
+  subroutine create_locked_file(file, path, error)
+    type(text_file_t), intent(out) :: file !! the file, open
+    character(*), intent(in) :: path !! its name
+    type(error_t), allocatable, intent(out) :: error !! no permission, or another process has it
+    integer(c_int), parameter :: alone = 6_c_int, would_wait = 11_c_int
+    integer(c_int) :: status, number
+    type(c_ptr) :: stream
+
+    stream = c_fopen(trim(path)//c_null_char, 'a'//c_null_char)
+    status = 0_c_int
+    if (c_associated(stream)) then
+      status = c_flock(c_fileno(stream), alone)
+      call read_errno(number)
+      if (status /= 0_c_int .and. number == would_wait) then
+        status = c_fclose(stream)
+        call raise(error, exit_resources, 'error: another run is writing to '//trim(path)// &
+          new_line('a')//'  wait for its end, or let this one write elsewhere: --out DIR')
+        return
+      end if
+    end if
+    call create_text_file(file, path, error)
+    if (allocated(error)) then
+      if (c_associated(stream)) status = c_fclose(stream)
+      return
+    end if
+    file%lock = stream
+  end subroutine create_locked_file
 
   !> Adds one line; blanks at its end are dropped.
   subroutine write_line(file, line, error)
@@ -70,6 +102,9 @@ contains
     if (.not. c_associated(file%stream)) return
     if (c_fclose(file%stream) /= 0_c_int) call raise_write_error(file, error)
     file%stream = c_null_ptr
+    if (.not. c_associated(file%lock)) return
+    if (c_fclose(file%lock) /= 0_c_int) call raise_write_error(file, error)
+    file%lock = c_null_ptr
   end subroutine close_text_file
 
   !> Makes a folder and those above it; folders that are there are left alone.
@@ -104,6 +139,16 @@ contains
     call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
       trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
   end subroutine rename_file
+
+  !> Removes a file, if it is there and that is allowed.
+  subroutine remove_file(path)
+    character(*), intent(in) :: path !! the file
+    integer :: unit, status
+
+    open (newunit=unit, file=path, status='old', iostat=status)
+    if (status /= 0) return
+    close (unit, status='delete')
+  end subroutine remove_file
 
   !> The path of a file or folder without links and dots; empty if there is none.
   function real_path(path) result(real)

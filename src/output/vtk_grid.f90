@@ -7,7 +7,8 @@ module vtk_grid
   use kinds, only: wp
   use errors, only: error_t
   use text, only: string_t
-  use hdf5_io, only: hdf5_file_t, make_group, write_attribute
+  use hdf5_io, only: hdf5_file_t, make_group
+  use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_long, stored_integer, &
     stored_byte
   implicit none

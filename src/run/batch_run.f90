@@ -12,7 +12,7 @@ module batch_run
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
   use stepping, only: advance, raise_outcome
-  use signals, only: stop_requested
+  use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
   use run_files, only: write_row
   use run_audit, only: audit_end_time
@@ -217,8 +217,10 @@ contains
     context%state%step = context%state%step + 1
     call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
+    call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
       context%audit, error)
+    call end_writing()
     if (allocated(error)) return
     line%step = context%state%step
     line%increment = 1

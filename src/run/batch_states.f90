@@ -5,6 +5,7 @@ module batch_states
   use batch_types, only: batch_command_t
   use batch_position, only: is_passing
   use run_log, only: log_line
+  use signals, only: begin_writing, end_writing
   use run_context, only: context_t
   use run_progress, only: run_state_t
   use result_types, only: saved_state_t
@@ -27,8 +28,10 @@ contains
       call note_passed(run%states, command%text)
       return
     end if
+    call begin_writing()
     call keep_state(run%states, command%text, context%model, context%system, context%state, &
       run%increment, path, error)
+    call end_writing()
     if (.not. allocated(error)) call log_line(context%files%log, '  state of time '// &
       to_text(context%state%time, 12)//' saved in '//path, error)
   end subroutine run_save

@@ -1,6 +1,6 @@
 !> States that a run goes back to or goes on from: SAVE, REST and --restart.
 module saved_states
-  use errors, only: error_t
+  use errors, only: error_t, raise, exit_deck
   use text, only: string_t
   use string_lists, only: append_string
   use version, only: program_version
@@ -67,6 +67,9 @@ contains
 
     path = path_of(states, name)
     call read_state(path, model, step, saved, error)
+    if (allocated(error) .or. saved%step > 0) return
+    call raise(error, exit_deck, 'error: '//path//' holds no state to go back to'//new_line('a')// &
+      '  the run that wrote it ended before its first end time (or the first of OUTPut EVERy)')
   end subroutine read_kept_state
 
   !> Makes a saved state the present one; the number of its step is left to the caller.

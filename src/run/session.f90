@@ -3,7 +3,7 @@ module session
   use errors, only: error_t
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
-  use blas_info, only: blas_name, is_reference_blas, set_blas_threads
+  use blas_info, only: blas_name, is_reference_blas, set_blas_threads, start_blas
   use threads, only: set_threads, count_cores
   use version, only: program_version
   use deck_types, only: deck_t
@@ -31,6 +31,7 @@ module session
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
   use result_types, only: saved_state_t
+  use signals, only: begin_writing, end_writing
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
   use command_line, only: options_t
   implicit none
@@ -105,6 +106,8 @@ contains
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
 
+    call start_blas(error)
+    if (allocated(error)) return
     associate (model => context%model, system => context%system, files => context%files)
       call build_system(model, system, context%state)
       states%deck = deck_name(options)
@@ -114,8 +117,10 @@ contains
         error)
       if (allocated(error)) return
       call begin_audit(model, system, context%state, context%audit)
+      call begin_writing()
       call create_files(files, states%base, options%folder, model, system, deck_text, &
         'mfec '//program_version, settings_text(options), blas_name(), error)
+      call end_writing()
       if (allocated(error)) return
       context%monitor%log => context%files%log
       context%monitor%terminal => context%terminal
@@ -125,7 +130,9 @@ contains
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), trouble)
+      call begin_writing()
       call close_files(files, system, trouble)
+      call end_writing()
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
@@ -139,7 +146,7 @@ contains
 
     if (is_reference_blas()) call log_warning(context%files%log, 'this is the reference '// &
       'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
-    if (.not. allocated(error) .and. states%step > 0) call report_restart(states, &
+    if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &
       context%files, context%terminal, error)
     if (options%threads > 1) call report_threads(options%threads, context%monitor)
     call report_gaps(context, .false.)
@@ -171,11 +178,12 @@ contains
 
     call read_state(options%restart, model, options%step, saved, error)
     if (allocated(error)) return
+    states%base = restart_base(states%base, options%restart)
+    if (saved%step == 0) return
     call take_state(saved, model, system, state)
     state%step = saved%step
     states%step = saved%step
     states%time = saved%time
-    states%base = restart_base(states%base, options%restart)
   end subroutine go_on
 
   !> Says where a restarted run begins and where it writes.
@@ -188,6 +196,8 @@ contains
 
     line = 'goes on from step '//to_text(states%step)//', time '//to_text(states%time)//' of '// &
       states%restart//'; writes '//states%base//'.*'
+    if (states%step == 0) line = states%restart//' holds no state yet: begins at time 0; '// &
+      'writes '//states%base//'.*'
     call print_line(terminal, line)
     call log_line(files%log, line, error)
   end subroutine report_restart

@@ -10,6 +10,8 @@ module diagnosis
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless
   use contact_report, only: worst_contact, restless_point, closed_points, has_friction
+  use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried
+  use statics_report, only: motion_text, reserve_text
   use remedies, only: what_may_help, settle_advice
   use system_types, only: system_t
   implicit none
@@ -19,14 +21,16 @@ module diagnosis
 contains
 
   !> What can be said about a failed solve, in lines that begin with two blanks.
-  subroutine explain_failure(model, system, progress, time, cut, text)
+  subroutine explain_failure(model, system, progress, time, cut, text, goal)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
     type(newton_t), intent(in) :: progress !! how it ended
     real(wp), intent(in) :: time !! the time that was tried
     logical, intent(in) :: cut !! increments have been cut as far as it goes
     character(:), allocatable, intent(out) :: text !! the explanation
+    real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(1), parameter :: nl = new_line('a')
+    type(verdict_t) :: verdict, ahead
     integer :: body
 
     text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
@@ -45,14 +49,24 @@ contains
         'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
       return
     end if
+    call judge_statics(model, system, time, verdict)
+    if (present(goal) .and. verdict%kind <= statics_carried) then
+      call judge_statics(model, system, goal, ahead)
+      if (ahead%kind > statics_carried) verdict = ahead
+    end if
+    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) &
+      verdict%kind = statics_unknown
+    if (verdict%kind > statics_carried) text = text//nl// &
+      motion_text(body_name(model, system, verdict%body), verdict)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
-      text = text//nl//describe_body(model, system, body)
+      text = text//nl//describe_body(model, system, body, verdict%kind)
     else
       text = text//nl//worst_node(model, system, cut)
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
+    if (verdict%kind == statics_carried) text = text//nl//reserve_text(verdict%friction)
   end subroutine explain_failure
 
   !> Names of the pairs whose forces come partly from multipliers.
@@ -85,7 +99,7 @@ contains
         call monitor%warning(body_name(model, system, b)//' is held by contact alone')
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
-          describe_body(model, system, b))
+          describe_body(model, system, b, statics_unknown))
         return
       end if
     end do
@@ -128,10 +142,11 @@ contains
   end function unrestrained_bodies
 
   !> Names a body that can move freely, and how.
-  function describe_body(model, system, body) result(t)
+  function describe_body(model, system, body, kind) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
+    integer, intent(in) :: kind !! what statics says
     character(:), allocatable :: t
     character(11), parameter :: axes(6) = ['move along ', 'move along ', 'move along ', &
       'turn about ', 'turn about ', 'turn about ']
@@ -163,7 +178,7 @@ contains
     end if
     contact = worst_contact(model, system, body)
     if (len(contact) > 0) t = t//nl//contact
-    t = t//nl//what_holds(closed, has_friction(model, system, body))
+    if (kind == statics_unknown) t = t//nl//what_holds(closed, has_friction(model, system, body))
   end function describe_body
 
   !> What to change for a body that can move.

@@ -50,7 +50,7 @@ contains
       hopeless = part == 1
       if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
       if (hopeless) then
-        call raise_outcome(model, system, state, progress, time, part == 1, error)
+        call raise_outcome(model, system, state, progress, time, part == 1, error, end_time)
         return
       end if
       part = part/2
@@ -114,7 +114,7 @@ contains
   end function memory_message
 
   !> Turns the end of a solve into an error that says what, where, and what to do.
-  subroutine raise_outcome(model, system, state, progress, time, cut, error)
+  subroutine raise_outcome(model, system, state, progress, time, cut, error, goal)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
     type(state_t), intent(in) :: state !! last converged state
@@ -122,6 +122,7 @@ contains
     real(wp), intent(in) :: time !! the time that was tried
     logical, intent(in) :: cut !! increments have been cut as far as it goes
     type(error_t), allocatable, intent(out) :: error !! the error
+    real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(:), allocatable :: text
     character(1), parameter :: nl = new_line('a')
 
@@ -132,7 +133,7 @@ contains
       call raise(error, stop_exit_code(), 'stopped by a signal at time ' &
         //to_text(state%time, 12)//'; the files end with the last converged increment')
     case default
-      call explain_failure(model, system, progress, time, cut, text)
+      call explain_failure(model, system, progress, time, cut, text, goal)
       call raise(error, exit_no_convergence, 'error: '//reason(progress%outcome)//' at time ' &
         //to_text(time, 12)//nl//text//nl//'  everything up to time ' &
         //to_text(state%time, 12)//' is on disk')

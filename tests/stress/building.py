@@ -54,6 +54,7 @@ class Building:
         self.young = 10.0**draw.uniform(0, 6)
         self.bound = 0.1
         self.allowed = []
+        self.stiffness = 0.0  # sum of the penalties of all pairs [force/length]
         self.known = {}
 
     def chance(self, share):
@@ -136,6 +137,9 @@ class Building:
         sides = sides[::-1] if swap else sides
         factor = 10.0**draw.uniform(0, 2) if self.chance(0.3) else 10.0
         lines = [f'PENAlty {penalty or "AUTO " + number(factor)}']
+        young = min((part.young for part, _ in sides if part is not None and part.elastic),
+                    default=1e4*self.young)
+        self.stiffness += (1e4 if self.form[2] else factor)*young/0.2
         kind = kind or draw.choice(('coulomb', 'coulomb', 'elliptic'))
         mu = self.friction() if mu is None else mu
         mu = (mu, mu) if np.isscalar(mu) else mu
@@ -166,7 +170,8 @@ class Building:
         return math.exp(self.draw.uniform(math.log(least), math.log(most)))
 
     def scene(self, wish, reason):
-        """The scene. wish: 'solution', or 'none: ' and what the message must say."""
+        """The scene. wish: 'solution', 'none: ' and what the message must say, or 'named: ' and what
+        must be said of a solution whose place is one of many."""
         deck = self.deck
         place = [self.unit*(self.rotation @ x + self.shift) for part in self.parts for x in part.x]
         deck.x = [x.tolist() for x in place]
@@ -181,7 +186,7 @@ class Building:
         scene = Scene(f'{self.family} {self.seed}', deck, 'realistic', mus=self.mus,
                       balance=[(part.name, part.sets, part.signs, self.load_of(part))
                                for part in elastic],
-                      refused=not wish == 'solution', seconds=400,
+                      refused=wish.startswith('none'), seconds=400,
                       factor=max(float(np.abs(x).max()) for x in place))
         scene.family, scene.wish, scene.reason = self.family, wish, reason
         size = max(np.ptp(np.array(place), axis=0))
@@ -191,6 +196,8 @@ class Building:
         # Forces of the round-off of stresses are no forces.
         stiff = max((part.young for part in elastic), default=0.0)
         scene.floor = 1e-7*stiff*size*max(far*self.unit, 1e-6*size)
+        # A gap is known to the last places of positions; times the penalties that is a force.
+        scene.noise = 4*2.2e-16*scene.factor*self.stiffness*self.unit
         scene.allowed = self.allowed
         scene.balance_wanted = 1e-6 if self.form[2] else 1e-8
         word = (self.form[1] or self.form[0]) + (' AUGMent' if self.form[2] else '')

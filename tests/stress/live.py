@@ -15,7 +15,7 @@ SAYS = {
     'tips': r'\btip|topple|turns? (over|about)',
     'turns': r'spin|turns? about|torque',
     'lifts': r'lift|no closed contact point|no contact point is closed|pulled off|leaves',
-    'unrestrained': r'nothing resists|without friction|unrestrained',
+    'unrestrained': r'nothing resists|without resistance|without friction|unrestrained',
 }
 PROCESSOR = re.compile(r'processor time[^\d\n]*([\d.]+)')
 AUDIT = re.compile(r'^.*\bfailed\b.*$', re.MULTILINE | re.IGNORECASE)
@@ -57,8 +57,13 @@ def faults_of(scene, outcome, place):
         return [run.crash()]
     if run.code not in (0, 2):
         return [f'exit code {run.code}: ' + ' / '.join(run.err.split('\n')[:3])]
-    if scene.wish != 'solution':
+    if scene.wish.startswith('none'):
         return without_solution(scene, run)
+    if scene.wish.startswith('named') and not re.search(
+            SAYS['unrestrained'], run.err + outcome.texts['log'], re.IGNORECASE):
+        return [f'exit code {run.code} without a word that {scene.reason}']
+    if scene.wish.startswith('named') and run.code == 2:
+        return []
     said = ' / '.join(run.err.strip().split('\n'))
     if run.code == 2:
         return [f'there is a solution ({scene.reason}); exit code 2: {said}']
@@ -100,12 +105,14 @@ def balance(outcome, scene):
             # The scale of TOL: forces of now, or of the state before.
             larger = max(scale, before.get(name, 0.0), scene.floor)
             before[name] = scale
-            note(worst, name + ': force', math.hypot(*total[:3])/larger, scene.balance_wanted)
+            noise = scene.noise/larger
+            note(worst, name + ': force', math.hypot(*total[:3])/larger,
+                 scene.balance_wanted + noise)
             # Reactions have no moments in the table, and a master's arms are those of the slave.
             if not sets:
                 exact = all(sign > 0 for sign in signs.values())
                 note(worst, name + ': moment', math.hypot(*total[3:])/larger/scene.factor,
-                     scene.balance_wanted if exact else 0.01)
+                     scene.balance_wanted + noise if exact else 0.01)
     return [f'balance of {name} is off by {value:.1e} of its forces'
             for name, value in worst.items()]
 
@@ -132,8 +139,14 @@ def bounds(outcome, scene, place):
     return faults
 
 
-def run_live(program, seeds, jobs, keep, report, verbose):
-    """Runs the scenes; one line each, a table by family, the failed ones with their reasons."""
+# Share of the scenes with a solution that a long list of seeds must solve.
+SHARE_SOLVED = 0.995
+
+
+def run_live(program, seeds, jobs, keep, report, verbose=False):
+    """Runs the scenes: one line each, and one test. In a long list a scene with a solution may end
+    with exit code 2, but for the share of all of them."""
+    long = len(seeds) >= 100
     rows = []
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         tasks = [pool.submit(live, program, seed, keep) for seed in seeds]
@@ -146,8 +159,15 @@ def run_live(program, seeds, jobs, keep, report, verbose):
                   f'{verdict}' + (f'  [{row.notes}]' if row.faults or verbose else ''), flush=True)
             for fault in row.faults:
                 print('    ' + fault)
-            report.passed += not row.faults
-            report.failed += bool(row.faults)
+            spared = long and row.code == 2 and row.wish == 'solution'
+            report.passed += spared or not row.faults
+            report.failed += bool(row.faults) and not spared
+    if long:
+        mine = [row for row in rows if not row.wish.startswith('none')]
+        share = sum(not row.faults for row in mine)/max(1, len(mine))
+        report.add('share of the realistic scenes with a solution that are solved',
+                   [] if share >= SHARE_SOLVED else
+                   [f'{100*share:.1f} %, {100*SHARE_SOLVED:g} % wanted'])
     return rows
 
 
@@ -158,8 +178,8 @@ def table(rows):
     families = [f for f in FAMILIES if any(row.family == f for row in rows)]
     for family in families + ['all']:
         mine = [row for row in rows if family in (row.family, 'all')]
-        good = [row for row in mine if row.wish == 'solution']
-        bad = [row for row in mine if row.wish != 'solution']
+        good = [row for row in mine if not row.wish.startswith('none')]
+        bad = [row for row in mine if row.wish.startswith('none')]
         solves = [n for row in good for n in row.solves] or [0]
         worst = [max(row.solves) for row in good if row.solves] or [0]
         out.append(f'| {family} | {len(mine)} | {sum(not r.faults for r in good)} of {len(good)} | '

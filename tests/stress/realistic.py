@@ -339,7 +339,8 @@ def push(seed):
         wish, reason = 'none: turns', f'the torque over the weight, {part:.3g}, is above mu times ' \
             f'the farthest point of the sole, {most*reach:.3g}'
     else:
-        wish, reason = 'none: unrestrained', 'without friction nothing resists motions along the floor'
+        wish, reason = 'named: unrestrained', 'the weight is carried, but without friction nothing ' \
+            'resists motions along the floor: the place is one of many'
     if kind == 'frictionless':
         weigh(b, body, weight)
         return b.scene(wish, reason)

@@ -3,11 +3,11 @@
 !! Text output goes through C streams because gfortran 12 loses the error when a buffer cannot be
 !! written (disk full): neither write nor flush nor close report it.
 module libc
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t, c_f_pointer
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
-  public :: c_fileno, c_posix_fallocate, c_truncate
+  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, read_errno
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -77,6 +77,44 @@ module libc
       integer(c_int) :: status
     end function c_posix_fallocate
 
+    !> Reads bytes from a place in a file; returns how many it has read.
+    function c_pread(number, bytes, count, offset) result(taken) bind(c, name='pread')
+      import :: c_char, c_int, c_long, c_size_t
+      implicit none
+      integer(c_int), value :: number !! the file
+      integer(c_size_t), value :: count !! how many
+      character(kind=c_char), intent(out) :: bytes(count) !! where they go
+      integer(c_long), value :: offset !! where they stand
+      integer(c_long) :: taken
+    end function c_pread
+
+    !> Writes bytes to a place in a file; returns how many it has written.
+    function c_pwrite(number, bytes, count, offset) result(written) bind(c, name='pwrite')
+      import :: c_char, c_int, c_long, c_size_t
+      implicit none
+      integer(c_int), value :: number !! the file
+      character(kind=c_char), intent(in) :: bytes(*) !! what to write
+      integer(c_size_t), value :: count !! how many
+      integer(c_long), value :: offset !! where to
+      integer(c_long) :: written
+    end function c_pwrite
+
+    !> Where glibc keeps the number of the last error.
+    function c_errno_location() result(place) bind(c, name='__errno_location')
+      import :: c_ptr
+      implicit none
+      type(c_ptr) :: place
+    end function c_errno_location
+
+    !> Locks a file that is open; 0 is success.
+    function c_flock(number, operation) result(status) bind(c, name='flock')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: number !! the file
+      integer(c_int), value :: operation !! 6: for this process alone, without waiting
+      integer(c_int) :: status
+    end function c_flock
+
     !> Cuts a file off; 0 is success.
     function c_truncate(path, length) result(status) bind(c, name='truncate')
       import :: c_char, c_int, c_long
@@ -104,4 +142,15 @@ module libc
       type(c_ptr) :: address
     end function c_realpath
   end interface
+
+contains
+
+  !> The number of the last error of the C library.
+  subroutine read_errno(number)
+    integer(c_int), intent(out) :: number !! as errno.h has them
+    integer(c_int), pointer :: place
+
+    call c_f_pointer(c_errno_location(), place)
+    number = place
+  end subroutine read_errno
 end module libc

@@ -1,0 +1,64 @@
+"""What the manuals show is what the program does: figures, gallery, commands."""
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+DOC = os.path.join(TOP, 'doc')
+sys.path.insert(0, DOC)
+
+import figures  # noqa: E402
+import formulas  # noqa: E402
+
+# Who makes the pictures of the manuals.
+MAKERS = {'doc/pictures/': 'make figures', 'doc/gallery/': 'make gallery',
+          'doc/verification/': 'make verify', 'doc/bench/': 'make bench',
+          'doc/fig6.png': 'make demo', 'doc/lay.png': 'postproc/plot_lay.py'}
+
+
+def test_pictures_are_not_older_than_what_they_show():
+    assert figures.stale() == []
+
+
+def test_every_picture_has_a_maker():
+    for path in formulas.documents():
+        for target in re.findall(r'!\[[^\]]*\]\(([^)]+)\)', formulas.read(path)):
+            name = os.path.relpath(os.path.join(os.path.dirname(path), target), TOP)
+            assert os.path.exists(os.path.join(TOP, name)), f'{path}: {target}'
+            assert any(name.startswith(known) for known in MAKERS), f'nobody makes {name}'
+
+
+def test_the_gallery_shows_all_its_decks():
+    page = formulas.read(os.path.join(DOC, 'gallery.md'))
+    for name, deck, _, _, text in figures.SCENES:
+        assert f'gallery/{name}.png' in page and deck in page and text in page
+
+
+def commands():
+    """The command lines of the tutorials that run as they stand."""
+    text = formulas.read(os.path.join(DOC, 'tutorials.md'))
+    blocks = re.findall(r'^```\n(\./mfec.*?)^```', text, re.S | re.M)
+    return [line for block in blocks for line in block.strip().split('\n')]
+
+
+def test_the_commands_of_the_tutorials_run(tmp_path):
+    program = os.path.join(TOP, 'mfec')
+    if not os.path.exists(program):
+        pytest.skip('build ./mfec first')
+    os.symlink(os.path.join(TOP, 'inputs'), tmp_path / 'inputs')
+    os.symlink(program, tmp_path / 'mfec')
+    lines = commands()
+    assert len(lines) >= 10
+    for line in lines:
+        command, _, remark = line.partition('#')
+        wanted = re.search(r'exit code (\d)', remark)
+        done = subprocess.run(shlex.split(command) + ['--quiet'] * ('--help' not in command),
+                              cwd=tmp_path, capture_output=True, text=True, check=False,
+                              env=dict(os.environ, OPENBLAS_NUM_THREADS='1'))
+        assert done.returncode == (int(wanted.group(1)) if wanted else 0), line + done.stderr
+        said = re.search(r': (did you mean .*)$', remark)
+        assert not said or said.group(1) in done.stderr
