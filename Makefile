@@ -193,9 +193,13 @@ build/venv-pictures/stamp: postproc/requirements-pictures.txt postproc/requireme
 test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
 	@python3 tests/package_test build/venv-pictures
 
-verify: build/venv/stamp mfec ## compare with closed forms and published values: the whole table
+verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
+	@rm -rf build/verification/seeds
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/verification/run --all --program ./mfec \
-	  --markdown build/verification.md --figures build/verification
+	  $(if $(SEEDS),--seeds $(SEEDS) --keep build/verification/seeds \
+	    --spread build/verification/spread.json,--seed $(or $(SEED),1) \
+	    --markdown build/verification.md --table build/verification/table.md \
+	    --spread doc/verification/spread.json --figures build/verification)
 
 figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
 	@$(PYTHON) doc/figures.py

@@ -1,4 +1,4 @@
-"""The paper's example in one command: five runs, their figures and a small table.
+"""The paper's example, with data of our own, in one command: five runs, figures and a small table.
 
 MFC is Coulomb's law with mu 0.1 and 0.08; MFEC the elliptical law with mu1 = 0.1 along the lay and
 mu2 = 0.08 across it, the lay turned by 0, 45 and 90 degrees against the direction of sliding.

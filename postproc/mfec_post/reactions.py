@@ -1,4 +1,4 @@
-"""The reaction curves of the sliding cube: the paper's Fig. 6, and T/N below it."""
+"""The reaction curves of the sliding cube, as the paper's Fig. 6 shows them, and T/N below; no data of the paper."""
 import argparse
 import os
 import sys

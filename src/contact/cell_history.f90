@@ -124,7 +124,7 @@ contains
     associate (corners => x(:, pair%facets(:, path(n))))
       call project_on_facet(corners, position(pair, cell, x), tip, gap)
       slip = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
-                    bounded_field_at(field, cell%weight(1:2), 0.0_wp))
+                    bounded_field_at(field, cell%weight(1:2), 1.0_wp))
       call project_on_facet(corners, corners(:, 3) + slip, way, gap)
       tip = tip - way
     end associate

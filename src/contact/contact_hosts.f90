@@ -82,6 +82,7 @@ contains
 
     if (pair%smooth) call renew_patches(pair, x_old)
     pair%new = pair%old
+    pair%start = pair%old
     pair%raise = first_raise(pair)
     pair%left = 0
     pair%moves = 0
@@ -224,10 +225,10 @@ contains
     integer :: status
 
     back = .false.
-    if (any(pair%old(p)%host == [0, point%host, pair%left(p)])) return
+    if (any(pair%start(p)%host == [0, point%host, pair%left(p)])) return
     trial = point
-    trial%host = pair%old(p)%host
-    trial%tip = pair%old(p)%tip
+    trial%host = pair%start(p)%host
+    trial%tip = pair%start(p)%tip
     call follow_tip(pair, x_old, x, tolerance, p, trial)
     if (any(trial%host == [point%host, pair%left(p)])) return
     if (has_multipliers(pair) .and. all(pair%neighbours(:, point%host) /= trial%host)) return

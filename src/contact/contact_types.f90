@@ -93,6 +93,7 @@ module contact_types
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
     type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
     type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    type(contact_point_t), allocatable :: start(:) !! (points) where the increment starts them
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
     integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
     integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end

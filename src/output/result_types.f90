@@ -67,6 +67,9 @@ module result_types
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
+    ! The state before, from which first touches are foreseen
+    real(wp) :: span_before = 0.0_wp !! length of the last increment, 0 if not known [time]
+    real(wp), allocatable :: displacement_before(:, :) !! (3, nodes) at its start [length]
     ! Of the condensed form, if it is in use
     integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]

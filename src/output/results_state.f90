@@ -18,6 +18,7 @@ module results_state
   use hdf5_data, only: make_series, series_shape, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
   use cell_state, only: create_cells, write_cells
+  use path_state, only: create_before, write_before
   use text_files, only: rename_file
   implicit none
   private
@@ -54,6 +55,8 @@ contains
     if (allocated(error)) return
     call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
       'force of the supports on all node numbers from 1', error)
+    if (allocated(error)) return
+    call create_before(file, root, model%mesh%nodes, error)
     if (allocated(error)) return
     call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
       'nodes that the condensed solver holds for contact; empty if it was not in use', error)
@@ -224,6 +227,8 @@ contains
     call write_block(file, root//'displacement', state%displacement, slot, error)
     if (allocated(error)) return
     call write_block(file, root//'reaction', state%reaction, slot, error)
+    if (allocated(error)) return
+    call write_before(file, root, slot, state, error)
     if (allocated(error)) return
     if (allocated(state%candidate)) then
       call write_block(file, root//'candidate', state%candidate, slot, error)

@@ -44,6 +44,11 @@ contains
         why = 'a contact force is not a number'
       end if
     end if
+    if (len(why) == 0 .and. allocated(state%displacement_before)) then
+      if (.not. all_finite([state%span_before, state%displacement_before])) then
+        why = 'the state before it holds what is not a number'
+      end if
+    end if
     do k = 1, size(model%pairs)
       if (len(why) == 0) call check_pair(model%pairs(k), state%pairs(k), why)
     end do

@@ -7,7 +7,7 @@ module batch_run
   use contact_system, only: load_contact, couple
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
     outcome_stopped
-  use increments, only: begin_at, choose_start, follow_solution, accept
+  use increments, only: begin_at, choose_start, follow_solution, settle_touches, accept
   use residuals, only: estimate_round_off, form_residual
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
@@ -324,6 +324,7 @@ contains
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
+      if (run%converged) call settle_touches(model, system, monitor, run%converged)
       if (run%converged) return
       call load_contact(model, system)
       call couple(system)

@@ -260,6 +260,10 @@ contains
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
     end if
+    if (allocated(system%touch%u_before)) then
+      saved%span_before = system%touch%span_before
+      saved%displacement_before = system%touch%u_before
+    end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%old

@@ -83,6 +83,9 @@ contains
     state%time = saved%time
     state%u = saved%displacement
     state%reaction = saved%reaction
+    if (allocated(system%touch%u_before)) deallocate (system%touch%u_before)
+    if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
+    system%touch%span_before = saved%span_before
     do k = 1, size(model%pairs)
       model%pairs(k)%old = saved%pairs(k)%points
       model%pairs(k)%new = saved%pairs(k)%points

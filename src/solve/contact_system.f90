@@ -18,6 +18,7 @@ module contact_system
   use csc_matrix, only: build_pattern
   use linear_solver, only: start_pattern
   use condensed_system, only: couple_condensed
+  use first_touch, only: withhold_friction, place_touches
   use system_types, only: system_t
   implicit none
   private
@@ -61,6 +62,7 @@ contains
       end if
       changes = changes + overlooked(model%pairs(k), system, system%first_point(k))
     end do
+    call place_touches(model, system, .false.)
     call end_cost(system%costs, cost_search)
   end subroutine move_hosts
 
@@ -114,6 +116,7 @@ contains
         call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
       end do
     end do
+    call withhold_friction(model, system)
   end subroutine load_contact
 
   !> Makes one contact element.

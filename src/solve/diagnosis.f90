@@ -66,7 +66,8 @@ contains
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
-    if (verdict%kind == statics_carried) text = text//nl//reserve_text(verdict%friction)
+    if (verdict%kind == statics_carried) text = text//nl// &
+      reserve_text(body_name(model, system, max(verdict%body, 1)), verdict)
   end subroutine explain_failure
 
   !> Names of the pairs whose forces come partly from multipliers.

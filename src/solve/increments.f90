@@ -5,6 +5,8 @@ module increments
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
     settle_contact
+  use touch_path, only: touch_waits
+  use first_touch, only: begin_touch, begin_touch_again, find_touches, keep_path
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
   use solver_choice, only: choose_solver
@@ -12,16 +14,16 @@ module increments
     refresh_candidates, recover_interior, keep_forces
   use residuals, only: form_residual, residual_norm
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless, outcome_gaps, is_converged
+    outcome_too_many, outcome_restless, outcome_gaps, outcome_singular, is_converged
   use contact_report, only: restless_point
   use contact_parameters, only: is_stiff, shifts_gap, most_updates
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
-  use text, only: to_text
+  use text, only: to_text, count_noun
   implicit none
   private
-  public :: solve_increment, begin_at, choose_start, follow_solution, accept
+  public :: solve_increment, begin_at, choose_start, follow_solution, settle_touches, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
@@ -41,7 +43,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: choice, stayed
+    logical :: choice, stayed, failed
 
     call choose_solver(model, system, monitor)
     model%pairs%softened = is_stiff(model%pairs)
@@ -51,8 +53,12 @@ contains
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
     call solve_from_start(model, system, time, settings, monitor, progress)
-    if (choice .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
-      outcome_restless])) then
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless])
+    if (system%touch%stage == touch_waits) then
+      choice = .true.
+      failed = failed .or. progress%outcome == outcome_singular
+    end if
+    if (choice .and. failed) then
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
@@ -109,17 +115,18 @@ contains
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").
-  subroutine solve_with_hosts(model, system, time, settings, monitor, progress)
+  subroutine solve_with_hosts(model, system, time, given, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
-    type(settings_t), intent(in) :: settings !! tolerances
+    type(settings_t), intent(in) :: given !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    type(settings_t) :: budget
+    type(settings_t) :: settings, budget
     integer :: pass, renewals, before
     logical :: settled, rough
 
+    settings = given
     rough = any(model%pairs%smooth) .and. progress%solves == 0
     renewals = 0
     pass = 0
@@ -138,7 +145,13 @@ contains
       if (.not. rough) budget = settings
       before = renewals
       call follow_solution(model, system, budget, monitor, renewals, settled)
-      if (settled .and. .not. rough) return
+      if (settled .and. .not. rough) then
+        call settle_touches(model, system, monitor, settled)
+        if (settled) return
+        pass = 0
+        settings%most_solves = progress%solves + given%most_solves
+        cycle
+      end if
       rough = rough .and. renewals > before
       if (renewals == before) pass = pass + 1
     end do
@@ -195,6 +208,20 @@ contains
     settled = settled .and. changes == 0
   end subroutine follow_solution
 
+  !> After a solve that has settled: points whose friction has waited get their tips.
+  subroutine settle_touches(model, system, monitor, settled)
+    type(model_t), intent(inout) :: model !! pairs: start tips
+    type(system_t), intent(inout) :: system !! touch
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: settled !! no such point has touched
+    integer :: touches
+
+    call find_touches(model, system, touches)
+    settled = touches == 0
+    if (.not. settled) call monitor%event('  '//count_noun(touches, 'contact point')// &
+      ' touched first in this increment: friction from there')
+  end subroutine settle_touches
+
   !> The start that was not chosen at first, after the first has led nowhere.
   subroutine start_again(model, system, carried, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -203,6 +230,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: norm
 
+    call begin_touch_again(system)
     if (carried) then
       system%u = system%carried
       call monitor%event('  no convergence: once more with the predictor')
@@ -251,6 +279,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
 
+    call begin_touch(model, system, time - state%time)
     system%left = system%u
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
@@ -305,6 +334,7 @@ contains
       call recover_interior(system)
       call keep_forces(system%condensed)
     end if
+    call keep_path(model, system, state, time)
     state%u = system%u
     state%time = time
     where (system%equation == 0)

@@ -37,6 +37,7 @@ module statics
     integer :: body = 0 !! the body that moves most
     real(wp) :: motion(6) = 0.0_wp !! how: velocity of its middle, rotation times its size
     real(wp) :: friction = 0.0_wp !! share of the friction that carries the loads, 0 if none does
+    integer :: next = statics_unknown !! if carried: how it would get away with less friction
   end type verdict_t
 
 contains
@@ -61,8 +62,7 @@ contains
     loads = loads/norm2(loads)
     allocate (rest(size(loads)))
     call carry(parts, loads, 1.0_wp, rest, verdict%kind)
-    if (verdict%kind == statics_carried .and. any(parts%joints(:parts%n)%mu > 0.0_wp)) &
-      call find_friction(parts, loads, 1.0_wp/any_friction, 1.0_wp, verdict%friction)
+    if (verdict%kind == statics_carried) call look_ahead(parts, loads, verdict)
     if (verdict%kind /= statics_lifts) return
     call carry(parts, loads, any_friction, rest, kind)
     if (kind == statics_carried) then
@@ -279,6 +279,23 @@ contains
     if (norm2(n) <= 0.0_wp) n = whole
     n = n/max(norm2(n), tiny(1.0_wp))
   end function mean_normal
+
+  !> How much of the friction the loads need, and what would happen with less of it.
+  subroutine look_ahead(parts, loads, verdict)
+    type(assembly_t), intent(in) :: parts !! bodies and joints
+    real(wp), intent(in) :: loads(:) !! loads, their norm is 1
+    type(verdict_t), intent(inout) :: verdict !! carried; gets friction, next, body, motion
+    real(wp) :: rest(size(loads))
+    integer :: kind
+
+    if (all(parts%joints(:parts%n)%mu <= 0.0_wp)) return
+    call find_friction(parts, loads, 1.0_wp/any_friction, 1.0_wp, verdict%friction)
+    call carry(parts, loads, 0.98_wp*verdict%friction, rest, kind)
+    if (kind /= statics_lifts) return
+    call name_motion(parts, loads, rest, .true., verdict)
+    verdict%next = verdict%kind
+    verdict%kind = statics_carried
+  end subroutine look_ahead
 
   !> The factor on the coefficients of friction from which on they carry the loads.
   subroutine find_friction(parts, loads, least, most, factor)

@@ -10,19 +10,24 @@ module statics_report
 contains
 
   !> What is left of friction where contact could carry the loads.
-  function reserve_text(used) result(t)
-    real(wp), intent(in) :: used !! share of the friction that carries the loads
+  function reserve_text(name, verdict) result(t)
+    character(*), intent(in) :: name !! of the body that would move first
+    type(verdict_t), intent(in) :: verdict !! what statics says
     character(:), allocatable :: t
 
-    t = '  statics: contact can carry the loads with '//to_text(100.0_wp*used, 3)// &
+    t = '  statics: contact can carry the loads with '//to_text(100.0_wp*verdict%friction, 3)// &
       ' % of its friction, pressed where that helps'
-    if (used >= 0.5_wp) then
-      t = t//new_line('a')//'  near that friction is used up: lower the load, raise the '// &
-        'coefficient of FRICtion, or restrain the body with BOUNdary'
-    else
+    if (verdict%friction < 0.5_wp) then
       t = t//new_line('a')//'  friction is not what is missing: try a softer penalty (PENAlty '// &
         'AUTO 1), or let the bodies touch before they are loaded (ADJUst)'
+      return
     end if
+    if (verdict%next == statics_slides) t = t//new_line('a')//'  with less '//name// &
+      ' slides along '//axis_text(verdict%motion(1:3))
+    if (verdict%next == statics_turns) t = t//new_line('a')//'  with less '//name// &
+      ' turns about '//axis_text(verdict%motion(4:6))
+    t = t//new_line('a')//'  friction may be used up: lower the load, raise the coefficient '// &
+      'of FRICtion, or restrain the body with BOUNdary'
   end function reserve_text
 
   !> How a body gets away under loads that contact cannot carry, and what to change.

@@ -7,6 +7,7 @@ module system_types
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
   use condensed_types, only: condensed_t
+  use touch_path, only: touch_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -67,6 +68,7 @@ module system_types
     real(wp), allocatable :: solution(:) !! (equations) solution [length]
     real(wp), allocatable :: next(:) !! (equations) direction of a trial [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
+    type(touch_t) :: touch !! first touches of the increment
     type(cost_t) :: costs !! cost table
   end type system_t
 end module system_types

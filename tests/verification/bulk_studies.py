@@ -1,6 +1,5 @@
 """The tetrahedron by itself: patch test and rates of convergence. The decks are written here."""
 import math
-import random
 
 import meshing
 
@@ -16,8 +15,9 @@ def deck(title, mesh, young, nu, sections):
 
 def patch(bench):
     """Linear displacements on the boundary of a jiggled cube."""
-    n, dice = 4, random.Random(1)
-    gradient = ((1e-3, 4e-4, -2e-4), (3e-4, -2e-3, 5e-4), (-6e-4, 2e-4, 1.5e-3))
+    n, dice = bench.whole('cells', 3, 5), bench.dice
+    young, nu = bench.draw('E', 100.0, 1e4), bench.draw('nu', 0.0, 0.45)
+    gradient = [[dice.uniform(-2e-3, 2e-3) for _ in range(3)] for _ in range(3)]
 
     def place(*cell):
         return tuple(c/n + (dice.uniform(-0.2, 0.2)/n if all(0 < m < n for m in cell) else 0.0)
@@ -31,7 +31,7 @@ def patch(bench):
     outside = mesh.where(lambda *x: any(v in (0.0, 1.0) for v in x))
     given = {m: field(mesh.nodes[m - 1]) for m in outside}
     tables = bench.run_text('bulk_patch', deck(
-        'Bulk patch test', mesh, 1000.0, 0.3,
+        'Bulk patch test', mesh, young, nu,
         [meshing.vectors('BOUNdary', {m: (1, 1, 1) for m in outside}),
          meshing.vectors('DISPlacement', given)]))
     found = tables.displacements()[-1]
@@ -40,12 +40,12 @@ def patch(bench):
     bench.compare('displacement inside a jiggled cube, worst node', EXACT, 0.0, worst, 1e-10,
                   scale=2e-3)
     trace = sum(gradient[i][i] for i in range(3))
-    shear, bulk = 1000.0/2.6, 1000.0*0.3/(1.3*0.4)
+    shear, bulk = young/(2*(1 + nu)), young*nu/((1 + nu)*(1 - 2*nu))
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     stress = [shear*(gradient[i][j] + gradient[j][i]) + (bulk*trace if i == j else 0.0)
               for i, j in pairs]
     worst = max(abs(a - b) for row in tables.stresses() for a, b in zip(row, stress))
-    bench.compare('stress, worst element', EXACT, 0.0, worst, 1e-10, scale=2.0)
+    bench.compare('stress, worst element', EXACT, 0.0, worst, 1e-10, scale=2e-3*young)
 
 
 def bending(x, length, radius, nu):
@@ -92,7 +92,7 @@ def energy_error(mesh, stresses, young, nu, radius):
 
 def cantilever(bench):
     """Rates of convergence in pure bending."""
-    young, nu, length, radius = 1000.0, 0.3, 2.0, 100.0
+    young, nu, length, radius = 1000.0, bench.draw('nu', 0.1, 0.35), bench.draw('length', 1.7, 2.3), 100.0
     sizes, tips, errors, energies = (4, 8, 16), [], [], []
     for n in sizes:
         mesh, sections = bent_beam(n, young, nu, length, radius)

@@ -2,9 +2,11 @@
 import math
 
 import meshing
-from friction_studies import EXACT, RULES
+from friction_studies import EXACT, RULES, coefficients
 
-MU = (0.3, 0.12)
+
+LOCAL = ('an elastic disc gives way by another amount at each place of its mesh, so that the tip does not follow the '
+         'circle of the pin to better than that; the mean of a revolution is right')
 
 
 def disc_and_pin(cells, place, elastic=False):
@@ -29,13 +31,13 @@ def head(title, mesh, parts, young=None):
             'SURFace track FROM face\n\n')
 
 
-def tail(direction, rule, batch, penalty):
+def tail(direction, rule, batch, penalty, mu):
     """The pair and the solution commands."""
     return f'''CONTact
   PAIR 1
     NTOS      tip track
     PENAlty   {penalty!r}
-    FRICtion  ELLIptic {MU[0]!r} {MU[1]!r}
+    FRICtion  ELLIptic {mu[0]!r} {mu[1]!r}
     DIREction {direction}
     SLIP      {rule}
 
@@ -56,7 +58,7 @@ def table(number, times, values):
         f'  {t:.15e} {v:.15e}\n' for t, v in zip(times, values)) + '\n'
 
 
-def circle_deck(radius, offset, direction, rule, chords, young=None):
+def circle_deck(radius, offset, direction, rule, chords, mu, young=None):
     """The pin is pressed, then led around a circle whose centre lies `offset` from the axis."""
     mesh, parts = disc_and_pin(8, (radius + offset, 0.0))
     times = [1 + k/chords for k in range(chords + 1)]
@@ -79,24 +81,24 @@ PROPortional 1
 
 ''' + table(2, times, [math.cos(a) - 1 for a in turns]) + table(
         3, times, [math.sin(a) for a in turns]) + tail(
-            direction, rule, f'  DT,,1\n  STEP,,1\n  DT,,1/{chords}\n  STEP,,{chords}\n', penalty)
+            direction, rule, f'  DT,,1\n  STEP,,1\n  DT,,1/{chords}\n  STEP,,{chords}\n', penalty, mu)
 
 
-def law(m, v, lay):
+def law(m, mu, v, lay):
     """Friction force per normal force of a steady drag along v; theory, "Return map"."""
     across = (-lay[1], lay[0])
     c = (v[0]*lay[0] + v[1]*lay[1], v[0]*across[0] + v[1]*across[1])
-    size = math.sqrt(sum((mu**(m - 1)*a)**2 for mu, a in zip(MU, c)))
-    f = [mu**m*a/size for mu, a in zip(MU, c)]
+    size = math.sqrt(sum((k**(m - 1)*a)**2 for k, a in zip(mu, c)))
+    f = [k**m*a/size for k, a in zip(mu, c)]
     return f[0]*lay[0] + f[1]*across[0], f[0]*lay[1] + f[1]*across[1]
 
 
-def power(m, radius, offset, angle):
+def power(m, mu, radius, offset, angle):
     """Friction force per normal force along a circle about (offset, 0)."""
     x, y = offset + radius*math.cos(angle), radius*math.sin(angle)
     size = math.hypot(x, y)
     v = (-math.sin(angle), math.cos(angle))
-    force = law(m, v, (-y/size, x/size))
+    force = law(m, mu, v, (-y/size, x/size))
     return force[0]*v[0] + force[1]*v[1]
 
 
@@ -117,40 +119,40 @@ def along_and_across(row, angle):
 
 def lathe(bench):
     """One revolution about the axis of the lay, on a rigid and on an elastic disc."""
-    radius, chords = 0.6, 360
+    radius, chords, mu = bench.draw('radius', 0.4, 0.85), 360, coefficients(bench)
     for name, young, wanted in (('rigid', None, 1e-3), ('elastic', 1e4, 1e-2)):
         for prefix in ('', 'MATErial '):
             deck = circle_deck(radius, 0.0, prefix + 'CIRCumferential 0 0 3 0 0 1', 'COLLinear', chords,
-                               young)
+                               mu, young)
             rows = bench.run_text('lathe', deck).reactions('pin')[2:]
-            pairs = [along_and_across(row, 2*math.pi*(i + 2)/chords) for i, row in enumerate(rows)]
-            worst = max((p[0] for p in pairs), key=lambda value: abs(value - MU[0]))
+            pairs = [along_and_across(row, 2*math.pi*(i + 1.5)/chords) for i, row in enumerate(rows)]
+            worst = max((p[0] for p in pairs), key=lambda value: abs(value - mu[0]))
             what = f'{name} disc, {prefix}CIRC'
-            bench.compare(f'T/N along the lay, worst of a revolution, {what}', EXACT, MU[0], worst,
-                          wanted)
+            bench.compare(f'T/N along the lay, worst of a revolution, {what}', EXACT, mu[0], worst,
+                          wanted, known=2*wanted, why=LOCAL)
             bench.compare(f'T/N across, mean of a revolution, {what}', EXACT, 0.0,
-                          sum(p[1] for p in pairs)/len(pairs), 0.01, scale=MU[0])
-    radial = circle_deck(radius, 0.0, 'RADial 0 0 3 0 0 1', 'COLLinear', chords)
+                          sum(p[1] for p in pairs)/len(pairs), 0.01, scale=mu[0])
+    radial = circle_deck(radius, 0.0, 'RADial 0 0 3 0 0 1', 'COLLinear', chords, mu)
     rows = bench.run_text('lathe', radial).reactions('pin')[1:]
-    bench.remark('the force is that at the end of a chord, half a chord behind the tangent: across the '
-                 'lay mu1 sin(pi/360), 0.9 % of mu1, remains')
-    bench.compare('dissipation/(N R), RADial', EXACT, 2*math.pi*MU[1], work(rows, radius), 1e-3)
+    bench.remark('along and across are those of the chord of an increment, which is the way the pin has slipped')
+    bench.compare('dissipation/(N R), RADial', EXACT, 2*math.pi*mu[1], work(rows, radius), 1e-3)
 
 
 def eccentric(bench):
     """A circle that lies beside the axis crosses the lay at all angles."""
-    radius, offset, chords = 0.5, 0.35, 360
+    radius, chords, mu = bench.draw('radius', 0.35, 0.6), 360, coefficients(bench)
+    offset = bench.draw('beside', 0.1, 0.9)*(0.98 - radius)
     for m, rule in enumerate(RULES):
-        exact = sum(power(m, radius, offset, 2*math.pi*(i + 0.5)/20000) for i in range(20000))
+        exact = sum(power(m, mu, radius, offset, 2*math.pi*(i + 0.5)/20000) for i in range(20000))
         exact *= 2*math.pi/20000
         for prefix in ('', 'MATErial '):
-            deck = circle_deck(radius, offset, prefix + 'CIRCumferential 0 0 0 0 0 1', rule, chords)
+            deck = circle_deck(radius, offset, prefix + 'CIRCumferential 0 0 0 0 0 1', rule, chords, mu)
             rows = bench.run_text('eccentric', deck).reactions('pin')[1:]
             bench.compare(f'dissipation/(N R), m = {m}, {prefix}CIRC', 'exact (quadrature)', exact,
                           work(rows, radius), 1e-3)
 
 
-def turning_deck(direction, rule, turn, steps=12):
+def turning_deck(direction, rule, turn, mu, steps=12):
     """The pin slides over the disc while both are turned by an angle about x3."""
     mesh, parts = disc_and_pin(3, (-0.3, 0.2))
     times = [float(k) for k in range(steps + 1)]
@@ -177,16 +179,17 @@ def turning_deck(direction, rule, turn, steps=12):
         loads[node], values[node], codes[node] = tuple(mine), (1.0, 1.0, 1.0), (1, 1, 1)
     return (head('A pin on a disc that turns', mesh, parts) + meshing.vectors('BOUNdary', codes) +
             meshing.vectors('DISPlacement', values) + meshing.vectors('FPROportional', loads) +
-            ''.join(tables) + tail(direction, rule, f'  DT,,1\n  STEP,,{steps}\n', 1e4))
+            ''.join(tables) + tail(direction, rule, f'  DT,,1\n  STEP,,{steps}\n', 1e4, mu))
 
 
 def turning(bench):
     """A lay that is carried along turns the friction with the disc."""
-    quarter = math.pi/2
-    for direction, rule in (('MATErial ANGLe 30 1 0 0', 'COLLinear'),
-                            ('MATErial CIRCumferential -1 -1 0 0 0 1', 'TENSor'),
-                            ('MATErial ANGLe 20 RADial 0 2 0 0 0 1', 'ASSOciated')):
-        rest, turned = (bench.run_text('turning', turning_deck(direction, rule, angle))
+    quarter, mu = math.pi/2, coefficients(bench)
+    phi = [bench.draw(f'phi {k}', -90.0, 90.0) for k in (1, 2)]
+    for name, direction, rule in (('ANGLe', f'ANGLe {phi[0]} 1 0 0', 'COLLinear'),
+                                  ('CIRCumferential', 'CIRCumferential -1 -1 0 0 0 1', 'TENSor'),
+                                  ('ANGLe RADial', f'ANGLe {phi[1]} RADial 0 2 0 0 0 1', 'ASSOciated')):
+        rest, turned = (bench.run_text('turning', turning_deck('MATErial ' + direction, rule, angle, mu))
                         .reactions('pin') for angle in (0.0, quarter))
         worst = slipped = 0.0
         for k, (a, b) in enumerate(zip(rest, turned), 1):
@@ -194,7 +197,7 @@ def turning(bench):
             expected = (c*a['R1'] - s*a['R2'], s*a['R1'] + c*a['R2'], a['R3'])
             worst = max(worst, max(abs(p - b[r]) for p, r in zip(expected, ('R1', 'R2', 'R3'))))
             slipped = max(slipped, math.hypot(a['R1'], a['R2']))
-        bench.compare(f'forces turned back, worst over N, {direction.split(" ", 1)[1]}', EXACT, 0.0,
+        bench.compare(f'forces turned back, worst over N, {name}', EXACT, 0.0,
                       worst/abs(rest[-1]['R3']), 1e-10, scale=1.0)
-        bench.compare(f'(sliding: T/N > mu2 at some time, {rule})', EXACT, 1.0,
-                      float(slipped > 1.01*MU[1]*abs(rest[-1]['R3'])), 0.0)
+        bench.compare(f'(sliding: T/N at least the smaller mu at some time, {rule})', EXACT, 1.0,
+                      float(slipped > 0.999*min(mu)*abs(rest[-1]['R3'])), 0.0)

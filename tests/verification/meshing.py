@@ -15,7 +15,8 @@ class Mesh:
         """Adds a box of cells cut as BLOCk TET4 cuts them; place(i, j, k) is where a node lies.
 
         turned: along x and y, how many of the first cells are cut as their mirror image, so that
-        a mesh can have the symmetry of its body. Returns the function that numbers its nodes.
+        a mesh can have the symmetry of its body; or 'alternate': every second one, so that it has no
+        direction of its own. Returns the function that numbers its nodes.
         """
         first = len(self.nodes) + 1
         nx, ny, nz = counts
@@ -29,7 +30,8 @@ class Mesh:
         for k in range(nz):
             for j in range(ny):
                 for i in range(nx):
-                    flip = i < turned[0], j < turned[1]
+                    flip = (i % 2 > 0, j % 2 > 0) if turned == 'alternate' else (
+                        i < turned[0], j < turned[1])
                     corner = [number(i + abs(a - flip[0]), j + abs(b - flip[1]), k + c)
                               for a, b, c in CORNERS]
                     order = (0, 2, 1, 3) if flip[0] != flip[1] else (0, 1, 2, 3)

@@ -71,8 +71,8 @@ STOP
 
 def roller(bench):
     """Pressure and half-width against Hertz for the computed force, about 35 kN/mm."""
-    radius, fine = 50.0, 0.3
-    mesh, parts = slices(radius, fine, 24, 1.25, 14)
+    radius, fine = 50.0, bench.draw('facet', 0.25, 0.31)
+    mesh, parts = slices(radius, fine, round(7.3/fine), 1.25, 14)
     tables = bench.run_text('roller', roller_deck(mesh, parts, 1.105))
     force = 2*abs(tables.reactions('roller_far')[-1]['R3'])/fine
     stiff = 1/((1 - 0.3**2)*(1/210e3 + 1/70e3))

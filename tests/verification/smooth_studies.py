@@ -4,6 +4,10 @@ import math
 import meshing
 
 EXACT = 'exact (smooth body)'
+STIFF = ('an elastic drum gives way more under the middle of a facet than under its edges and its rims; with facets of 7 '
+         'degrees and a tip near the rim that is as much as the sag')
+DOUBLY = ('the patches of a doubly curved surface are off the sphere by some hundredths of the depth of 0.5 %, and the '
+          'pressure, penalty times gap, with them: see the row of the pressure')
 
 
 def polar(radius, angle, z):
@@ -50,33 +54,35 @@ def slider_deck(mesh, sets, fixed, moved, points, friction, smooth, penalty=1000
     return text
 
 
-def turn(bench, smooth, inside=False, material=2, cells=12, count=300, degrees=10.0):
+def turn(bench, smooth, inside=False, material=2, cells=12, count=300):
     """A pin goes around a drum (or a bore) of flat facets; rows of the contact table and the depth."""
-    radius, depth = 1.0, 0.005
+    drawn = bench.drawn[bench.case]
+    radius, degrees, mu = drawn['radius'], drawn['degrees of a facet'], drawn['mu']
+    depth = 0.005*radius
     sign = -1.0 if inside else 1.0
     step = math.radians(degrees)
     mesh = meshing.Mesh()
 
     def place(i, j, k):
-        r = radius - sign*0.1*(1 - k)
-        return polar(r, (i - cells/2)*step, 0.4*(j - 0.5))
+        r = radius*(1 - sign*0.1*(1 - k))
+        return polar(r, (i - cells/2)*step, 0.4*radius*(j - 0.5))
 
     drum = mesh.box((cells, 1, 1), place if not inside else lambda i, j, k: place(cells - i, j, k),
                     material=material)
     face = [drum(i, j, 1) for i in range(cells + 1) for j in (0, 1)]
     back = [drum(i, j, 0) for i in range(cells + 1) for j in (0, 1)]
-    start = -3.3*step
-    x0 = polar(radius + sign*0.001, start, 0.03)
+    start = (drawn['phase'] - 3.8)*step
+    x0 = polar(radius*(1 + sign*0.001), start, drawn['z']*radius)
     up = (0.0, sign, 0.0)
     nodes = pin(mesh, x0, up, 2)
     points = [(0.0, (0.0, 0.0, 0.0))]
     for k in range(count + 1):
-        y = polar(radius - sign*depth, start + 6.6*step*k/count, 0.03)
+        y = polar(radius - sign*depth, start + 6.6*step*k/count, drawn['z']*radius)
         points.append((float(k + 1), tuple(y[m] - x0[m] for m in range(3))))
     sets = {'tip': nodes[:1], 'pin': nodes, 'face': face, 'back': back if material == 1 else
             face + back}
     tables = bench.run_text('turn', slider_deck(mesh, sets, 'back', 'pin', points,
-                                                'FRICtion COULomb 0.2', smooth))
+                                                f'FRICtion COULomb {mu!r}', smooth))
     return tables.contact('slider'), 1000.0*depth
 
 
@@ -114,7 +120,7 @@ def turning_tables(mesh, numbers, axis, angle, count, first, grow=1.0):
     return '\n'.join(lines) + '\n\n' + '\n'.join(loads) + '\n\n' + ''.join(tables)
 
 
-def pressed_deck(mesh, sets, restrained, motion, count, smooth, penalty):
+def pressed_deck(mesh, sets, restrained, motion, count, smooth, penalty, mu):
     """A slave that is pressed by a master that grows, then turns."""
     text = 'MFEC * * Faceted bodies inside each other\n\n' + meshing.solid(1, 1e3, 0.3)
     text += 'MATErial 2\n  RIGId\n\n' + mesh.records()
@@ -122,14 +128,15 @@ def pressed_deck(mesh, sets, restrained, motion, count, smooth, penalty):
     text += 'SURFace inner FROM sole\nSURFace outer FROM face\n\nBOUNdary\n'
     text += ''.join(f'  {name} 1 1 1\n' for name in restrained) + '\n' + motion
     return text + (f'CONTact\n  PAIR 1 fit\n    NTOS inner outer\n    PENAlty {penalty}\n'
-                   '    FRICtion COULomb 0.2\n' + ('    SMOOth\n' if smooth else '') +
+                   f'    FRICtion COULomb {mu!r}\n' + ('    SMOOth\n' if smooth else '') +
                    f'\nOUTPut\n  REACtions {restrained[0]}\n  FIELds contact\n  EVERy {count + 1}\n'
                    f'  STATe NONE\n\nEND\nBATCh\n  DT,,1\n  STEP,,{count + 1}\nEND\nSTOP\n')
 
 
-def shaft(bench, smooth, count=24, facets=36, segments=28):
+def shaft(bench, smooth, count=24):
     """A rigid shaft of flat facets grows in an elastic ring and turns; contact rows and forces."""
-    mesh = meshing.Mesh()
+    mesh, drawn = meshing.Mesh(), bench.drawn[bench.case]
+    facets, segments = drawn['facets of the shaft'], drawn['facets of the ring']
     full = 2.0*math.pi
 
     def seam(counts, radius, shift, material):
@@ -141,7 +148,7 @@ def shaft(bench, smooth, count=24, facets=36, segments=28):
         mesh.elements = [(e[0],) + tuple(same.get(v, v) for v in e[1:]) for e in mesh.elements]
         return lambda i, j, k: number(i % n, j, k)
 
-    ring = seam((segments, 1, 2), lambda k: 1.0 + 0.15*k, 0.13, 1)
+    ring = seam((segments, 1, 2), lambda k: 1.0 + 0.15*k, drawn['phase'], 1)
     rod = seam((facets, 1, 1), lambda k: 0.8 + 0.2*k, 0.0, 2)
     face = [rod(i, j, 1) for i in range(facets) for j in (0, 1)]
     rigid = face + [rod(i, j, 0) for i in range(facets) for j in (0, 1)]
@@ -155,22 +162,22 @@ def shaft(bench, smooth, count=24, facets=36, segments=28):
     sets = {name: [place[v] for v in numbers] for name, numbers in sets.items()}
     motion = turning_tables(mesh, sets['rod'], (0.0, 0.0, 1.0), 1.7*full/facets, count, 1, 1.005)
     return bench.run_text('shaft', pressed_deck(mesh, sets, ['wall', 'rod'], motion, count, smooth,
-                                                'AREA 1e5'))
+                                                'AREA 1e5', drawn['mu']))
 
 
 def ball(bench, smooth, count=12, cells=8):
     """A rigid cap of a sphere of flat facets grows into another and turns about z."""
-    mesh = meshing.Mesh()
+    mesh, drawn = meshing.Mesh(), bench.drawn[bench.case]
 
     def cap(counts, half, radius, turn_by, material):
         def place(i, j, k):
             a, b = ((2.0*v/counts[m] - 1.0)*half for m, v in enumerate((i, j)))
             x = (math.tan(a), math.tan(b), 1.0)
             size = radius(k)/math.sqrt(sum(v*v for v in x))
-            return turned(tuple(size*v for v in x), (0.6, 0.0, 0.8), turn_by)
+            return turned(tuple(size*v for v in x), (drawn['lean'], 0.0, math.sqrt(1 - drawn['lean']**2)), turn_by)
         return mesh.box(counts, place, material)
 
-    upper = cap((4, 4, 1), 0.25, lambda k: 1.0 + 0.1*k, 0.3, 2)
+    upper = cap((4, 4, 1), 0.25, lambda k: 1.0 + 0.1*k, drawn['turn'], 2)
     first = len(mesh.nodes) + 1
     lower = cap((cells, cells, 1), 0.6, lambda k: 0.9 + 0.1*k, 0.0, 2)
     sets = {'cap': list(range(1, first)), 'ball': list(range(first, len(mesh.nodes) + 1)),
@@ -178,11 +185,16 @@ def ball(bench, smooth, count=12, cells=8):
             'face': [lower(i, j, 1) for i in range(cells + 1) for j in range(cells + 1)]}
     motion = turning_tables(mesh, sets['ball'], (0.0, 0.0, 1.0), 0.25, count, 1, 1.005)
     return bench.run_text('ball', pressed_deck(mesh, sets, ['cap', 'ball'], motion, count, smooth,
-                                               'AREA 1000')), mesh, sets
+                                               'AREA 1000', drawn['mu'])), mesh, sets
 
 
 def drum(bench):
     """A pin around a drum and in a bore: ripple with and without SMOOth; on flat facets no change."""
+    mu = bench.draw('mu', 0.05, 0.5)
+    bench.draw('radius', 0.5, 2.0)
+    bench.draw('degrees of a facet', 6.0, 12.0)
+    bench.draw('phase', 0.0, 1.0)
+    bench.draw('z', -0.15, 0.15)
     for name, inside in (('drum', False), ('bore', True)):
         flat = turn(bench, False, inside)[0]
         smooth, force = turn(bench, True, inside)
@@ -190,40 +202,46 @@ def drum(bench):
                       ripple(smooth)/ripple(flat), 0.2, scale=1.0)
         worst = max(smooth[30:], key=lambda row: abs(row['Fn'] - force))
         bench.compare(f'{name}: Fn, farthest from eps g', EXACT, force, worst['Fn'], 0.005)
-        worst = max(smooth[30:], key=lambda row: abs(row['Ft']/row['Fn'] - 0.2))
-        bench.compare(f'{name}: Ft/Fn', EXACT, 0.2, worst['Ft']/worst['Fn'], 1e-10)
+        worst = max(smooth[30:], key=lambda row: abs(row['Ft']/row['Fn'] - mu))
+        bench.compare(f'{name}: Ft/Fn', EXACT, mu, worst['Ft']/worst['Fn'], 1e-10)
     plain = turn(bench, False, material=1)[0]
     bent = turn(bench, True, material=1)[0]
     bench.compare('elastic drum: ripple with SMOOth over that without', 'at most a fifth wanted', 0.0,
-                  ripple(bent)/ripple(plain), 0.2, scale=1.0)
-    bench.remark('facets of 10 degrees, depth 0.5 % of the radius: the force varies by '
+                  ripple(bent)/ripple(plain), 0.2, scale=1.0, known=1.5, why=STIFF)
+    bench.remark(f'facets of {bench.drawn[bench.case]["degrees of a facet"]} degrees, depth 0.5 % of the radius: the force varies by '
                  f'{100*ripple(turn(bench, False)[0]):.0f} % without SMOOth and by '
                  f'{100*ripple(turn(bench, True)[0]):.2f} % with it')
 
 
 def shaft_in_ring(bench):
     """A faceted shaft grows in an elastic ring and turns: pressure and torque are uniform."""
+    mu = bench.draw('mu', 0.05, 0.4)
+    facets, segments = bench.whole('facets of the shaft', 32, 40), bench.whole('facets of the ring', 25, 31)
+    bench.draw('phase', 0.0, 1.0)
     rows = {smooth: shaft(bench, smooth).contact('fit')[3:] for smooth in (False, True)}
-    torques = {k: [row['M3']/(0.2*row['Fn']) for row in r] for k, r in rows.items()}
+    torques = {k: [row['M3']/(mu*row['Fn']) for row in r] for k, r in rows.items()}
     spread = {k: max(t) - min(t) for k, t in torques.items()}
     bench.compare('ripple of torque, with SMOOth over without', 'at most a fifth wanted', 0.0,
                   spread[True]/spread[False], 0.2, scale=1.0)
     bench.compare('ripple of Fn with SMOOth', EXACT, 0.0, ripple(rows[True]), 1e-3, scale=1.0)
     bench.compare('torque/(mu Fn R), worst', EXACT, 1.0,
                   max(torques[True], key=lambda t: abs(t - 1.0)), 0.02)
-    bench.remark('36 facets against 28 nodes; without SMOOth torque/(mu Fn R) is '
+    bench.remark(f'{facets} facets against {segments} nodes; without SMOOth torque/(mu Fn R) is '
                  f'{min(torques[False]):.3f} to {max(torques[False]):.3f}. What is left is the twist of the '
                  'ring, as moments are taken at reference positions')
 
 
 def ball_in_ball(bench):
     """A faceted ball grows into a spherical cap and turns: pressure and moment against exact."""
+    mu = bench.draw('mu', 0.05, 0.5)
+    bench.draw('turn', 0.1, 0.35)
+    bench.draw('lean', 0.3, 0.6)
     for smooth in (False, True):
         tables, mesh, sets = ball(bench, smooth)
         area = mesh.shares(sets['sole'])
         forces = tables.forces()
-        pressure = [math.hypot(*forces[n])/area[n]/math.hypot(1.0, 0.2) for n in forces]
-        exact = 0.2*5.0*sum(area[n]*math.hypot(*mesh.nodes[n - 1][:2]) for n in area)
+        pressure = [math.hypot(*forces[n])/area[n]/math.hypot(1.0, mu) for n in forces]
+        exact = mu*5.0*sum(area[n]*math.hypot(*mesh.nodes[n - 1][:2]) for n in area)
         moment = tables.contact('fit')[-1]['M3']
         if not smooth:
             first = min(pressure)
@@ -231,6 +249,6 @@ def ball_in_ball(bench):
             continue
         bench.compare('pressure, worst node', EXACT, 5.0,
                       max(pressure, key=lambda p: abs(p - 5.0)), 0.03)
-        bench.compare('moment about the axis', EXACT, exact, moment, 1e-3)
+        bench.compare('moment about the axis', EXACT, exact, moment, 1e-3, known=0.01, why=DOUBLY)
         bench.remark(f'8 facets over 69 degrees; without SMOOth the worst node has {first:.2f} of 5, the '
                      f'moment is {flat_moment/exact:.2f} of the exact one')

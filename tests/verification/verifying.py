@@ -1,9 +1,12 @@
 """Runs decks, reads what they write and gathers rows of the verification table.
 
-Python's standard library only; `stresses` alone wants h5py.
+What a study is free to choose it draws from the seed of the run (`draw`, `whole`, `choose`), so that
+nothing is tuned. Python's standard library only; `stresses` alone wants h5py.
 """
 import math
 import os
+import random
+import re
 import shutil
 import sys
 import time
@@ -30,26 +33,51 @@ class Row:
         self.case, self.form, self.quantity, self.source = case, form, quantity, source
         self.reference, self.reached, self.error = reference, reached, error
         self.wanted, self.known = wanted, known
-        self.series, self.finer, self.why = None, None, ''
+        self.series, self.finer, self.why, self.reduced = None, None, '', False
+
+    def name(self):
+        """What tells the row from others, whatever the seed."""
+        return ' | '.join((self.case, self.form, re.sub(r' \([-\d.]+\)$', '', self.quantity)))
 
     def verdict(self):
         """holds; where the case says why it does not and the error has not grown: coarse if the same
-        quantity holds on the finest mesh of the study, misses if it does not; FAILS otherwise."""
+        quantity holds on the finest mesh of the study (or that was left out), misses if it does not;
+        FAILS otherwise."""
         if self.error <= self.wanted:
             return 'holds'
         if self.known is None or self.error > self.known:
             return 'FAILS'
-        return 'coarse' if self.finer and self.finer.error <= self.finer.wanted else 'misses'
+        if self.finer:
+            return 'coarse' if self.finer.error <= self.finer.wanted else 'misses'
+        return 'coarse' if self.reduced else 'misses'
 
 
 class Bench:
     """Where the studies run their decks and leave their rows."""
 
-    def __init__(self, program, folder, seconds=900.0):
+    def __init__(self, program, folder, seed=1, reduced=False, seconds=900.0):
         self.program, self.folder, self.seconds = program, folder, seconds
+        self.seed, self.reduced, self.dice, self.drawn = seed, reduced, random.Random(seed), {}
         self.rows, self.remarks, self.figures, self.spent = [], [], [], {}
         self.case, self.form, self.variant = '', '', None
         self.runs = 0
+
+    def draw(self, name, low, high):
+        """A number between two limits, of four digits; the same for all forms of a case."""
+        return self.noted(name, float(f'{self.dice.uniform(low, high):.4g}'))
+
+    def whole(self, name, low, high):
+        """A whole number between two limits, these included."""
+        return self.noted(name, self.dice.randint(low, high))
+
+    def choose(self, name, items):
+        """One of several things."""
+        return self.noted(name, self.dice.choice(items))
+
+    def noted(self, name, value):
+        """Keeps what was drawn for the document."""
+        self.drawn.setdefault(self.case, {})[name] = value
+        return value
 
     def study(self, name, work, form='NTOS', variant=False):
         """Runs one study; a run that fails becomes a row of its own.
@@ -58,6 +86,7 @@ class Bench:
         variant: whether to change its decks, which have NTOS, to that form.
         """
         self.case, self.form, self.variant = name, form, form if variant else None
+        self.dice = random.Random(f'{self.seed} {name}')
         start, first = time.time(), len(self.rows)
         try:
             work(self)
@@ -94,7 +123,7 @@ class Bench:
         for other in self.rows:
             if mesh and (other.case, other.form, other.series) == (row.case, row.form, quantity):
                 other.finer = row
-        row.series, row.why = quantity if mesh else None, why
+        row.series, row.why, row.reduced = quantity if mesh else None, why, bool(mesh and self.reduced)
         self.rows.append(row)
         return error
 
@@ -214,7 +243,7 @@ class Tables:
             group = file['VTKHDF']
             steps = group['Steps']
             cells = int(group['NumberOfCells'][0])
-            offset = int(steps['CellDataOffsets']['stress'][-1])
+            offset = int(steps['CellDataOffsets']['stress'][len(steps['Values']) - 1])
             stress = group['CellData']['stress'][offset:offset + cells]
         return [tuple(float(x) for x in row) for row in stress]
 

@@ -1,0 +1,276 @@
+!> First touch (doc/theory, "First touch"): what counts as slip of a point that was open is its way
+!! after it has met the surface. The increment is solved without friction at such points first; that
+!! tells which of them touch, and with the free motion where the way of each meets the surface.
+module first_touch
+  use kinds, only: wp
+  use costs, only: count_cost, cost_touch
+  use element_types, only: status_open, status_stick
+  use elmt03, only: d03_mu
+  use friction_return, only: has_friction
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use facet_geometry, only: corners, facet_frame
+  use predictor, only: carry_bodies
+  use touch_bodies, only: find_held
+  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, first_host, meet
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
+    keep_path
+
+contains
+
+  !> Chooses the points at which friction waits in the first pass of an increment.
+  subroutine begin_touch(model, system, span)
+    type(model_t), intent(in) :: model !! pairs with their last converged state
+    type(system_t), intent(inout) :: system !! gets touch
+    real(wp), intent(in) :: span !! length of the increment [time]
+    logical :: held(0:system%bodies)
+    integer :: k
+
+    associate (touch => system%touch)
+      touch%stage = touch_none
+      touch%span = span
+      if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
+      if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
+      associate (bodies => system%bodies, pairs => size(model%pairs))
+        allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
+        allocate (touch%start(0:bodies, pairs), source=0.0_wp)
+      end associate
+      call find_held(model, system, held)
+      do k = 1, size(model%pairs)
+        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, held, k)
+      end do
+      if (any(touch%waits)) touch%stage = touch_waits
+    end associate
+  end subroutine begin_touch
+
+  !> A pair with friction.
+  pure logical function rubs(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    rubs = any(has_friction(pair%mu))
+  end function rubs
+
+  !> Friction waits where a slave body touches nothing of the pair yet, or sticks to it somewhere.
+  !! Where all closed points slip a new one slips at once; other bodies may need the friction of the
+  !! new points.
+  subroutine look_at_pair(pair, system, held, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! gets waits and empty of touch
+    logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
+    integer, intent(in) :: k !! number of the pair
+    integer :: p, body
+    logical :: sticks(0:system%bodies)
+
+    sticks = .false.
+    system%touch%empty(:, k) = .true.
+    do p = 1, size(pair%old)
+      if (pair%old(p)%status <= status_open) cycle
+      body = old_body(pair, system, p)
+      system%touch%empty(body, k) = .false.
+      if (pair%old(p)%status == status_stick) sticks(body) = .true.
+    end do
+    system%touch%waits(:, k) = (system%touch%empty(:, k) .or. sticks) .and. held &
+      .and. all(held(system%node_body(pair%facets(1, :))))
+  end subroutine look_at_pair
+
+  !> The slave body of a point of the last converged state.
+  pure integer function old_body(pair, system, p) result(body)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! bodies of the nodes
+    integer, intent(in) :: p !! the point
+
+    if (pair%segmented) then
+      body = system%node_body(pair%slave_facets(1, max(1, pair%old_cells(p)%slave)))
+    else
+      body = system%node_body(pair%point_nodes(1, p))
+    end if
+  end function old_body
+
+  !> Another try of the same increment. If the first pass has led nowhere, there is none: friction
+  !! acts everywhere, and the tips of open points stay where they were last.
+  subroutine begin_touch_again(system)
+    type(system_t), intent(inout) :: system !! touch
+
+    system%touch%stage = merge(touch_waits, touch_none, system%touch%stage == touch_known)
+  end subroutine begin_touch_again
+
+  !> Takes friction away from the elements at which it waits.
+  subroutine withhold_friction(model, system)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(inout) :: system !! contact elements made
+    integer :: k, p
+
+    if (system%touch%stage /= touch_waits) return
+    do k = 1, size(model%pairs)
+      if (.not. any(system%touch%waits(:, k))) cycle
+      do p = 1, count_points(model%pairs(k))
+        if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
+        system%contact%d(d03_mu:d03_mu + 1, system%first_point(k) + p - 1) = 0.0_wp
+      end do
+    end do
+  end subroutine withhold_friction
+
+  !> A working point was open at the last converged state, and its first touch counts.
+  pure logical function is_waiting(pair, system, k, p) result(waiting)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! number of the pair
+    integer, intent(in) :: p !! the point
+
+    waiting = .false.
+    if (.not. system%touch%waits(system%node_body(pair%point_nodes(1, p)), k)) return
+    if (pair%segmented) then
+      waiting = was_open(pair, p)
+    else
+      waiting = pair%old(p)%status <= status_open
+    end if
+  end function is_waiting
+
+  !> A point of a segmented pair was open: the closest point that its facet had then was.
+  pure logical function was_open(pair, p) result(open)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp) :: distance, least
+    integer :: q
+
+    open = .true.
+    least = huge(1.0_wp)
+    do q = findloc(pair%old_cells%slave, pair%cells(p)%slave, 1), size(pair%old_cells)
+      if (q == 0) return
+      if (pair%old_cells(q)%slave /= pair%cells(p)%slave) return
+      distance = norm2(pair%old_cells(q)%weight - pair%cells(p)%weight)
+      if (distance >= least) cycle
+      least = distance
+      open = pair%old(q)%status <= status_open
+    end do
+  end function was_open
+
+  !> After a pass that has converged: if points that friction waits for are closed, their ways are
+  !! known now, and the increment is to be solved again with friction everywhere.
+  subroutine find_touches(model, system, touches)
+    type(model_t), intent(inout) :: model !! pairs: start tips of new points
+    type(system_t), intent(inout) :: system !! converged; gets touch
+    integer, intent(out) :: touches !! points that have touched
+    integer :: k, p
+
+    touches = 0
+    if (system%touch%stage /= touch_waits) return
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        if (system%contact%status(system%first_point(k) + p - 1) <= status_open) cycle
+        if (is_waiting(model%pairs(k), system, k, p)) touches = touches + 1
+      end do
+    end do
+    if (touches == 0) return
+    call count_cost(system%costs, cost_touch, 1)
+    system%touch%x_end = system%x_now
+    call find_free_way(model, system)
+    do k = 1, size(model%pairs)
+      if (any(system%touch%waits(:, k))) call find_start(model%pairs(k), system, k)
+      ! hosts that points have left without friction do not bind
+      model%pairs(k)%left = 0
+      model%pairs(k)%moves = 0
+    end do
+    system%touch%stage = touch_known
+    call place_touches(model, system, .true.)
+  end subroutine find_touches
+
+  !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
+  !! from that as the bodies carried rigidly do.
+  subroutine find_free_way(model, system)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! touch gets x_free
+    real(wp), allocatable :: u(:, :), u_old(:, :)
+    real(wp) :: ratio
+
+    associate (touch => system%touch, x => model%mesh%x)
+      touch%x_free = system%x_ahead
+      if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
+      ratio = touch%span/touch%span_before
+      u_old = system%x_old - x
+      u = touch%u_before
+      where (system%equation == 0) u = u_old
+      call carry_bodies(x, system%equation, system%node_body, system%bodies, touch%u_before, u)
+      touch%x_free = touch%x_free + ratio*(u_old - u)
+    end associate
+  end subroutine find_free_way
+
+  !> When each slave body comes to its first touch, as a share of the increment.
+  subroutine find_start(pair, system, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! touch gets start
+    integer, intent(in) :: k !! number of the pair
+    integer :: p, body
+
+    system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
+    do p = 1, count_points(pair)
+      if (system%contact%status(system%first_point(k) + p - 1) <= status_open) cycle
+      if (.not. is_waiting(pair, system, k, p)) cycle
+      body = system%node_body(pair%point_nodes(1, p))
+      if (.not. system%touch%empty(body, k)) cycle
+      if (body > 0) then
+        ! what nothing holds falls at once
+        if (system%weak(body)) system%touch%start(body, k) = 0.0_wp
+      end if
+      system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
+        system%touch, system%x_old, p))
+    end do
+  end subroutine find_start
+
+  !> Start tips of the points that were open: where their ways meet the surface.
+  subroutine place_touches(model, system, all_points)
+    type(model_t), intent(inout) :: model !! pairs: tips and hosts of working points
+    type(system_t), intent(in) :: system !! touch known
+    logical, intent(in) :: all_points !! else only those of segmented pairs, which may be new
+    integer :: k, p
+
+    if (system%touch%stage /= touch_known) return
+    do k = 1, size(model%pairs)
+      if (.not. any(system%touch%waits(:, k))) cycle
+      if (.not. (all_points .or. model%pairs(k)%segmented)) cycle
+      do p = 1, count_points(model%pairs(k))
+        if (model%pairs(k)%new(p)%host == 0) cycle
+        if (is_waiting(model%pairs(k), system, k, p)) call place_touch(model%pairs(k), system, k, p)
+      end do
+    end do
+  end subroutine place_touches
+
+  !> Start tip of one point.
+  subroutine place_touch(pair, system, k, p)
+    type(pair_t), intent(inout) :: pair !! the pair: its working point
+    type(system_t), intent(in) :: system !! touch known
+    integer, intent(in) :: k !! number of the pair
+    integer, intent(in) :: p !! the point
+    real(wp) :: start, time, gap
+    integer :: host
+
+    host = pair%new(p)%host
+    start = system%touch%start(system%node_body(pair%point_nodes(1, p)), k)
+    time = max(start, touch_time(pair, system%touch, system%x_old, p))
+    associate (point => pair%new(p))
+      point%host = first_host(pair, p)
+      call meet(pair, system%touch, start, system%x_old, p, time, point%host, point%tip, gap)
+      if (point%host /= host) point%lambda = matmul(matmul(facet_frame(corners(system%x_old, &
+        pair%facets(:, host))), point%lambda), facet_frame(corners(system%x_old, &
+        pair%facets(:, point%host))))
+      pair%start(p) = point
+    end associate
+  end subroutine place_touch
+
+  !> The state before an increment that is accepted tells the next one how bodies move.
+  subroutine keep_path(model, system, state, time)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! touch
+    type(state_t), intent(in) :: state !! the state before
+    real(wp), intent(in) :: time !! end of the increment
+    integer :: k
+
+    if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
+    system%touch%u_before = state%u
+    system%touch%span_before = time - state%time
+  end subroutine keep_path
+end module first_touch

@@ -1,0 +1,164 @@
+!> The way on which open points come to a surface within an increment (doc/theory, "First touch").
+module touch_path
+  use kinds, only: wp
+  use contact_types, only: pair_t
+  use facet_geometry, only: project_on_facet, barycentric
+  use smooth_patch, only: project_on_patch, patch_from_values
+  implicit none
+  private
+  public :: touch_t, touch_none, touch_waits, touch_known
+  public :: touch_time, first_host, meet, free_way
+
+  !> Friction acts everywhere; it waits at points that were open; they have met the surface.
+  integer, parameter :: touch_none = 0
+  integer, parameter :: touch_waits = 1
+  integer, parameter :: touch_known = 2
+  !> The first touch of a body that touches nothing in the increment.
+  real(wp), parameter :: free_way = 1.0_wp
+  !> When a point touches that does not come closer on its free way.
+  real(wp), parameter :: unforeseen = 0.5_wp
+  !> Facets that a point may pass on its way.
+  integer, parameter :: longest_walk = 1000
+
+  !> What an increment knows of first touches, and the state before the last one.
+  type :: touch_t
+    integer :: stage = touch_none !! one of the stages
+    real(wp) :: span = 0.0_wp !! length of this increment [time]
+    real(wp) :: span_before = 0.0_wp !! of the last one, 0 if it is not known [time]
+    real(wp), allocatable :: u_before(:, :) !! (3, nodes) displacements at its start [length]
+    logical, allocatable :: waits(:, :) !! (0:bodies, pairs) friction waits at open points
+    logical, allocatable :: empty(:, :) !! (0:bodies, pairs) the body touched nothing of the pair
+    real(wp), allocatable :: start(:, :) !! (0:bodies, pairs) first touch, share of the increment
+    real(wp), allocatable :: x_free(:, :) !! (3, nodes) positions without a touch [length]
+    real(wp), allocatable :: x_end(:, :) !! (3, nodes) without friction at new points [length]
+  end type touch_t
+
+contains
+
+  !> Position of a node at the time t of the increment, 0 to 1.
+  pure function place_at(touch, start, x_old, node, t) result(x)
+    type(touch_t), intent(in) :: touch !! free and end positions
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
+    integer, intent(in) :: node !! the node
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: x(3), free, bound
+
+    free = min(t, start)
+    bound = 0.0_wp
+    if (t > start) bound = (t - start)/(1.0_wp - start)
+    x = x_old(:, node) + free*(touch%x_free(:, node) - x_old(:, node))
+    if (bound > 0.0_wp) x = x + bound*(touch%x_end(:, node) - x)
+  end function place_at
+
+  !> Positions of several nodes.
+  pure function places_at(touch, start, x_old, nodes, t) result(x)
+    type(touch_t), intent(in) :: touch !! free and end positions
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
+    integer, intent(in) :: nodes(:) !! the nodes
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: x(3, size(nodes))
+    integer :: i
+
+    do i = 1, size(nodes)
+      x(:, i) = place_at(touch, start, x_old, nodes(i), t)
+    end do
+  end function places_at
+
+  !> Where the way of a point begins: its host at the start of the increment, if it had one.
+  pure integer function first_host(pair, p) result(host)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point, with a host
+
+    host = pair%new(p)%host
+    if (pair%segmented) return
+    if (pair%start(p)%host > 0) host = pair%start(p)%host
+  end function first_host
+
+  !> When the free way of a point meets the surface, as a share of the increment.
+  pure real(wp) function touch_time(pair, touch, x_old, p) result(time)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(touch_t), intent(in) :: touch !! free positions
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
+    integer, intent(in) :: p !! the point, with a host
+    real(wp) :: gap, gap_free, xi(2)
+    integer :: host
+
+    host = first_host(pair, p)
+    call meet(pair, touch, free_way, x_old, p, 0.0_wp, host, xi, gap)
+    call meet(pair, touch, free_way, x_old, p, 1.0_wp, host, xi, gap_free)
+    if (gap <= 0.0_wp) then
+      time = 0.0_wp
+    else if (gap_free >= gap) then
+      time = unforeseen
+    else
+      time = min(1.0_wp, gap/(gap - gap_free))
+    end if
+  end function touch_time
+
+  !> Where a point is over the surface at the time t: walks to the facet below it.
+  pure subroutine meet(pair, touch, start, x_old, p, t, host, xi, gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(touch_t), intent(in) :: touch !! free and end positions
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: t !! share of the increment
+    integer, intent(inout) :: host !! in: where to begin; out: the facet
+    real(wp), intent(out) :: xi(2) !! (xi, eta) of the projection
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+    real(wp) :: y(3)
+    integer :: step, next, before, first
+
+    y = matmul(places_at(touch, start, x_old, pair%point_nodes(:, p), t), pair%point_weights(:, p))
+    before = 0
+    first = host
+    do step = 1, longest_walk
+      call project(pair, places_at(touch, start, x_old, pair%facets(:, host), t), host, y, xi, gap)
+      if (pair%segmented) return
+      next = across(pair, host, xi)
+      if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
+      before = host
+      host = next
+    end do
+  end subroutine meet
+
+  !> Projection on a facet or its patch.
+  pure subroutine project(pair, corners, facet, y, xi, gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: corners(3, 3) !! of the facet [length]
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: xi(2) !! (xi, eta)
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+
+    if (pair%smooth) then
+      call project_on_patch(corners, patch_from_values(pair%patch(:, facet)), y, xi, gap)
+    else
+      call project_on_facet(corners, y, xi, gap)
+    end if
+  end subroutine project
+
+  !> The neighbour behind the edge that a projection is furthest outside of, 0 if it is inside or
+  !! nothing is there; no way leads over a fold.
+  pure integer function across(pair, host, xi) result(next)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the facet
+    real(wp), intent(in) :: xi(2) !! the projection
+    real(wp) :: n(3)
+    integer :: trial, k
+
+    next = 0
+    n = barycentric(xi)
+    do trial = 1, 3
+      k = minloc(n, 1)
+      if (n(k) >= 0.0_wp) return
+      if (pair%neighbours(k, host) > 0 .and. .not. pair%fold(k, host)) then
+        next = pair%neighbours(k, host)
+        return
+      end if
+      n(k) = 1.0_wp
+    end do
+  end function across
+end module touch_path

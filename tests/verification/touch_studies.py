@@ -1,0 +1,122 @@
+"""First touch: a block that lands obliquely, and the shear of a frictional press (Spence)."""
+import math
+
+import meshing
+from half_spaces import graded, table
+
+LANDING = '../properties/decks/landing.inp'
+STEPS = (4, 16, 64)
+# What is wanted of the shear with so many increments, of the value that the mesh tends to.
+WANTED = {1: 0.05, 4: 0.05, 16: 0.03, 64: 0.015}
+# Radial sum over Fn: axisymmetric finite elements, the scene of `Press`, and Spence's half-spaces.
+SCENE = {0.3: 0.0853, 0.1: 0.0746}
+
+
+def landed(bench, form, steps, **values):
+    """Last row of the landing block."""
+    words, *options = form.split(' +')
+    side, *points = words.split()
+    with open(bench.path(LANDING), encoding='ascii') as stream:
+        text = stream.read()
+    pair = '\n    '.join([f'{side} under floor ' + ' '.join(points)] + options)
+    text = text.replace('NTOS under floor', pair)
+    row = bench.run_text('landing', text, steps=steps, **values).contact('pair')[-1]
+    return math.hypot(row['F1'], row['F2'])/row['F3'], row['Ft_nodes']/row['Fn']
+
+
+def landing(bench):
+    """Share of friction against the run that has an increment ending at the touch."""
+    for angle in (30, 45, 60):
+        for form in ('NTOS', 'GTOS', 'GTOS SEGMent'):
+            exact = landed(bench, form, 11, angle=angle)
+            runs = [landed(bench, form, steps, angle=angle) for steps in (1, 2, 3, 4, 7)]
+            for k, name in enumerate(('F_T/F_N', 'Ft_nodes/Fn')):
+                worst = max((run[k] for run in runs), key=lambda x: abs(x - exact[k]))
+                bench.compare(f'{name}, {angle} degrees, 1 to 7 increments', 'increment to the touch',
+                              exact[k], worst, 1e-6, form=form)
+
+
+class Press:
+    """A sphere of radius 200 on a block: quarter bodies, both far faces held, pressed by 6e-4.
+
+    The mesh is polar, cut without a direction of its own; a cut along one direction is wrong by 10 %.
+    """
+
+    radius, approach = 200.0, 6e-4
+
+    def __init__(self, cell):
+        self.mesh, self.parts = meshing.Mesh(), {}
+        self.add('upper', cell, (0.8, 0.6), 0.45, 1)
+        self.add('lower', 1.2*cell, (1.6, 1.0), 0.5, -1)
+        for k in (0, 1):
+            self.parts[f'mirror{k + 1}'] = [n for n, x in enumerate(self.mesh.nodes, 1)
+                                            if abs(x[k]) < 1e-9]
+
+    def add(self, name, cell, size, fine, sign):
+        """One body: radius and height, cells of one size up to the radius `fine`."""
+        line = graded(cell, fine, size[0], 1.35)
+        levels = graded(0.5*cell, 0.2, size[1], 1.35)
+        if sign < 0:
+            levels = [-z for z in reversed(levels)]
+
+        def place(i, j, k):
+            r = max(line[i], line[j])
+            if i == j == 0:
+                angle = 0.0
+            elif line[j] <= line[i]:
+                angle = math.pi/4*line[j]/line[i]
+            else:
+                angle = math.pi/2 - math.pi/4*line[i]/line[j]
+            rise = r*r/(2*self.radius) if sign > 0 else 0.0
+            return (r*math.cos(angle) if line[i] > 0 else 0.0, r*math.sin(angle),
+                    levels[k] + rise*(1 - abs(levels[k])/size[1]))
+
+        n, m = len(line) - 1, len(levels) - 1
+        number = self.mesh.box((n, n, m), place, 1 if sign > 0 else 2, turned='alternate')
+        near, far = (0, m) if sign > 0 else (m, 0)
+        self.parts[name] = [number(i, j, near) for j in range(n + 1) for i in range(n + 1)
+                            if max(line[i], line[j]) < 0.56]
+        self.parts[name + '_far'] = [number(i, j, far) for j in range(n + 1) for i in range(n + 1)]
+
+    def deck(self, form, mu, steps):
+        """The deck."""
+        words, *options = form.split(' +')
+        side, *points = words.split()
+        sets = ''.join(meshing.node_set(name, numbers) for name, numbers in self.parts.items())
+        return ('MFEC * * Frictional indentation\n\n' + meshing.solid(1, 3000.0, 0.25) +
+                meshing.solid(2, 1000.0, 0.3) + self.mesh.records() + sets +
+                'SURFace above FROM upper\nSURFace below FROM lower\n\nBOUNdary\n  upper_far 1 1 1\n'
+                '  lower_far 1 1 1\n  mirror1 1 0 0\n  mirror2 0 1 0\n\n'
+                f'DISPlacement\n  upper_far 0 0 {-self.approach!r}\n\n' + table(1, ((0, 0), (1, 1))) +
+                f'CONTact\n  PAIR 1 caps\n    {side} above below ' + ' '.join(points) +
+                f'\n    FRICtion COULomb {mu!r}\n' + ''.join(f'    {option}\n' for option in options) +
+                f'\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n  EVERy {steps}\n\n'
+                f'END\nBATCh\n  DT,,1/{steps}\n  STEP,,{steps}\nEND\nSTOP\n')
+
+    def shear(self, bench, form, mu, steps):
+        """Sum of the radial components of the contact traction over the normal force."""
+        tables = bench.run_text('press', self.deck(form, mu, steps))
+        radial = normal = 0.0
+        for node, force in tables.forces().items():
+            x, y, _ = self.mesh.nodes[node - 1]
+            normal += force[2]
+            radial += (force[0]*x + force[1]*y)/math.hypot(x, y) if x*x + y*y > 0 else 0.0
+        return abs(radial/normal)
+
+
+def indentation(bench):
+    """Shear under a press over increments, on a mesh of 0.05 and on a finer one."""
+    coarse, fine = Press(0.05), Press(0.035)
+    for mu, forms in ((0.3, ('NTOS', 'GTOS', 'GTOS SEGMent', 'GTOS +SMOO')), (0.1, ('GTOS',))):
+        for form in forms:
+            values = [coarse.shear(bench, form, mu, steps) for steps in STEPS]
+            for steps, value in zip(STEPS[:2], values):
+                bench.compare(f'radial sum, mu {mu}, {steps} increments of 64', 'as with 64', values[-1],
+                              value, WANTED[steps], form=form)
+    for mu in SCENE:
+        at_16 = [press.shear(bench, 'NTOS', mu, 16) for press in (coarse, fine)]
+        limit = at_16[1] + (at_16[1] - at_16[0])*0.035/(0.05 - 0.035)
+        bench.compare(f'radial sum, mu {mu}, 16 increments, cells to 0', 'axisymmetric elements',
+                      SCENE[mu], limit, WANTED[16])
+        bench.remark(f'radial sum over Fn with mu {mu}, 16 increments, cells of 0.05 and 0.035: '
+                     f'{at_16[0]:.4f} and {at_16[1]:.4f}')
