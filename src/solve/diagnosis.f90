@@ -54,8 +54,9 @@ contains
       call judge_statics(model, system, goal, ahead)
       if (ahead%kind > statics_carried) verdict = ahead
     end if
-    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) &
+    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) then
       verdict%kind = statics_unknown
+    end if
     if (verdict%kind > statics_carried) text = text//nl// &
       motion_text(body_name(model, system, verdict%body), verdict)
     body = unrestrained_bodies(model, system)

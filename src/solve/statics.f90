@@ -68,8 +68,9 @@ contains
     if (kind == statics_carried) then
       call carry(parts, loads, 1.0_wp, rest, verdict%kind)
       call name_motion(parts, loads, rest, .true., verdict)
-      if (any(parts%joints(:parts%n)%mu > 0.0_wp)) &
+      if (any(parts%joints(:parts%n)%mu > 0.0_wp)) then
         call find_friction(parts, loads, 1.0_wp, any_friction, verdict%friction)
+      end if
     else if (kind == statics_lifts) then
       call name_motion(parts, loads, rest, .false., verdict)
     else

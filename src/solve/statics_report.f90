@@ -50,6 +50,8 @@ contains
     case (statics_lifts)
       t = t//' lifts off along '//axis_text(verdict%motion(1:3))//': its load pulls it away '// &
         'from what it touches'//nl//'  lower that load, or hold the body with BOUNdary'
+    case default
+      t = t//' gets away'
     end select
   end function motion_text
 
