@@ -10,28 +10,50 @@ module facet_ratio
 
 contains
 
-  !> Size of a slave facet over that of the master facets below it: the root of the ratio of their
-  !! areas, its mean over the points that have a master below them weighted by their areas; 0 if no
-  !! point has. A slave node stands for its tributary area, which is that of two facets.
+  !> Size of the slave facets over that of the master facets below them: the root of the ratio of
+  !! their areas, in the mean over the slave's area; 0 if no point has a master below it.
   pure real(wp) function slave_over_master(pair, x) result(ratio)
     type(pair_t), intent(in) :: pair !! the pair with its first hosts
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: total, weighted, slave
-    integer :: p
+    real(wp) :: sums(2)
+    integer :: p, f, k
+    integer, allocatable :: point(:)
 
-    total = 0.0_wp
-    weighted = 0.0_wp
-    do p = 1, used_points(pair)
-      if (pair%old(p)%host == 0 .or. pair%area(p) <= 0.0_wp) cycle
-      slave = 0.5_wp*pair%area(p)
-      if (pair%n_slaves == 3) slave = facet_area(corners(x, pair%point_nodes(:, p)))
-      total = total + pair%area(p)
-      weighted = weighted + pair%area(p)*sqrt(slave/facet_area(corners(x, &
-        pair%facets(:, pair%old(p)%host))))
-    end do
+    sums = 0.0_wp
+    if (pair%n_slaves == 3) then
+      do p = 1, used_points(pair)
+        call compare(pair, x, pair%point_nodes(:, p), pair%old(p)%host, sums)
+      end do
+    else if (allocated(pair%slave_facets)) then
+      allocate (point(maxval(pair%slave_facets)), source=0)
+      do p = 1, used_points(pair)
+        if (pair%point_nodes(1, p) <= size(point)) point(pair%point_nodes(1, p)) = p
+      end do
+      do f = 1, size(pair%slave_facets, 2)
+        do k = 1, 3
+          p = point(pair%slave_facets(k, f))
+          if (p > 0) call compare(pair, x, pair%slave_facets(:, f), pair%old(p)%host, sums)
+        end do
+      end do
+    end if
     ratio = 0.0_wp
-    if (total > 0.0_wp) ratio = weighted/total
+    if (sums(1) > 0.0_wp) ratio = sums(2)/sums(1)
   end function slave_over_master
+
+  !> Adds one slave facet over one of the master.
+  pure subroutine compare(pair, x, nodes, host, sums)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: nodes(3) !! corners of the slave facet
+    integer, intent(in) :: host !! facet of the master below it, 0 for none
+    real(wp), intent(inout) :: sums(2) !! areas, and areas times ratios [length^2]
+    real(wp) :: area
+
+    if (host == 0) return
+    area = facet_area(corners(x, nodes))
+    if (area > 0.0_wp) sums = sums + area*[1.0_wp, &
+      sqrt(area/facet_area(corners(x, pair%facets(:, host))))]
+  end subroutine compare
 
   !> Mean of the longest edges of the master facets of a pair.
   pure real(wp) function mean_facet(pair, x) result(h)

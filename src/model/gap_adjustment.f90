@@ -3,15 +3,19 @@
 module gap_adjustment
   use kinds, only: wp
   use mesh_types, only: mesh_t
-  use tetrahedra, only: tetrahedron_volume, aspect_ratio
+  use facets, only: facet_neighbours, node_facets
+  use tetrahedra, only: tetrahedron_volume, aspect_ratio, longest_edge
   use facet_geometry, only: project_on_facet, barycentric, facet_size
+  use surface_sag, only: find_sags
   use facet_tree, only: facet_tree_t, build_tree, nearest_facet
   implicit none
   private
   public :: adjustment_t, adjust_gaps
 
-  !> Tolerance that is taken if none is given, over the longest edge of the master.
-  real(wp), parameter :: default_share = 0.05_wp
+  !> The tolerance that is taken if none is given is the sag of the facets on both sides, but at
+  !! least and at most these shares of the slave's facets around the node.
+  real(wp), parameter :: least_share = 1.0e-3_wp
+  real(wp), parameter :: most_share = 0.05_wp
   !> A node lies on the facet if its distance is below this share of the longest edge.
   real(wp), parameter :: on_surface = 1.0e-12_wp
   !> A projection outside the rim by more than this, in shape functions, is not over the master.
@@ -42,8 +46,9 @@ module gap_adjustment
 contains
 
   !> Moves the slave nodes that are within the tolerance of the master.
-  subroutine adjust_gaps(slave, facets, neighbours, tolerance, mesh, done)
+  subroutine adjust_gaps(slave, slave_facets, facets, neighbours, tolerance, mesh, done)
     integer, intent(in) :: slave(:) !! slave nodes
+    integer, intent(in) :: slave_facets(:, :) !! (3, facets) corners of the facets between them
     integer, intent(in) :: facets(:, :) !! (3, facets) corners of the master's facets
     integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the rim
     real(wp), intent(in) :: tolerance !! largest gap or penetration, 0 for the default [length]
@@ -52,23 +57,29 @@ contains
     type(facet_tree_t) :: tree
     type(around_t) :: around
     real(wp), allocatable :: before(:, :)
-    real(wp) :: longest, way(3), limit
-    integer :: f, i, sweep, moved, element
+    real(wp) :: longest, way(3), limit(2, size(slave)), sag(size(facets, 2))
+    integer :: f, i, sweep, moved, element, host
 
     longest = 0.0_wp
     do f = 1, size(facets, 2)
       longest = max(longest, facet_size(mesh%x(:, facets(:, f))))
     end do
-    limit = merge(tolerance, default_share*longest, tolerance > 0.0_wp)
     before = mesh%x
     call build_tree(tree, facets, mesh%x)
     call find_around(mesh, slave, around)
+    sag = 0.0_wp
+    limit = tolerance
+    if (tolerance <= 0.0_wp) then
+      call find_sags(facets, neighbours, mesh%x, sag)
+      call find_slave_sags(slave, slave_facets, around, mesh, limit)
+    end if
     do sweep = 1, most_sweeps
       moved = 0
       done%left = 0
       do i = 1, size(slave)
-        call way_to_master(tree, facets, neighbours, mesh%x, mesh%x(:, slave(i)), way)
-        if (norm2(way) <= on_surface*longest .or. norm2(way) > limit) cycle
+        call way_to_master(tree, facets, neighbours, mesh%x, mesh%x(:, slave(i)), host, way)
+        if (host == 0 .or. norm2(way) <= on_surface*longest) cycle
+        if (norm2(way) > allowed(limit(:, i), sag(host), tolerance)) cycle
         call try_move(slave(i), way, around, before, mesh, element)
         if (element == 0) then
           moved = moved + 1
@@ -83,6 +94,47 @@ contains
     end do
     call measure(slave, before, mesh, done)
   end subroutine adjust_gaps
+
+  !> Sag of the slave's facets around each of its nodes, and their mean size; where there are none,
+  !! the mean edge of the elements around the node.
+  subroutine find_slave_sags(slave, slave_facets, around, mesh, values)
+    integer, intent(in) :: slave(:) !! slave nodes
+    integer, intent(in) :: slave_facets(:, :) !! (3, facets) corners of the facets between them
+    type(around_t), intent(in) :: around !! elements around the nodes
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp), intent(out) :: values(:, :) !! (2, slave nodes) sag, size [length]
+    integer, allocatable :: neighbours(:, :), start(:), list(:)
+    real(wp) :: sag(size(slave_facets, 2)), h
+    integer :: non_manifold, i, k
+
+    call facet_neighbours(slave_facets, neighbours, non_manifold)
+    call node_facets(slave_facets, mesh%nodes, start, list)
+    call find_sags(slave_facets, neighbours, mesh%x, sag)
+    values = 0.0_wp
+    do i = 1, size(slave)
+      h = 0.0_wp
+      do k = start(slave(i)), start(slave(i) + 1) - 1
+        values(1, i) = max(values(1, i), sag(list(k)))
+        h = h + facet_size(mesh%x(:, slave_facets(:, list(k))))
+      end do
+      values(2, i) = h/real(max(1, start(slave(i) + 1) - start(slave(i))), wp)
+      if (values(2, i) > 0.0_wp) cycle
+      do k = around%first(slave(i)), around%first(slave(i) + 1) - 1
+        values(2, i) = values(2, i) + longest_edge(mesh%x(:, mesh%ix(1:4, around%element(k)))) &
+          /real(around%first(slave(i) + 1) - around%first(slave(i)), wp)
+      end do
+    end do
+  end subroutine find_slave_sags
+
+  !> How far a node may be moved.
+  pure real(wp) function allowed(at, sag, tolerance)
+    real(wp), intent(in) :: at(2) !! sag and size of the slave's facets there [length]
+    real(wp), intent(in) :: sag !! of the master's facet [length]
+    real(wp), intent(in) :: tolerance !! as the deck has it, 0 for the default [length]
+
+    allowed = tolerance
+    if (tolerance <= 0.0_wp) allowed = min(max(at(1) + sag, least_share*at(2)), most_share*at(2))
+  end function allowed
 
   !> Number and longest way of the nodes that have moved.
   pure subroutine measure(slave, before, mesh, done)
@@ -104,15 +156,16 @@ contains
   end subroutine measure
 
   !> The way from a point to the closest point of the master, zero if it is not over it.
-  subroutine way_to_master(tree, facets, neighbours, x, y, way)
+  subroutine way_to_master(tree, facets, neighbours, x, y, facet, way)
     type(facet_tree_t), intent(in) :: tree !! tree of the master
     integer, intent(in) :: facets(:, :) !! (3, facets) corners
     integer, intent(in) :: neighbours(:, :) !! (3, facets) neighbours
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
+    integer, intent(out) :: facet !! the facet next to it, 0 for none
     real(wp), intent(out) :: way(3) !! the way [length]
     real(wp) :: xi(2), gap, distance, n(3), candidate(3)
-    integer :: facet, k
+    integer :: k
 
     way = 0.0_wp
     call nearest_facet(tree, facets, x, y, facet, distance)

@@ -64,8 +64,8 @@ contains
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(mesh, pair, later)
     if (error_count(later) > 0) return
-    call adjust_gaps(pair%point_nodes(1, :), pair%facets, pair%neighbours, pair%adjust, mesh, &
-      done)
+    call adjust_gaps(pair%point_nodes(1, :), pair%slave_facets, pair%facets, pair%neighbours, &
+      pair%adjust, mesh, done)
     asked%moved = done%moved
     asked%farthest = done%farthest
     asked%farthest_way = done%largest

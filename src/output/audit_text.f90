@@ -11,7 +11,7 @@ module audit_text
     check_locking, check_moved
   implicit none
   private
-  public :: audit_table, audit_warning, balance_message
+  public :: audit_table, audit_finding, audit_warning, balance_message
 
   character(7), parameter :: verdict_words(0:2) = [character(7) :: 'ok', 'warning', 'FAILED']
   character(1), parameter :: nl = new_line('a')
@@ -42,6 +42,17 @@ contains
         finding(model, system, audit, i)
     end do
   end function audit_table
+
+  !> A check that is ok, in a line of its own.
+  function audit_finding(model, system, audit, check) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! begun
+    integer, intent(in) :: check !! the check
+    character(:), allocatable :: t
+
+    t = trim(check_names(check))//': '//finding(model, system, audit, check)
+  end function audit_finding
 
   !> What a check has found.
   function finding(model, system, audit, check) result(t)

@@ -14,7 +14,7 @@ module batch_run
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
-  use run_files, only: recover_fields, write_row
+  use run_files, only: write_row
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
@@ -213,12 +213,9 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
-    logical :: fields
 
     context%state%step = context%state%step + 1
-    call recover_fields(context%files, context%model, context%system, context%state, &
-      context%state%step == context%monitor%steps, fields)
-    call audit_end_time(context, run%settings, fields, error)
+    call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &

@@ -6,7 +6,6 @@ module check_files
   use errors, only: error_t
   use costs, only: cost_t
   use model_types, only: model_t, state_none
-  use contact_hosts, only: start_pair
   use result_types, only: frame_t
   use results_file, only: results_t, create_results, append_picture, close_results
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
@@ -24,7 +23,7 @@ contains
   subroutine write_check_files(base, folder, model, deck_text, version, command, error)
     character(*), intent(in) :: base !! path without extension
     character(*), intent(in) :: folder !! folder to make first, empty for none
-    type(model_t), intent(inout) :: model !! the problem; its pairs get their first hosts
+    type(model_t), intent(inout) :: model !! the problem, its pairs with their first hosts
     character(*), intent(in) :: deck_text !! the deck
     character(*), intent(in) :: version !! version of the program
     character(*), intent(in) :: command !! deck name and settings
@@ -33,11 +32,7 @@ contains
     type(contact_file_t) :: surfaces
     type(frame_t) :: frame
     type(cost_t) :: costs
-    integer :: k
 
-    do k = 1, size(model%pairs)
-      call start_pair(model%pairs(k), model%mesh%x)
-    end do
     call fill_first_frame(model, frame)
     call ask_for_little(model)
     if (len(folder) > 0) call make_folder(folder, error)

@@ -9,41 +9,42 @@ module run_audit
   use field_audit, only: audit_fields
   use audit_text, only: audit_table, audit_warning, balance_message
   use system_types, only: settings_t
+  use run_files, only: recover_fields
   use run_context, only: context_t
   implicit none
   private
-  public :: audit_end_time
+  public :: audit_end_time, tell_warnings
 
 contains
 
-  !> Audits the state that is about to be written.
-  subroutine audit_end_time(context, settings, fields, error)
+  !> Audits the state that is about to be written, and recovers what that and the files want.
+  subroutine audit_end_time(context, settings, error)
     type(context_t), target, intent(inout) :: context !! the run; its audit gets the results
     type(settings_t), intent(in) :: settings !! tolerances asked for
-    logical, intent(in) :: fields !! bulk_state of the files is that of this end time
     type(error_t), allocatable, intent(out) :: error !! a body out of balance
     real(wp) :: before
-    logical :: full, last
+    logical :: full, last, fields
 
     associate (audit => context%audit, model => context%model, system => context%system)
       call begin_cost(system%costs, cost_audit)
       before = audit%time
       last = context%state%step == context%monitor%steps
       full = audit%step == 0 .or. last
+      call recover_fields(context%files, model, system, context%state, last, fields)
       call audit_state(model, system, context%state, settings, context%files%point_state, last, &
         audit)
       if (fields) call audit_fields(system%bulk, context%files%bulk_state, audit)
       full = full .or. any(audit%verdict == verdict_failed)
       call context%monitor%event(audit_table(model, system, audit, full))
-      call warn(context)
+      call tell_warnings(context)
       call end_cost(system%costs, cost_audit)
       if (audit%verdict(check_balance) == verdict_failed) call raise(error, exit_no_convergence, &
         balance_message(model, system, audit, before))
     end associate
   end subroutine audit_end_time
 
-  !> Tells each warning once.
-  subroutine warn(context)
+  !> Tells each warning once; before the first end time those of the scene.
+  subroutine tell_warnings(context)
     type(context_t), target, intent(inout) :: context !! the run, audited
     integer :: i
 
@@ -54,5 +55,5 @@ contains
         call context%monitor%warning(audit_warning(context%model, context%system, audit, i))
       end do
     end associate
-  end subroutine warn
+  end subroutine tell_warnings
 end module run_audit

@@ -84,12 +84,11 @@ contains
   subroutine recover_fields(files, model, system, state, last, fields)
     type(run_files_t), intent(inout) :: files !! gets point_state, bulk_state
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! cost table
+    type(system_t), intent(in) :: system !! elements
     type(state_t), intent(in) :: state !! the converged state
     logical, intent(in) :: last !! it is the last end time
     logical, intent(out) :: fields !! bulk_state is that of this end time
 
-    call begin_cost(system%costs, cost_output)
     call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
     fields = fields_due(model%output, state%step) .and. (model%output%stress .or. &
       model%output%strain)
@@ -99,7 +98,6 @@ contains
         system%bulk%n))
       call recover(system%bulk, task_stress, model%mesh%x, state%u, files%bulk_state)
     end if
-    call end_cost(system%costs, cost_output)
   end subroutine recover_fields
 
   !> Writes and flushes the rows of an end time.

@@ -11,7 +11,6 @@ module session
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines
   use source, only: file_text
   use model_types, only: model_t
-  use contact_gaps, only: describe_gaps
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
@@ -27,7 +26,8 @@ module session
   use run_monitor, only: run_monitor_t
   use run_context, only: context_t
   use batch_run, only: run_batch
-  use batch_position, only: count_steps
+  use run_audit, only: tell_warnings
+  use check_report, only: print_check, report_gaps
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
   use result_types, only: saved_state_t
@@ -57,7 +57,7 @@ contains
     if (allocated(error)) return
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
-      call print_check(context%model, commands, context%terminal)
+      call print_check(commands, context)
       call write_check_files(base_name(options), options%folder, context%model, deck_text, &
         'mfec '//program_version, settings_text(options), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
@@ -95,24 +95,6 @@ contains
     model%notes = note_lines(diagnostics)
     deck_text = file_text(diagnostics%source, 1)
   end subroutine read_problem
-
-  !> What --check says of a deck without errors.
-  subroutine print_check(model, commands, terminal)
-    type(model_t), intent(in) :: model !! the problem
-    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
-    type(terminal_t), intent(inout) :: terminal !! standard output
-    integer :: k
-
-    call print_line(terminal, 'the deck is sound: '// &
-      count_noun(count(model%mesh%defined), 'node')//', '// &
-      count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
-      count_noun(size(model%materials), 'material')//', '// &
-      count_noun(size(model%pairs), 'contact pair')//', '// &
-      count_noun(count_steps(commands), 'end time'))
-    do k = 1, size(model%notes)
-      call print_line(terminal, model%notes(k)%s)
-    end do
-  end subroutine print_check
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
   subroutine run_problem(options, context, commands, deck_text, error)
@@ -167,7 +149,8 @@ contains
     if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &
       context%files, context%terminal, error)
     if (options%threads > 1) call report_threads(options%threads, context%monitor)
-    call report_gaps(context%model, context%monitor)
+    call report_gaps(context, .false.)
+    call tell_warnings(context)
   end subroutine report_start
 
   !> Logs the number of threads; more than there are cores are worth a warning.
@@ -229,24 +212,6 @@ contains
     dot = index(name, '.', back=.true.)
     if (dot > 1) name = name(:dot - 1)
   end function deck_name
-
-  !> Logs the gaps of all pairs at the start; penetrations are worth a warning.
-  subroutine report_gaps(model, monitor)
-    type(model_t), intent(in) :: model !! pairs with their first hosts
-    type(run_monitor_t), intent(inout) :: monitor !! log and terminal
-    character(:), allocatable :: line
-    logical :: penetrates
-    integer :: k
-
-    do k = 1, size(model%pairs)
-      call describe_gaps(model%pairs(k), model%mesh%x, line, penetrates)
-      if (penetrates) then
-        call monitor%warning(line)
-      else
-        call monitor%event(line)
-      end if
-    end do
-  end subroutine report_gaps
 
   !> Path of the files without their endings: the deck's name in the output folder.
   function base_name(options) result(base)

@@ -3,6 +3,8 @@
 module audit
   use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
+  use elmlib, only: routine_none
+  use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
@@ -28,6 +30,8 @@ module audit
   real(wp), parameter :: residual_share = 1.0e-3_wp
   !> The sums of a body are round-off below this many times the estimate for the residual.
   real(wp), parameter :: round_off_factor = 64.0_wp
+  !> Round-off beyond this share of the forces is none, unless strains are below the second number.
+  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> Displacements beyond this many sizes of the model, and beyond what is prescribed, are none.
   real(wp), parameter :: most_sizes = 10.0_wp
   !> Limits beyond which a check warns: what of the work is not found again over the largest energy
@@ -117,7 +121,7 @@ contains
     type(state_t), intent(in) :: state !! the converged state
     type(settings_t), intent(in) :: settings !! tolerances asked for
     type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed, lacking
-    real(wp) :: now, sane, lack
+    real(wp) :: now, sane, lack, noise
     integer :: b, i
 
     now = norm2([norm2(system%external), norm2(state%reaction), norm2(system%contact_force)])
@@ -126,9 +130,10 @@ contains
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
     audit%force_before = audit%scale
     if (sane >= 1.0_wp) audit%force_before = now
-    audit%allowed = max(tolerance(model, settings)*audit%scale, &
-      round_off_factor*sane*hypot(system%round_off, machine_epsilon*system%stiffest* &
-      maxval(abs(state%u))*sqrt(real(size(system%equation), wp))))
+    noise = round_off_factor*(sane*system%round_off + place_noise(system, audit%model_size) &
+      + machine_epsilon*stiffest(model)*audit%model_size*sane*maxval(abs(state%u)))
+    audit%allowed = max(tolerance(model, settings)*audit%scale, min(noise, &
+      max(most_round_off*audit%scale, no_strain*system%stiffest*audit%model_size)))
     audit%lacking = 0.0_wp
     audit%component = 0
     audit%worst(check_balance) = 0
@@ -147,6 +152,32 @@ contains
     audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, &
       audit%lacking <= audit%allowed)
   end subroutine judge_balance
+
+  !> Largest Young's modulus of what deforms.
+  pure real(wp) function stiffest(model)
+    type(model_t), intent(in) :: model !! materials
+    integer :: m
+
+    stiffest = 0.0_wp
+    do m = 1, size(model%materials)
+      if (.not. model%materials(m)%rigid) stiffest = max(stiffest, &
+        model%materials(m)%youngs_modulus)
+    end do
+  end function stiffest
+
+  !> What the round-off of a place within the model makes of a gap, as a force of its penalty.
+  pure real(wp) function place_noise(system, model_size) result(noise)
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: model_size !! diagonal of the box around all nodes [length]
+    integer :: k
+
+    noise = 0.0_wp
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) /= routine_none) noise = max(noise, &
+        system%contact%d(d03_epsilon, k))
+    end do
+    noise = machine_epsilon*model_size*noise
+  end function place_noise
 
   !> What the balance of a body may lack over the force scale.
   pure real(wp) function tolerance(model, settings)

@@ -51,6 +51,9 @@ module newton
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> The drag of an iteration over that of the one before.
   real(wp), parameter :: least_growth = 0.1_wp, most_growth = 2.0_wp
+  !> Iterations of an increment after which points that stick on their cone slip in the tangent;
+  !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
+  integer, parameter :: most_single = 5
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
 
@@ -174,6 +177,7 @@ contains
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
     call forget_expected(system%contact)
+    if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy

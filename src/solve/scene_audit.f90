@@ -12,8 +12,8 @@ module scene_audit
 
   !> Slave facets over master facets beyond which a slave is coarse: nodes that stand alone, and
   !! points of facets.
-  real(wp), parameter :: coarse_nodes = 1.3_wp
-  real(wp), parameter :: coarse_points = 2.0_wp
+  real(wp), parameter :: coarse_nodes = 1.5_wp
+  real(wp), parameter :: coarse_points = 2.5_wp
   !> Poisson's ratio beyond which linear tetrahedra lock.
   real(wp), parameter :: locking_ratio = 0.45_wp
   !> Way of a node that ADJUst has moved, over a facet.
@@ -44,7 +44,7 @@ contains
       end associate
     end do
     call judge_locking(model, audit)
-    where (audit%value(checks) > [1.0_wp, locking_ratio, most_moved]) &
+    where (audit%value(checks) > [1.0_wp + 1.0e-6_wp, locking_ratio, most_moved]) &
       audit%verdict(checks) = verdict_warning
   end subroutine judge_scene
 

@@ -17,7 +17,7 @@ module system_building
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: build_system
+  public :: build_system, outline_system
 
 contains
 
@@ -26,16 +26,8 @@ contains
     type(model_t), intent(inout) :: model !! pairs get their first hosts
     type(system_t), intent(inout) :: system !! filled; its costs go on counting
     type(state_t), intent(out) :: state !! at rest
-    integer, allocatable :: element_body(:)
-    integer :: k
 
-    call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
-    call number_equations(model%conditions%restrained, system)
-    call find_weak_bodies(model%mesh%x, system)
-    call allocate_vectors(model%mesh%nodes, system, state)
-    do k = 1, size(model%pairs)
-      call start_pair(model%pairs(k), model%mesh%x)
-    end do
+    call outline_system(model, system, state)
     call list_bulk(model, system)
     call list_contact(model, system)
     system%facet_size = mean_facet(model)
@@ -49,6 +41,23 @@ contains
     call end_cost(system%costs, cost_bulk_tangent)
     if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
   end subroutine build_system
+
+  !> Bodies, equations, and the first hosts of the contact points.
+  subroutine outline_system(model, system, state)
+    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(system_t), intent(inout) :: system !! gets bodies, equations, vectors
+    type(state_t), intent(out) :: state !! at rest
+    integer, allocatable :: element_body(:)
+    integer :: k
+
+    call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
+    call number_equations(model%conditions%restrained, system)
+    call find_weak_bodies(model%mesh%x, system)
+    call allocate_vectors(model%mesh%nodes, system, state)
+    do k = 1, size(model%pairs)
+      call start_pair(model%pairs(k), model%mesh%x)
+    end do
+  end subroutine outline_system
 
   !> Numbers the free degrees of freedom in the order of the nodes.
   subroutine number_equations(restrained, system)

@@ -1,0 +1,78 @@
+!> What --check says of a deck without errors: what is in it, and what can be known before the first
+!! solve (doc/manual, "The audit").
+module check_report
+  use errors, only: error_t
+  use text, only: count_noun
+  use contact_gaps, only: describe_gaps
+  use batch_types, only: batch_command_t
+  use batch_position, only: count_steps
+  use system_building, only: outline_system
+  use diagnosis, only: check_supports
+  use audit_types, only: check_facets, check_moved, check_locking, verdict_warning
+  use audit, only: begin_audit
+  use audit_text, only: audit_finding, audit_warning
+  use run_context, only: context_t
+  use terminal, only: print_line
+  implicit none
+  private
+  public :: print_check, report_gaps
+
+contains
+
+  !> Counts, notes, gaps, bodies that nothing or contact alone holds, coarse facets, locking, moved
+  !! nodes. Bodies are found and points get their facets for that; no matrix is made.
+  subroutine print_check(commands, context)
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
+    integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
+    type(error_t), allocatable :: error
+    integer :: k
+
+    associate (model => context%model, system => context%system)
+      call print_line(context%terminal, 'the deck is sound: '// &
+        count_noun(count(model%mesh%defined), 'node')//', '// &
+        count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
+        count_noun(size(model%materials), 'material')//', '// &
+        count_noun(size(model%pairs), 'contact pair')//', '// &
+        count_noun(count_steps(commands), 'end time'))
+      do k = 1, size(model%notes)
+        call print_line(context%terminal, model%notes(k)%s)
+      end do
+      context%monitor%terminal => context%terminal
+      call outline_system(model, system, context%state)
+      call report_gaps(context, .true.)
+      call check_supports(model, system, context%monitor, error)
+      if (allocated(error)) call context%monitor%warning(error%message)
+      call begin_audit(model, system, context%state, context%audit)
+      do k = 1, size(checks)
+        if (context%audit%verdict(checks(k)) == verdict_warning) then
+          call context%monitor%warning(audit_warning(model, system, context%audit, checks(k)))
+        else
+          call print_line(context%terminal, audit_finding(model, system, context%audit, checks(k)))
+        end if
+      end do
+    end associate
+  end subroutine print_check
+
+  !> Tells the gaps of all pairs at the start; penetrations are worth a warning.
+  subroutine report_gaps(context, to_terminal)
+    type(context_t), target, intent(inout) :: context !! pairs with their first hosts; log, terminal
+    logical, intent(in) :: to_terminal !! gaps go to the terminal, else to the log
+    character(:), allocatable :: line
+    logical :: penetrates
+    integer :: k
+
+    associate (model => context%model)
+      do k = 1, size(model%pairs)
+        call describe_gaps(model%pairs(k), model%mesh%x, line, penetrates)
+        if (penetrates) then
+          call context%monitor%warning(line)
+        else if (to_terminal) then
+          call print_line(context%terminal, line)
+        else
+          call context%monitor%event(line)
+        end if
+      end do
+    end associate
+  end subroutine report_gaps
+end module check_report
