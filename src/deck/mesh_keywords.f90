@@ -213,9 +213,9 @@ contains
                      'pressure that follows a surface', available=.false.)
     call add_command(t, table_mesh, 'HOLD', '', 'regions whose free rigid motions are held')
     call add_data(t, 'w:region')
-    call explain(t, 'A body that only contact holds, and that can slide or spin without any resistance,')
-    call explain(t, 'has no unique place: a warning names the motion. HOLD keeps such motions of a region')
-    call explain(t, 'where they are, which the log notes; a load along them ends the run, exit code 2.')
+    call explain(t, 'A body that only contact holds, and that slides or spins without resistance,')
+    call explain(t, 'has no unique place: a warning names the motion. HOLD keeps such motions of a')
+    call explain(t, 'region where they are, which the log notes; a load along them: exit code 2.')
     call add_command(t, table_mesh, 'GRAVity', 'r:g1 r:g2 r:g3', 'acceleration', &
                      available=.false.)
   end subroutine add_load_keywords

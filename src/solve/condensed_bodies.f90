@@ -6,15 +6,15 @@ module condensed_bodies
   use model_types, only: model_t
   use block_matrix, only: multiply
   use umfpack_solver, only: solver_done
-  use condensed_types, only: condensed_t, condensed_body_t
-  use rigid_motions, only: choose_pins, mode_row
+  use condensed_types, only: condensed_t
+  use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: condense_body, solve_body, spread_body, free_body
   use system_types, only: system_t
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, find_imbalance, push_bodies, spread_yield, number_live, &
-    gather_compliance, apply_compliance, add_motion, sum_forces, free_condensed
+    find_equilibrium, fit_motions, spread_yield, number_live, gather_compliance, &
+    apply_compliance, free_condensed
 
 contains
 
@@ -48,21 +48,6 @@ contains
     end do
   end subroutine condense_all
 
-  !> The rigid motions that the supports leave a body, and the pins that stop them.
-  subroutine pin_body(system, b)
-    type(system_t), intent(inout) :: system !! gets motions and pins of a body of condensed
-    integer, intent(in) :: b !! the body
-
-    associate (body => system%condensed%bodies(b))
-      if (allocated(body%pin_node)) return
-      body%motions = system%motions(b)
-      allocate (body%pin_node(0), body%pin_direction(0))
-      if (body%motions%n == 0) return
-      call choose_pins(system%condensed%x, system%equation, system%node_body, b, body%motions, &
-        body%pin_node, body%pin_direction)
-    end associate
-  end subroutine pin_body
-
   !> Displacements for a unit of each proportional load, no contact.
   subroutine find_influence(model, system, outcome)
     type(model_t), intent(in) :: model !! conditions
@@ -91,28 +76,6 @@ contains
       end do
     end associate
   end subroutine find_influence
-
-  !> Work of nodal forces on the rigid motions that supports leave.
-  pure subroutine push_bodies(system, force, push)
-    type(system_t), intent(in) :: system !! bodies of condensed
-    real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
-    real(wp), intent(out) :: push(:) !! (modes) [force]
-    integer :: i, k, b, first(system%bodies)
-
-    push = 0.0_wp
-    first = [(sum(system%motions(:b - 1)%n), b=1, system%bodies)]
-    do i = 1, size(system%node_body)
-      b = system%node_body(i)
-      if (b == 0) cycle
-      if (system%motions(b)%n == 0) cycle
-      do k = 1, 3
-        if (abs(force(k, i)) <= 0.0_wp) cycle
-        associate (mine => push(first(b) + 1:first(b) + system%motions(b)%n))
-          mine = mine + force(k, i)*mode_row(system%motions(b), k, system%condensed%x(:, i))
-        end associate
-      end do
-    end do
-  end subroutine push_bodies
 
   !> Displacements of the free degrees of freedom under forces.
   subroutine solve_all(system, force, u, outcome)
@@ -169,33 +132,6 @@ contains
     end associate
   end subroutine number_candidates
 
-  !> What the rigid motions of each body do to its candidates.
-  pure subroutine place_modes(condensed)
-    type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
-    integer :: b, i
-
-    condensed%modes = 0
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        body%first_mode = condensed%modes
-        condensed%modes = condensed%modes + body%motions%n
-        if (body%motions%n == 0) cycle
-        body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
-        do i = 1, body%m
-          associate (n => body%first + i)
-            body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
-              condensed%x(:, condensed%node(n)))
-          end associate
-        end do
-      end associate
-    end do
-    if (.not. allocated(condensed%alpha)) then
-      allocate (condensed%alpha(condensed%modes), condensed%alpha_change(condensed%modes), &
-        condensed%imbalance(condensed%modes), condensed%imbalance_change(condensed%modes), &
-        source=0.0_wp)
-    end if
-  end subroutine place_modes
-
   !> Displacements of the candidates without contact.
   subroutine load_candidates(condensed)
     type(condensed_t), intent(inout) :: condensed !! factors given; gets loaded
@@ -216,25 +152,6 @@ contains
     u = condensed%loaded - condensed%yielded
     call add_motion(condensed, condensed%alpha, u)
   end subroutine find_equilibrium
-
-  !> Adds rigid motions of the bodies to displacements of the candidates.
-  pure subroutine add_motion(condensed, alpha, u)
-    type(condensed_t), intent(in) :: condensed !! modes of its bodies
-    real(wp), intent(in) :: alpha(:) !! (modes) [length]
-    real(wp), intent(inout) :: u(:) !! (n) [length]
-    integer :: b
-
-    if (condensed%modes == 0) return
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%motions%n == 0) cycle
-        associate (mine => u(body%first + 1:body%first + body%m))
-          mine = mine + matmul(body%modes, alpha(body%first_mode + 1:body%first_mode &
-            + body%motions%n))
-        end associate
-      end associate
-    end do
-  end subroutine add_motion
 
   !> The rigid motions with which the equilibrium under the forces of the iterate comes closest to
   !! given displacements.
@@ -259,31 +176,6 @@ contains
       end associate
     end do
   end subroutine fit_motions
-
-  !> What contact forces and loads do to the rigid motions: zero in equilibrium.
-  pure subroutine find_imbalance(condensed)
-    type(condensed_t), intent(inout) :: condensed !! force and factors given; gets imbalance
-
-    if (condensed%modes == 0) return
-    call sum_forces(condensed, condensed%force, condensed%imbalance)
-    condensed%imbalance = condensed%imbalance - matmul(condensed%pushes, condensed%factors)
-  end subroutine find_imbalance
-
-  !> Work of forces at the candidates on the rigid motions.
-  pure subroutine sum_forces(condensed, force, push)
-    type(condensed_t), intent(in) :: condensed !! modes of its bodies
-    real(wp), intent(in) :: force(:) !! (n) [force]
-    real(wp), intent(out) :: push(:) !! (modes) [force]
-    integer :: b
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%motions%n == 0) cycle
-        push(body%first_mode + 1:body%first_mode + body%motions%n) = &
-          matmul(force(body%first + 1:body%first + body%m), body%modes)
-      end associate
-    end do
-  end subroutine sum_forces
 
   !> C times the forces of the iterate, unless they are those of the last time.
   subroutine find_yield(condensed)

@@ -5,7 +5,8 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, cost_solve
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance, sum_forces
+  use condensed_bodies, only: apply_compliance
+  use condensed_motions, only: sum_forces
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
   use system_types, only: system_t

@@ -12,9 +12,8 @@ module condensed_system
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, find_imbalance, spread_yield, number_live, &
-    free_condensed
-  use rigid_motions, only: mode_row
+    load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
+  use condensed_motions, only: find_imbalance, add_motion_inside
   use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
@@ -369,26 +368,6 @@ contains
         system%bulk_force)
     end associate
   end subroutine recover_interior
-
-  !> Adds the rigid motions of the iterate to the displacements of all nodes.
-  pure subroutine add_motion_inside(system)
-    type(system_t), intent(inout) :: system !! du is moved
-    integer :: i, k
-
-    associate (condensed => system%condensed)
-      do i = 1, size(system%node_body)
-        if (system%node_body(i) == 0) cycle
-        associate (body => condensed%bodies(system%node_body(i)))
-          if (body%motions%n == 0) cycle
-          do k = 1, 3
-            system%du(k, i) = system%du(k, i) + dot_product(mode_row(body%motions, k, &
-              condensed%x(:, i)), condensed%alpha(body%first_mode + 1:body%first_mode &
-              + body%motions%n))
-          end do
-        end associate
-      end do
-    end associate
-  end subroutine add_motion_inside
 
   !> Keeps the contact forces of the converged state.
   subroutine keep_forces(condensed)

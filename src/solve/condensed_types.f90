@@ -46,8 +46,8 @@ module condensed_types
     real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
     real(wp), allocatable :: sum(:, :) !! (live, live) U of the whole form [force/length]
     real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R
-    real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the rigid
-    !! motions, factorised
+    real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
+    !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
     real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
     real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them

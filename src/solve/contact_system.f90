@@ -119,8 +119,8 @@ contains
     call withhold_friction(model, system)
   end subroutine load_contact
 
-  !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing yields
-  !! to it, and it is what the deck says.
+  !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing
+  !! yields to it, and it is what the deck says.
   subroutine load_point(pair, p, element, system)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point

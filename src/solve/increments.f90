@@ -30,8 +30,8 @@ module increments
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
   !> Changes of the shape of smooth surfaces after which an increment is solved once more.
   integer, parameter :: most_renewals = 8
-  !> With a drag a body first goes this share of a facet in an iteration, and has this many times the
-  !! solves and passes.
+  !> With a drag a body first goes this share of a facet in an iteration, and has this many times
+  !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp
   integer, parameter :: drag_patience = 3
   !> Energy tolerance of the first solve where surfaces are smooth.
@@ -95,7 +95,8 @@ contains
     patient = settings
     patient%most_solves = drag_patience*settings%most_solves
     patient%most_passes = drag_patience*settings%most_passes
-    system%first_drag = max(force_scale(system), norm)/(drag_way*max(system%facet_size, tiny(1.0_wp)))
+    system%first_drag = max(force_scale(system), norm)/(drag_way*max(system%facet_size, &
+      tiny(1.0_wp)))
     call solve_from_start(model, system, time, patient, monitor, progress)
     system%first_drag = 0.0_wp
     system%drag = 0.0_wp

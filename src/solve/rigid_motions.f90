@@ -2,7 +2,6 @@
 !! these (doc/theory, "Bodies that contact holds").
 module rigid_motions
   use kinds, only: wp
-  use vectors, only: cross
   use lapack_interface, only: dsyev
   implicit none
   private

@@ -15,7 +15,8 @@ module supports
   use rigid_motions, only: find_motions
   implicit none
   private
-  public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, closing_length, drop_bodies
+  public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, &
+    closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp

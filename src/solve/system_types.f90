@@ -71,7 +71,7 @@ module system_types
     real(wp), allocatable :: solution(:) !! (equations) solution [length]
     real(wp), allocatable :: next(:) !! (equations) direction of a trial [length]
     real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
-    real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in this increment, 0 for none [force]
+    real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in the increment, 0: none [force]
     real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
     real(wp) :: stroke = 0.0_wp !! largest prescribed motion of the increment [length]
     real(wp) :: stiffest = 0.0_wp !! largest entry of the bulk's matrix [force/length]

@@ -1,0 +1,142 @@
+!> The rigid motions of the bodies of a condensed system that contact holds (doc/theory, "Bodies
+!! that contact holds").
+module condensed_motions
+  use kinds, only: wp
+  use rigid_motions, only: choose_pins, mode_row
+  use condensed_types, only: condensed_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
+    sum_forces
+
+contains
+
+  !> The rigid motions that the supports leave a body, and the pins that stop them.
+  subroutine pin_body(system, b)
+    type(system_t), intent(inout) :: system !! gets motions and pins of a body of condensed
+    integer, intent(in) :: b !! the body
+
+    associate (body => system%condensed%bodies(b))
+      if (allocated(body%pin_node)) return
+      body%motions = system%motions(b)
+      allocate (body%pin_node(0), body%pin_direction(0))
+      if (body%motions%n == 0) return
+      call choose_pins(system%condensed%x, system%equation, system%node_body, b, body%motions, &
+        body%pin_node, body%pin_direction)
+    end associate
+  end subroutine pin_body
+
+  !> Work of nodal forces on the rigid motions that supports leave.
+  pure subroutine push_bodies(system, force, push)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: i, k, b, first(system%bodies)
+
+    push = 0.0_wp
+    first = [(sum(system%motions(:b - 1)%n), b=1, system%bodies)]
+    do i = 1, size(system%node_body)
+      b = system%node_body(i)
+      if (b == 0) cycle
+      if (system%motions(b)%n == 0) cycle
+      do k = 1, 3
+        if (abs(force(k, i)) <= 0.0_wp) cycle
+        associate (mine => push(first(b) + 1:first(b) + system%motions(b)%n))
+          mine = mine + force(k, i)*mode_row(system%motions(b), k, system%condensed%x(:, i))
+        end associate
+      end do
+    end do
+  end subroutine push_bodies
+
+  !> What the rigid motions of each body do to its candidates.
+  pure subroutine place_modes(condensed)
+    type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
+    integer :: b, i
+
+    condensed%modes = 0
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%first_mode = condensed%modes
+        condensed%modes = condensed%modes + body%motions%n
+        if (body%motions%n == 0) cycle
+        body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
+        do i = 1, body%m
+          associate (n => body%first + i)
+            body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
+              condensed%x(:, condensed%node(n)))
+          end associate
+        end do
+      end associate
+    end do
+    if (.not. allocated(condensed%alpha)) then
+      allocate (condensed%alpha(condensed%modes), condensed%alpha_change(condensed%modes), &
+        condensed%imbalance(condensed%modes), condensed%imbalance_change(condensed%modes), &
+        source=0.0_wp)
+    end if
+  end subroutine place_modes
+
+  !> Adds rigid motions of the bodies to displacements of the candidates.
+  pure subroutine add_motion(condensed, alpha, u)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: u(:) !! (n) [length]
+    integer :: b
+
+    if (condensed%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        associate (mine => u(body%first + 1:body%first + body%m))
+          mine = mine + matmul(body%modes, alpha(body%first_mode + 1:body%first_mode &
+            + body%motions%n))
+        end associate
+      end associate
+    end do
+  end subroutine add_motion
+
+  !> What contact forces and loads do to the rigid motions: zero in equilibrium.
+  pure subroutine find_imbalance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force and factors given; gets imbalance
+
+    if (condensed%modes == 0) return
+    call sum_forces(condensed, condensed%force, condensed%imbalance)
+    condensed%imbalance = condensed%imbalance - matmul(condensed%pushes, condensed%factors)
+  end subroutine find_imbalance
+
+  !> Work of forces at the candidates on the rigid motions.
+  pure subroutine sum_forces(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: force(:) !! (n) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        push(body%first_mode + 1:body%first_mode + body%motions%n) = &
+          matmul(force(body%first + 1:body%first + body%m), body%modes)
+      end associate
+    end do
+  end subroutine sum_forces
+
+  !> Adds the rigid motions of the iterate to the displacements of all nodes.
+  pure subroutine add_motion_inside(system)
+    type(system_t), intent(inout) :: system !! du is moved
+    integer :: i, k
+
+    associate (condensed => system%condensed)
+      do i = 1, size(system%node_body)
+        if (system%node_body(i) == 0) cycle
+        associate (body => condensed%bodies(system%node_body(i)))
+          if (body%motions%n == 0) cycle
+          do k = 1, 3
+            system%du(k, i) = system%du(k, i) + dot_product(mode_row(body%motions, k, &
+              condensed%x(:, i)), condensed%alpha(body%first_mode + 1:body%first_mode &
+              + body%motions%n))
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_motion_inside
+end module condensed_motions
