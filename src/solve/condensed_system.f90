@@ -148,17 +148,21 @@ contains
     end associate
   end subroutine find_defects
 
-  !> The forces that would hold the defects, each by itself.
+  !> The forces that would hold the defects, each by itself. The compliance of a body with pins is
+  !! partly that of its pins: there the least one counts for all.
   subroutine measure_defects(condensed)
     type(condensed_t), intent(inout) :: condensed !! gets defect_norm
+    real(wp) :: least
     integer :: b, i
 
     condensed%defect_norm = 0.0_wp
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
+        least = huge(1.0_wp)
+        if (body%motions%n > 0) least = minval([(body%compliance(i, i), i=1, body%m)])
         do i = 1, body%m
           condensed%defect_norm = hypot(condensed%defect_norm, &
-            condensed%defect(body%first + i)/body%compliance(i, i))
+            condensed%defect(body%first + i)/min(least, body%compliance(i, i)))
         end do
       end associate
     end do
