@@ -45,7 +45,8 @@ contains
         element = system%first_point(k) + p - 1
         if (system%contact%routine(element) == routine_none) cycle
         if (model%pairs(k)%old(p)%status <= status_open) then
-          system%contact%keep(element) = touching_shift(model%pairs(k), p, system)
+          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, &
+            system)
           cycle
         end if
         system%contact%slide(element) = model%pairs(k)%old(p)%status == status_slip
@@ -71,7 +72,7 @@ contains
       if (system%contact%routine(first + p - 1) == routine_none) cycle
       associate (facet => facets(pair%cells(p)%slave))
         if (.not. facet%closed .or. facet%area <= 0.0_wp) then
-          system%contact%keep(first + p - 1) = touching_shift(pair, p, system)
+          system%contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, system)
           cycle
         end if
         system%contact%slide(first + p - 1) = facet%slips
@@ -106,14 +107,19 @@ contains
   end subroutine look_back
 
   !> The shift along the normal that closes a point which touches its facet but for round-off, which
-  !! else would decide what is closed at first; 0 for all others.
-  pure real(wp) function touching_shift(pair, p, system) result(shift)
+  !! else would decide what holds a body at first; 0 for all others, and between bodies that
+  !! supports hold.
+  pure real(wp) function touching_shift(pair, p, element, system) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! an open point with a host
-    type(system_t), intent(in) :: system !! positions
+    integer, intent(in) :: element !! its contact element
+    type(system_t), intent(in) :: system !! positions, bodies
     real(wp) :: gap, tolerance
 
     shift = 0.0_wp
+    associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
+      if (.not. any(system%weak(system%node_body(nodes)))) return
+    end associate
     gap = shifted_gap(pair, p, pair%new(p), system%x_now)
     tolerance = touching*facet_size(system%x_now(:, pair%facets(:, pair%new(p)%host)))
     if (abs(gap) <= tolerance) shift = -gap - tolerance

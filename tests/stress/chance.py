@@ -46,7 +46,7 @@ class Maker:
         far = max(abs(v) for x in deck.x for v in x)
         scene = Scene(f'random {self.seed}', deck, 'random', balance=self.balance, mus=self.mus,
                       factor=far)
-        scene.floor = (1e-5 + 5e-7*self.stiffest)*self.young*self.scale**2
+        scene.floor = (1e-5 + 3e-6*self.stiffest)*self.young*self.scale**2
         scene.notes = ', '.join(self.notes)
         return scene
 
