@@ -108,10 +108,11 @@ contains
     integer, intent(inout) :: host !! in: where to begin; out: the facet
     real(wp), intent(out) :: xi(2) !! (xi, eta) of the projection
     real(wp), intent(out) :: gap !! distance, positive outside [length]
-    real(wp) :: y(3)
+    real(wp) :: y(3), slaves(3, size(pair%point_nodes, 1))
     integer :: step, next, before, first
 
-    y = matmul(places_at(touch, start, x_old, pair%point_nodes(:, p), t), pair%point_weights(:, p))
+    slaves = places_at(touch, start, x_old, pair%point_nodes(:, p), t)
+    y = matmul(slaves, pair%point_weights(:, p))
     before = 0
     first = host
     do step = 1, longest_walk
