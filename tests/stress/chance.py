@@ -47,8 +47,8 @@ class Maker:
         scene = Scene(f'random {self.seed}', deck, 'random', balance=self.balance, mus=self.mus,
                       factor=far)
         # A gap is known to the last place of positions of a few times the scale; times the penalty, and
-        # summed over some tens of points, that is a force of 2e-14 k E scale^2: 1e-9 of this floor.
-        scene.floor = (1e-5 + 2e-5*self.stiffest)*self.young*self.scale**2
+        # summed over some tens of points, that is a force of 3e-14 k E scale^2: 1e-9 of this floor.
+        scene.floor = (1e-5 + 3e-5*self.stiffest)*self.young*self.scale**2
         scene.notes = ', '.join(self.notes)
         return scene
 
