@@ -9,8 +9,9 @@ module first_touch
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_points, only: count_points
-  use facet_geometry, only: corners, facet_frame
+  use contact_points, only: count_points, point_position
+  use smooth_normals, only: project_on_master
+  use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
   use touch_path, only: touch_none, touch_waits, touch_known, touch_time, first_host, meet
@@ -19,6 +20,9 @@ module first_touch
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
     keep_path
+
+  !> A gap below this share of the facet's size is none.
+  real(wp), parameter :: touching = 1.0e-9_wp
 
 contains
 
@@ -75,7 +79,38 @@ contains
     end do
     system%touch%waits(:, k) = (system%touch%empty(:, k) .or. sticks) .and. held &
       .and. all(held(system%node_body(pair%facets(1, :))))
+    if (any(system%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, system, k)
   end subroutine look_at_pair
+
+  !> A body that contact alone holds and that lies on its master already, without a force so far, has
+  !! touched it: all its way comes after the touch.
+  subroutine mark_resting(pair, system, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! loses waits of touch
+    integer, intent(in) :: k !! number of the pair
+    real(wp) :: y(3), xi(2), gap
+    integer :: p, body
+
+    do p = 1, size(pair%old)
+      if (pair%old(p)%host == 0) cycle
+      body = old_body(pair, system, p)
+      associate (facet => pair%facets(:, pair%old(p)%host))
+        if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
+        if (.not. any(system%weak([body, system%node_body(facet(1))]))) cycle
+        if (pair%segmented) then
+          if (pair%old_cells(p)%slave == 0) cycle
+          y = matmul(system%x_old(:, pair%slave_facets(:, pair%old_cells(p)%slave)), &
+            pair%old_cells(p)%weight)
+        else
+          y = point_position(pair, p, system%x_old)
+        end if
+        call project_on_master(pair, pair%old(p)%host, system%x_old, y, xi, gap)
+        if (abs(gap) <= touching*facet_size(system%x_old(:, facet))) then
+          system%touch%waits(body, k) = .false.
+        end if
+      end associate
+    end do
+  end subroutine mark_resting
 
   !> The slave body of a point of the last converged state.
   pure integer function old_body(pair, system, p) result(body)

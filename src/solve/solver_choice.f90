@@ -55,9 +55,13 @@ contains
     scene = look_at(model, system)
     call decide(scene, system%asked, system%choice, reason)
     if (system%choice == solver_reduced .and. .not. system%condensed%active) then
-      call start_condensed(model, system, obstacle)
+      call start_condensed(model, system, system%asked == solver_auto, obstacle)
       if (len(obstacle) > 0) then
-        call monitor%warning('REDUced cannot be had, '//obstacle)
+        if (index(obstacle, 'cost more') > 0) then
+          call monitor%event('  REDUced is not taken, '//obstacle)
+        else
+          call monitor%warning('REDUced cannot be had, '//obstacle)
+        end if
         call decide(scene, solver_cholmod, system%choice, reason)
       end if
     else if (system%choice /= solver_reduced .and. system%condensed%active) then
