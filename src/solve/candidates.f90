@@ -10,7 +10,7 @@ module candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: load_patterns, foresee_candidates, add_ring, add_patch_rings
+  public :: load_patterns, foresee_candidates, is_dear, add_ring, add_patch_rings
 
   !> Slave nodes further from the master than this many search radii do not count.
   real(wp), parameter :: reach = 1.5_wp
@@ -18,6 +18,12 @@ module candidates
   integer, parameter :: most_positions = 200
   !> Parts into which a load that is a function of time is divided.
   integer, parameter :: function_parts = 16
+
+  !> Dense systems of so few rows cost next to nothing.
+  real(wp), parameter :: few_rows = 1500.0_wp
+  !> Rows of a dense factor, cubed, over equations of a sparse one, squared, where both cost the
+  !! same; measured, with the dense factors that serve again.
+  real(wp), parameter :: cubes_to_squares = 37.0_wp
 
 contains
 
@@ -70,6 +76,26 @@ contains
       if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%facets, candidate)
     end do
   end subroutine foresee_candidates
+
+  !> The dense systems of contact, of one row in three for each point that can touch or one for each
+  !! degree of freedom that it can reach, would cost more than factors of the whole matrix: the
+  !! cubes of the one against the squares of the other (doc/theory, "Choice of the solver").
+  pure logical function is_dear(model, system) result(dear)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! candidates of condensed
+    real(wp) :: rows
+    integer :: k, p, points
+
+    points = 0
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))/model%pairs(k)%slots
+        if (any(system%condensed%candidate(model%pairs(k)%point_nodes(:, p)))) points = points + 1
+      end do
+    end do
+    rows = real(min(3*points, count(system%equation > 0 .and. &
+      spread(system%condensed%candidate, 1, 3))), wp)
+    dear = rows > few_rows .and. rows**3 > cubes_to_squares*real(system%equations, wp)**2
+  end function is_dear
 
   !> What a unit of each load does to the bodies if nothing resists.
   subroutine rigid_motions(model, system, patterns, motion)

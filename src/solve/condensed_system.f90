@@ -10,24 +10,17 @@ module condensed_system
   use block_matrix, only: multiply, multiply_some
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
-  use contact_points, only: count_points
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
-  use candidates, only: load_patterns, foresee_candidates, add_ring, add_patch_rings
+  use candidates, only: load_patterns, foresee_candidates, is_dear, add_ring, add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
     keep_forces
-
-  !> Dense systems of so few rows cost next to nothing.
-  real(wp), parameter :: few_rows = 1500.0_wp
-  !> Rows of a dense factor, cubed, over equations of a sparse one, squared, where both cost the
-  !! same; measured, with the dense factors that serve again.
-  real(wp), parameter :: cubes_to_squares = 37.0_wp
 
 contains
 
@@ -70,26 +63,6 @@ contains
     call number_candidates(system)
     system%condensed%active = .true.
   end subroutine start_condensed
-
-  !> The dense systems of contact, of one row in three for each point that can touch or one for each
-  !! degree of freedom that it can reach, would cost more than factors of the whole matrix: the
-  !! cubes of the one against the squares of the other (doc/theory, "Choice of the solver").
-  pure logical function is_dear(model, system) result(dear)
-    type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! candidates of condensed
-    real(wp) :: rows
-    integer :: k, p, points
-
-    points = 0
-    do k = 1, size(model%pairs)
-      do p = 1, count_points(model%pairs(k))/model%pairs(k)%slots
-        if (any(system%condensed%candidate(model%pairs(k)%point_nodes(:, p)))) points = points + 1
-      end do
-    end do
-    rows = real(min(3*points, count(system%equation > 0 .and. &
-      spread(system%condensed%candidate, 1, 3))), wp)
-    dear = rows > few_rows .and. rows**3 > cubes_to_squares*real(system%equations, wp)**2
-  end function is_dear
 
   !> Displacements of the candidates without contact at `time`.
   subroutine begin_condensed(model, system, state, time)

@@ -82,8 +82,8 @@ contains
     if (any(system%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, system, k)
   end subroutine look_at_pair
 
-  !> A body that contact alone holds and that lies on its master already, without a force so far, has
-  !! touched it: all its way comes after the touch.
+  !> A body that contact alone holds and that lies on its master already, without a force so far,
+  !! has touched it: all its way comes after the touch.
   subroutine mark_resting(pair, system, k)
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(inout) :: system !! loses waits of touch
