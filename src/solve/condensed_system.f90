@@ -19,7 +19,7 @@ module condensed_system
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
+    find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
     keep_forces
 
 contains
@@ -153,6 +153,20 @@ contains
       condensed%norm_before = 0.0_wp
     end associate
   end subroutine find_defects
+
+  !> The defects as they are, where they have been carried on from iteration to iteration.
+  subroutine renew_defects(system)
+    type(system_t), intent(inout) :: system !! u and forces given; gets defect, imbalance
+    real(wp) :: u(system%condensed%n)
+
+    associate (condensed => system%condensed)
+      call refresh_candidates(system)
+      call find_equilibrium(condensed, u)
+      condensed%defect = u - candidate_values(condensed, system%u)
+      call find_imbalance(condensed)
+      call measure_defects(condensed)
+    end associate
+  end subroutine renew_defects
 
   !> The forces that would hold the defects, each by itself. The compliance of a body with pins is
   !! partly that of its pins: there the least one counts for all.
