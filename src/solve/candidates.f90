@@ -10,7 +10,8 @@ module candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: load_patterns, foresee_candidates, is_dear, add_ring, add_patch_rings
+  public :: load_patterns, foresee_candidates, is_dear, list_facets, add_ring, &
+    add_patch_rings
 
   !> Slave nodes further from the master than this many search radii do not count.
   real(wp), parameter :: reach = 1.5_wp
@@ -96,6 +97,24 @@ contains
       spread(system%condensed%candidate, 1, 3))), wp)
     dear = rows > few_rows .and. rows**3 > cubes_to_squares*real(system%equations, wp)**2
   end function is_dear
+
+  !> All facets of all pairs.
+  subroutine list_facets(model, facets)
+    type(model_t), intent(in) :: model !! pairs
+    integer, allocatable, intent(out) :: facets(:, :) !! (3, facets) corner nodes
+    integer :: k, n
+
+    n = 0
+    do k = 1, size(model%pairs)
+      n = n + size(model%pairs(k)%facets, 2)
+    end do
+    allocate (facets(3, n))
+    n = 0
+    do k = 1, size(model%pairs)
+      facets(:, n + 1:n + size(model%pairs(k)%facets, 2)) = model%pairs(k)%facets
+      n = n + size(model%pairs(k)%facets, 2)
+    end do
+  end subroutine list_facets
 
   !> What a unit of each load does to the bodies if nothing resists.
   subroutine rigid_motions(model, system, patterns, motion)

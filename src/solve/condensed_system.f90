@@ -14,13 +14,14 @@ module condensed_system
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
-  use candidates, only: load_patterns, foresee_candidates, is_dear, add_ring, add_patch_rings
+  use candidates, only: load_patterns, foresee_candidates, is_dear, list_facets, add_ring, &
+    add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, recover_interior, &
-    keep_forces
+    find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
+    recover_interior, keep_forces
 
 contains
 
@@ -187,24 +188,6 @@ contains
       end associate
     end do
   end subroutine measure_defects
-
-  !> All facets of all pairs.
-  subroutine list_facets(model, facets)
-    type(model_t), intent(in) :: model !! pairs
-    integer, allocatable, intent(out) :: facets(:, :) !! (3, facets) corner nodes
-    integer :: k, n
-
-    n = 0
-    do k = 1, size(model%pairs)
-      n = n + size(model%pairs(k)%facets, 2)
-    end do
-    allocate (facets(3, n))
-    n = 0
-    do k = 1, size(model%pairs)
-      facets(:, n + 1:n + size(model%pairs(k)%facets, 2)) = model%pairs(k)%facets
-      n = n + size(model%pairs(k)%facets, 2)
-    end do
-  end subroutine list_facets
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
