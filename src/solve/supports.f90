@@ -163,10 +163,12 @@ contains
   subroutine ground_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
+    real(wp) :: drag(system%bodies)
     integer :: node, place, k
 
     call find_grounded(x, system)
     if (system%drag <= 0.0_wp .and. .not. any(system%grounded)) return
+    drag = [(system%drag/real(max(1, count(system%node_body == k)), wp), k=1, system%bodies)]
     do node = 1, size(system%node_body)
       if (system%node_body(node) == 0) cycle
       associate (body => system%node_body(node))
@@ -175,7 +177,7 @@ contains
         do k = 1, 3
           associate (stiffness => system%matrix%val(k, k, place))
             if (system%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
-            stiffness = stiffness + system%drag/real(count(system%node_body == body), wp)
+            stiffness = stiffness + drag(body)
           end associate
         end do
       end associate
