@@ -311,7 +311,7 @@ contains
         run%started = .true.
       end if
       call estimate_round_off(system, model%mesh%x)
-      call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
+      call iterate(model, system, run%pending_time, run%settings, monitor, &
         run%progress)
       if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
         run%progress%outcome = outcome_stopped

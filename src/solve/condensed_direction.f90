@@ -13,6 +13,7 @@ module condensed_direction
   implicit none
   private
   public :: find_condensed_direction, respond, next_condensed_length, defect_energy
+  public :: answer_force, push_direction
 
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12
@@ -21,6 +22,8 @@ module condensed_direction
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> And of the answers that multipliers ask for.
+  real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
 contains
 
@@ -32,7 +35,6 @@ contains
     real(wp), allocatable :: y(:)
     real(wp) :: floor
     logical :: arrived
-    integer :: i
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
@@ -55,6 +57,17 @@ contains
         call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
       end if
       condensed%norm_before = residual_size(condensed)
+    end associate
+    call take_answer(system, y)
+  end subroutine find_condensed_direction
+
+  !> The direction from the answer of contact.
+  subroutine take_answer(system, y)
+    type(system_t), intent(inout) :: system !! gets solution, du, force_change
+    real(wp), intent(in) :: y(:) !! (live) answer of contact [force]
+    integer :: i
+
+    associate (condensed => system%condensed)
       system%solution = 0.0_wp
       condensed%force_change = 0.0_wp
       do i = 1, condensed%n_live
@@ -70,7 +83,37 @@ contains
         call sum_forces(condensed, condensed%force_change, condensed%imbalance_change)
       end if
     end associate
-  end subroutine find_condensed_direction
+  end subroutine take_answer
+
+  !> Displacements that forces at the live candidates bring by themselves, with the present tangent.
+  subroutine answer_force(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: du(:) !! (live) [length]
+    real(wp) :: push(system%condensed%modes), y(size(force)), b(size(force))
+    logical :: arrived
+
+    call begin_cost(system%costs, cost_solve)
+    call push_live(system%condensed, force, push)
+    b = 0.0_wp
+    call apply_compliance(system%condensed, force, b)
+    call answer(system%condensed, b, push, inner_accuracy*norm2(force), most_vectors, y, du, &
+      arrived)
+    call end_cost(system%costs, cost_solve)
+  end subroutine answer_force
+
+  !> The direction once more, now with forces at the live candidates that come beside the residual.
+  subroutine push_direction(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, force_change
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp) :: y(size(force)), floor
+    logical :: arrived
+
+    system%condensed%right = system%condensed%right + force
+    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%round_off)
+    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+    call take_answer(system, y)
+  end subroutine push_direction
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
   !! element has changed its status.

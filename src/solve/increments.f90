@@ -17,8 +17,10 @@ module increments
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, is_converged
   use contact_report, only: restless_point
-  use contact_parameters, only: is_stiff, shifts_gap, most_updates
+  use contact_parameters, only: is_stiff, shifts_gap, has_field, most_updates
+  use contact_types, only: pair_t
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
+  use multiplier_motion, only: hand_back_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text, count_noun
@@ -34,6 +36,8 @@ module increments
   !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp
   integer, parameter :: drag_patience = 3
+  !> Least penalty of multipliers that come along, over E/h.
+  real(wp), parameter :: least_penalty = 10.0_wp
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -57,7 +61,11 @@ contains
     call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
-    call solve_from_start(model, system, time, settings, monitor, progress)
+    if (any(shifts_gap(model%pairs))) then
+      call solve_with_multipliers(model, system, time, settings, monitor, progress)
+    else
+      call solve_from_start(model, system, time, settings, monitor, progress)
+    end if
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless])
     if (system%touch%stage == touch_waits) then
       choice = .true.
@@ -73,7 +81,9 @@ contains
       call let_down(model, system, time, settings, monitor, progress)
     end if
     if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
-    if (progress%outcome == outcome_converged) call accept(model, system, state, time)
+    if (progress%outcome /= outcome_converged) return
+    system%motion%hopeless = .false.
+    call accept(model, system, state, time)
   end subroutine solve_increment
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
@@ -119,6 +129,47 @@ contains
     end do
   end subroutine tell_crowded
 
+  !> Lets the multipliers come along with Newton's iteration; if that fails, they are updated
+  !! between solves (doc/theory, "Multipliers that come along").
+  subroutine solve_with_multipliers(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    real(wp) :: start(3, size(system%u, 2)), norm
+    logical :: failed
+
+    start = system%u
+    system%motion%active = .true.
+    call stiffen_penalties(model%pairs)
+    call solve_from_start(model, system, time, settings, monitor, progress)
+    system%motion%active = .false.
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
+      outcome_singular, outcome_gaps])
+    if (.not. failed .or. system%motion%hopeless) return
+    call monitor%event('  no convergence: once more with multipliers that rest while Newton iterates')
+    call begin_touch_again(system)
+    system%u = start
+    call start_here(model, system, norm)
+    progress = newton_t()
+    call solve_from_start(model, system, time, settings, monitor, progress)
+    system%motion%hopeless = progress%outcome /= outcome_converged
+  end subroutine solve_with_multipliers
+
+  !> The penalty that a field of multipliers has, and at nodes one that is not too soft.
+  pure subroutine stiffen_penalties(pairs)
+    type(pair_t), intent(inout) :: pairs(:) !! get raise
+    integer :: k
+
+    do k = 1, size(pairs)
+      if (has_field(pairs(k))) pairs(k)%raise = 1.0_wp
+      if (pairs(k)%augmented .and. pairs(k)%relative > 0.0_wp) &
+        pairs(k)%raise = max(pairs(k)%raise, least_penalty/pairs(k)%relative)
+    end do
+  end subroutine stiffen_penalties
+
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -133,6 +184,11 @@ contains
     call solve_with_hosts(model, system, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
     budget = settings
+    if (system%motion%active .and. progress%outcome == outcome_converged) then
+      call free_hosts(model%pairs)
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end if
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
@@ -147,6 +203,18 @@ contains
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
+
+  !> Hosts chosen far from the solution may be left again for those that points come from.
+  pure subroutine free_hosts(pairs)
+    type(pair_t), intent(inout) :: pairs(:) !! forget the hosts their points have left
+    integer :: k
+
+    do k = 1, size(pairs)
+      if (.not. shifts_gap(pairs(k))) cycle
+      pairs(k)%left = 0
+      pairs(k)%moves = 0
+    end do
+  end subroutine free_hosts
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").
@@ -170,7 +238,8 @@ contains
       if (rough) budget = roughened(settings, progress, renewals)
       call load_contact(model, system)
       call couple(system)
-      call solve_frozen(system, model%mesh%x, time, budget, monitor, progress)
+      call solve_frozen(model, system, time, budget, monitor, progress)
+      if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_too_many .and. &
         budget%most_solves < settings%most_solves) then
         progress%outcome = outcome_converged
