@@ -10,7 +10,7 @@ module candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: load_patterns, foresee_candidates, is_dear, list_facets, add_ring, &
+  public :: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
 
   !> Slave nodes further from the master than this many search radii do not count.
@@ -25,6 +25,8 @@ module candidates
   !> Rows of a dense factor, cubed, over equations of a sparse one, squared, where both cost the
   !! same; measured, with the dense factors that serve again.
   real(wp), parameter :: cubes_to_squares = 37.0_wp
+  !> Dense factors that cost as much as a compliance of as many rows: those of a short run.
+  real(wp), parameter :: systems_of_run = 30.0_wp
 
 contains
 
@@ -80,14 +82,15 @@ contains
     end do
   end subroutine foresee_candidates
 
-  !> The dense systems of contact, of one row in three for each point that can touch or one for each
-  !! degree of freedom that it can reach, would cost more than factors of the whole matrix: the
-  !! cubes of the one against the squares of the other (doc/theory, "Choice of the solver").
-  pure logical function is_dear(model, system) result(dear)
+  !> Cost of the dense systems of contact, of one row in three for each point that can touch or one
+  !! for each degree of freedom that it can reach, over that of factors of the whole matrix: the
+  !! cubes of the one over the squares of the other (doc/theory, "Choice of the solver"). The
+  !! compliances of the bodies are formed once, the systems in many iterations.
+  pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
-    real(wp) :: rows
-    integer :: k, p, points
+    real(wp) :: rows, compliances
+    integer :: k, p, points, dofs(system%bodies)
 
     points = 0
     do k = 1, size(model%pairs)
@@ -95,10 +98,18 @@ contains
         if (any(system%condensed%candidate(model%pairs(k)%point_nodes(:, p)))) points = points + 1
       end do
     end do
-    rows = real(min(3*points, count(system%equation > 0 .and. &
-      spread(system%condensed%candidate, 1, 3))), wp)
-    dear = rows > few_rows .and. rows**3 > cubes_to_squares*real(system%equations, wp)**2
-  end function is_dear
+    dofs = 0
+    do k = 1, size(system%node_body)
+      if (.not. system%condensed%candidate(k)) cycle
+      associate (mine => dofs(system%node_body(k)))
+        mine = mine + count(system%equation(:, k) > 0)
+      end associate
+    end do
+    rows = real(min(3*points, sum(dofs)), wp)
+    compliances = sum(real(dofs, wp)**3)/systems_of_run
+    share = (rows**3 + compliances)/(cubes_to_squares*real(system%equations, wp)**2)
+    if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
+  end function dense_share
 
   !> All facets of all pairs.
   subroutine list_facets(model, facets)

@@ -14,7 +14,7 @@ module condensed_system
   use condensed_bodies, only: condense_all, find_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
-  use candidates, only: load_patterns, foresee_candidates, is_dear, list_facets, add_ring, &
+  use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
@@ -26,13 +26,15 @@ module condensed_system
 contains
 
   !> Condenses the system, or says why it cannot be.
-  subroutine start_condensed(model, system, if_cheaper, why)
+  subroutine start_condensed(model, system, if_cheaper, why, share)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets condensed
     logical, intent(in) :: if_cheaper !! not where sparse factors cost less
     character(:), allocatable, intent(out) :: why !! why not; empty if it is done
+    real(wp), intent(out) :: share !! what it costs over what sparse factors do, estimated
     integer :: outcome
 
+    share = 0.0_wp
     why = ''
     if (system%equations == 0) why = 'there are no unknowns'
     if (len(why) > 0) return
@@ -42,7 +44,8 @@ contains
         allocate (condensed%candidate(model%mesh%nodes), source=.false.)
         call foresee_candidates(model, system, condensed%patterns, condensed%candidate)
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
-        if (if_cheaper .and. is_dear(model, system)) then
+        share = dense_share(model, system)
+        if (if_cheaper .and. share > 1.0_wp) then
           why = 'its dense systems would cost more than sparse factors'
           system%condensed = condensed_t()
           return

@@ -1,6 +1,7 @@
 !> The one place that decides how a scene is solved, and says what and why (doc/theory, "Choice of
 !! the solver").
 module solver_choice
+  use kinds, only: wp
   use text, only: count_noun, to_text
   use model_types, only: model_t, law_linear
   use contact_types, only: pair_t
@@ -15,9 +16,6 @@ module solver_choice
   private
   public :: scene_t, ask_for_solver, choose_solver, decide
 
-  !> Most degrees of freedom of contact whose dense compliance is worth having.
-  integer, parameter :: most_contact_dofs = 20000
-
   !> What of a scene matters to the choice.
   type :: scene_t
     logical :: contact = .false. !! there is a contact point
@@ -26,6 +24,8 @@ module solver_choice
     logical :: restrained = .true. !! supports alone hold each body
     integer :: dofs = 0 !! free degrees of freedom
     integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
+    real(wp) :: dense_share = 0.0_wp !! estimated cost of dense systems over that of sparse factors,
+    !! 0 if it is not known
   end type scene_t
 
 contains
@@ -55,7 +55,8 @@ contains
     scene = look_at(model, system)
     call decide(scene, system%asked, system%choice, reason)
     if (system%choice == solver_reduced .and. .not. system%condensed%active) then
-      call start_condensed(model, system, system%asked == solver_auto, obstacle)
+      call start_condensed(model, system, system%asked == solver_auto, obstacle, &
+        scene%dense_share)
       if (len(obstacle) > 0) then
         if (index(obstacle, 'cost more') > 0) then
           call monitor%event('  REDUced is not taken, '//obstacle)
@@ -63,6 +64,8 @@ contains
           call monitor%warning('REDUced cannot be had, '//obstacle)
         end if
         call decide(scene, solver_cholmod, system%choice, reason)
+      else
+        call decide(scene, system%asked, system%choice, reason)
       end if
     else if (system%choice /= solver_reduced .and. system%condensed%active) then
       call free_condensed(system)
@@ -146,8 +149,6 @@ contains
       obstacle = 'there is no contact'
     else if (.not. scene%linear_bulk) then
       obstacle = 'the bulk is not linear'
-    else if (scene%contact_dofs > most_contact_dofs) then
-      obstacle = 'its surfaces have too many degrees of freedom, '//to_text(scene%contact_dofs)
     end if
   end function obstacle_to_reduced
 
@@ -183,5 +184,7 @@ contains
     if (.not. scene%friction) t = t//'out'
     t = t//' friction, '//to_text(scene%contact_dofs)//' of them on its surfaces'
     if (.not. scene%restrained) t = t//', a body held by contact alone'
+    if (scene%dense_share > 0.0_wp) t = t//'; dense systems cost about '// &
+      to_text(scene%dense_share, 2)//' of sparse factors'
   end function description
 end module solver_choice
