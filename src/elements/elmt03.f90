@@ -14,7 +14,8 @@ module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, status_slip
+    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
+    status_slip
   use slave_points, only: positions, spread_point, spread_rows
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &

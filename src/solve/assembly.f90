@@ -99,8 +99,8 @@ contains
     if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
   end subroutine compute_tangent
 
-  !> Force of a contact point in the frame of its facet and its derivatives, taken as compute_tangent
-  !! takes the point.
+  !> Force of a contact point in the frame of its facet and its derivatives, the point taken as
+  !! compute_tangent takes it.
   subroutine shift_derivatives(list, k, x, u, e)
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element

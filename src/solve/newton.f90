@@ -215,8 +215,8 @@ contains
     else if (any(system%grounded)) then
       call approach(system, model%mesh%x, start, length)
     else
-      call search_line(system, model%mesh%x, start, progress%updated .or. any(system%contact%hold), &
-        progress%since_lowest < circling, longest_step(system), length)
+      call search_line(system, model%mesh%x, start, progress%updated .or. &
+        any(system%contact%hold), progress%since_lowest < circling, longest_step(system), length)
     end if
     if (system%motion%active) call settle_multipliers(system, length)
     progress%updated = .false.
