@@ -17,7 +17,7 @@ module cholmod_solver
   private
   public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, &
     is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, solve_symmetric, &
-    free_cholmod, factor_order, trailing_block, complete_solution
+    free_cholmod, factor_order, trailing_block, complete_solution, ends_in_square, take_square
   public :: solver_not_definite
 
   !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
@@ -239,6 +239,41 @@ contains
       end do
     end do
   end subroutine trailing_block
+
+  !> The last m columns of the factor are one dense square, and nothing else is.
+  logical function ends_in_square(solver, m) result(yes)
+    type(cholmod_t), intent(in) :: solver !! analysed
+    integer, intent(in) :: m !! columns
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:)
+
+    call c_f_pointer(solver%factor, factor)
+    yes = factor%nsuper > 0_c_size_t .and. m > 0
+    if (.not. yes) return
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    associate (k => int(factor%nsuper))
+      yes = super(k) == int(factor%n, long) - m .and. pi(k + 1) - pi(k) == m
+    end associate
+  end function ends_in_square
+
+  !> That square itself, to be overwritten: the factor cannot solve any more, but complete.
+  subroutine take_square(solver, m, square)
+    type(cholmod_t), intent(inout) :: solver !! factorised; its last columns are a square
+    integer, intent(in) :: m !! columns
+    real(wp), pointer, contiguous, intent(out) :: square(:, :) !! (m, m) its lower triangle counts
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: px(:)
+    real(wp), pointer, contiguous :: x(:)
+
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    call c_f_pointer(factor%x, x, [factor%xsize])
+    associate (first => px(int(factor%nsuper)))
+      square(1:m, 1:m) => x(first + 1:first + int(m, long)**2)
+    end associate
+    solver%definite = .false.
+  end subroutine take_square
 
   !> Completes x, known at the last m unknowns, where the right-hand side is zero at all others:
   !! L11^T x1 = -L21^T x2, the back substitution alone (doc/theory, "Condensed contact").

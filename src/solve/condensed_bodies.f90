@@ -8,12 +8,13 @@ module condensed_bodies
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
-  use condensation, only: condense_body, solve_body, spread_body, free_body
+  use condensation, only: condense_body, form_compliance, solve_body, spread_body, drop_live, &
+    free_body
   use system_types, only: system_t
   implicit none
   private
   public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, number_live, gather_compliance, &
+    find_equilibrium, fit_motions, spread_yield, number_live, gather_compliance, form_compliances, &
     apply_compliance, free_condensed
 
 contains
@@ -47,6 +48,20 @@ contains
       if (outcome /= solver_done) return
     end do
   end subroutine condense_all
+
+  !> The compliances of all bodies that have none.
+  subroutine form_compliances(system, outcome)
+    type(system_t), intent(inout) :: system !! bodies of condensed, factorised
+    integer, intent(out) :: outcome !! done or failed
+    integer :: b
+
+    outcome = solver_done
+    do b = 1, system%bodies
+      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
+      call form_compliance(system%condensed%bodies(b), system%costs, outcome)
+      if (outcome /= solver_done) return
+    end do
+  end subroutine form_compliances
 
   !> Displacements for a unit of each proportional load, no contact.
   subroutine find_influence(model, system, outcome)
@@ -114,7 +129,7 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           body%n_live = 0
-          if (allocated(body%gathered)) deallocate (body%gathered)
+          call drop_live(body)
           do j = 1, body%m
             n = body%first + j
             condensed%node(n) = body%node(body%equation(j))
@@ -246,11 +261,16 @@ contains
             if (all(body%gathered == mine)) cycle
           end if
         end if
+        call drop_live(body)
         body%gathered = mine
-        if (allocated(body%live)) then
-          if (size(body%live, 1) /= body%n_live) deallocate (body%live)
+        if (body%n_live == body%m .and. body%m > 0) then
+          if (.not. body%mirrored) call mirror(body%compliance)
+          body%mirrored = .true.
+          body%live => body%compliance
+          cycle
         end if
-        if (.not. allocated(body%live)) allocate (body%live(body%n_live, body%n_live))
+        allocate (body%live(body%n_live, body%n_live))
+        body%copied = .true.
         do j = 1, body%n_live
           body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
         end do
