@@ -9,9 +9,12 @@ Beside the pictures lies made_from.txt: for each picture a digest of the decks i
 and of the procedure that drew it. A test wants these digests to be those of today's files.
 """
 import argparse
+import glob
 import hashlib
 import inspect
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,7 +24,8 @@ import numpy as np
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(HERE)
 sys.path.insert(0, os.path.join(TOP, 'postproc'))
-from mfec_post import Results, Surfaces, read_table, rows_of, scene, style  # noqa: E402
+from mfec_post import Results, Surfaces, demo, read_table, rows_of, scene, style  # noqa: E402
+from mfec_post import lay as lay_script  # noqa: E402
 
 PICTURES = os.path.join(HERE, 'pictures')
 GALLERY = os.path.join(HERE, 'gallery')
@@ -33,6 +37,13 @@ def deck_text(deck):
         return stream.read()
 
 
+def meshes(deck):
+    """The mesh files of a deck."""
+    folder = os.path.dirname(os.path.join(TOP, deck))
+    return [os.path.join(folder, name)
+            for name in re.findall(r'(?m)^MESH +(\S+)', deck_text(deck))]
+
+
 def run(folder, deck, options=(), changes=(), check=False):
     """Runs a deck with parts replaced; the base path of its files."""
     text = deck_text(deck)
@@ -42,9 +53,8 @@ def run(folder, deck, options=(), changes=(), check=False):
         text = text.replace(old, new)
     work = tempfile.mkdtemp(dir=folder)
     base = os.path.join(work, 'x')
-    for name in os.listdir(os.path.dirname(os.path.join(TOP, deck))):
-        if name.endswith('.msh'):
-            os.symlink(os.path.join(TOP, os.path.dirname(deck), name), os.path.join(work, name))
+    for path in meshes(deck):
+        os.symlink(path, os.path.join(work, os.path.basename(path)))
     with open(base + '.inp', 'w', encoding='ascii') as stream:
         stream.write(text)
     subprocess.run([os.path.join(TOP, 'mfec'), 'x.inp', '--quiet', *options]
@@ -183,7 +193,10 @@ def hosts(folder, plt):
             x = results.points + results.point_field('displacement', frame)
             place.append(x[index[at['node'][0][0]]])
             host.append(at['host'][0])
-            force.append(at['traction'][0])
+            a, b, c = x[[index[n] for n in at['facets'][host[-1] - 1]]]
+            normal = np.cross(b - a, c - a)
+            normal /= np.linalg.norm(normal)
+            force.append(at['traction'][0] - (at['traction'][0] @ normal) * normal)
         facets = np.array([[index[n] for n in f] for f in at['facets']])
     place, host, force = map(np.array, (place, host, force))
     colours = (style.BLUE, style.ORANGE, style.GREEN, style.RED)
@@ -194,7 +207,7 @@ def hosts(folder, plt):
         mine = host == k + 1
         axes.plot(place[mine, 0], place[mine, 1], 'o', color=colours[k % 4], ms=4,
                   label=f'host: facet {k + 1}')
-    size = 0.25 / np.abs(force[:, :2]).max()
+    size = 0.12 / np.linalg.norm(force, axis=1).max()
     axes.quiver(place[::3, 0], place[::3, 1] + 0.08, size * force[::3, 0], size * force[::3, 1],
                 angles='xy', scale_units='xy', scale=1, width=0.003, color=style.INK)
     axes.set_aspect('equal')
@@ -250,71 +263,156 @@ def smooth(folder, plt):
 
 smooth.decks = ['inputs/manual/turning_pin.inp']
 
-FIGURES = {f.__name__: f for f in (cone, ellipse, forms, hosts, lays, smooth)}
+
+def module_text(name):
+    """The text of a module of mfec_post."""
+    with open(os.path.join(TOP, 'postproc', 'mfec_post', name + '.py'), encoding='utf-8') as stream:
+        return stream.read()
+
+
+def fig6(folder, _):
+    """The figure of the README: friction over normal force of five runs, as `make demo` draws it."""
+    out = os.path.join(folder, 'demo')
+    if demo.main(['--program', os.path.join(TOP, 'mfec'), '--out', out]) != 0:
+        raise SystemExit('the demo has failed')
+    return os.path.join(out, 'reactions.png')
+
+
+fig6.decks = ['inputs/sliding_cube.inp']
+fig6.sources = [module_text('demo'), module_text('reactions')]
+
+
+def lay(folder, _):
+    """The lay of a turned disc and the friction on a block at three end times."""
+    base = run(folder, 'inputs/manual/turned_disc.inp')
+    path = base + '.png'
+    if lay_script.main([base + '.h5', '--out', path]) != 0:
+        raise SystemExit('plot_lay has failed')
+    return path
+
+
+lay.decks = ['inputs/manual/turned_disc.inp']
+lay.sources = [module_text('lay')]
+
+FIGURES = {f.__name__: f for f in (cone, ellipse, fig6, forms, hosts, lay, lays, smooth)}
 
 # ---- the gallery ----------------------------------------------------------------------------
 
-# name, deck, options of the run, scene, what it is
+FRONT, BEHIND, ABOVE = (-60.0, 24.0), (75.0, 40.0), (-60.0, 50.0)  # FRONT: contact face on
+# name, deck, options of the run, view, what is drawn, what it is
 SCENES = [
-    ('cube', 'inputs/sliding_cube.inp', ['--set', 'phi=45'], 'bodies:mises',
+    ('cube', 'sliding_cube', ['--set', 'phi=45'], FRONT, 'bodies:mises',
      "The paper's cube, pressed on a block and pushed over it; the lay stands at 45°."),
-    ('disc', 'inputs/manual/turned_disc.inp', [], 'master:status',
-     'A block is led over a disc that was turned on a lathe: friction follows the grooves.'),
-    ('hertz', 'inputs/sphere_on_plate.inp', [], 'slave:pressure',
-     'A cap of a sphere, meshed by Gmsh, is pressed on a plate and slid: Hertz, and a gmsh part.'),
-    ('lift', 'inputs/press_slide_lift_return.inp', [], 'bodies:mises',
-     'A block is pressed, slid, lifted and put down again.'),
-    ('pairs', 'inputs/two_cubes_block.inp', [], 'slave:shear_traction',
-     'Two cubes on one base: two pairs with laws of their own.'),
-    ('edge', 'inputs/two_facet_edge.inp', ['--set', 'slope=0.2'], 'bodies:displacement',
-     'The tip of a body slides over a kinked edge.'),
-    ('drum', 'inputs/manual/turning_pin.inp', [], 'bodies:displacement',
-     'A pin is led around a drum of flat facets that `SMOOth` bends.'),
-    ('patch', 'inputs/manual/cut_facets.inp', [], 'slave:pressure',
-     'Meshes that do not match, cut by `SEGMent`: the same pressure everywhere.'),
+    ('disc', 'gallery/disc_under_pad', [], ABOVE, 'bodies:mises',
+     'A pad on an elastic disc with a spiral lay: friction pulls it aside.'),
+    ('ironing', 'gallery/ironing', [], FRONT, 'bodies:mises',
+     'A stiff runner is drawn over a soft strip.'),
+    ('press_fit', 'gallery/press_fit', [], FRONT, 'bodies:mises',
+     'A hub is pressed on a shaft that is too thick for it.'),
+    ('hertz', 'sphere_on_plate', [], FRONT, 'slave:pressure',
+     'Hertz: a cap of a sphere, meshed by Gmsh, is pressed on a plate and slid.'),
+    ('partial_slip', 'gallery/partial_slip', [], FRONT, 'slave:status',
+     'Partial slip: pushed by less than friction holds, the middle sticks and the rims slip.'),
+    ('wedge', 'gallery/wedge', [], FRONT, 'bodies:mises',
+     'A block with its weight is pushed up a slope (NAFEMS CGS-4).'),
+    ('groove', 'gallery/ball_in_groove', [], ABOVE, 'master:pressure',
+     'A ball is drawn along a groove that wedges it.'),
+    ('belt', 'gallery/belt', [], FRONT, 'bodies:mises',
+     'The capstan: the force in a belt grows along the drum.'),
+    ('oring', 'gallery/oring', [], ABOVE, 'slave:pressure',
+     'A quarter of an O-ring between two plates.'),
+    ('stack', 'gallery/stack_on_slope', [], FRONT, 'bodies:mises',
+     'A stack on a slope, held by friction alone.'),
+    ('lug', 'gallery/lug', [], FRONT, 'bodies:mises',
+     'A part drawn in Gmsh: a lug and its pin.'),
 ]
-WAITING = [('ironing', 'finite strain'), ('press fit', '`SHRInk`'), ('belt', 'finite strain'),
-           ('O-ring', 'finite strain, nearly incompressible'), ('stack on a slope', '`GRAVity`'),
-           ('ball in groove', '`RIGId` bodies with free unknowns'),
-           ('partial slip and wedge', 'run as studies: [verification](verification.md)')]
+MORE = [
+    ('rigid', 'sliding_cube_rigid', ['--set', 'phi=45'], FRONT, 'slave:shear_traction',
+     'The same cube on a rigid base: the closed form to six digits.'),
+    ('lift', 'press_slide_lift_return', [], FRONT, 'bodies:mises',
+     'A block is pressed, slid, lifted and put down again.'),
+    ('pairs', 'two_cubes_block', [], FRONT, 'slave:shear_traction',
+     'Two cubes on one base: two pairs with laws of their own.'),
+    ('numbered', 'two_cubes_numbered', [], FRONT, 'bodies:mises',
+     "The same in FEAP's classic form, by numbers."),
+    ('edge', 'two_facet_edge', ['--set', 'slope=0.2'], FRONT, 'bodies:displacement',
+     'The tip of a body slides over a kinked edge.'),
+    ('pulled', 'manual/pulled_block', [], FRONT, 'bodies:displacement',
+     'A block that is pulled: the first deck of the manual.'),
+    ('tetrahedra', 'manual/numbered_tetrahedron', [], FRONT, 'bodies:displacement',
+     'Nodes and elements by number.'),
+    ('block', 'manual/block_on_plate', [], FRONT, 'bodies:mises',
+     'A block on a plate: the first contact deck of the manual.'),
+    ('turned', 'manual/turned_disc', [], FRONT, 'master:status',
+     'A block is led over a face that was turned on a lathe.'),
+    ('drum', 'manual/turning_pin', [], BEHIND, 'bodies:displacement',
+     'A pin is led around a drum of flat facets that `SMOOth` bends.'),
+    ('meshes', 'manual/two_meshes', [], FRONT, 'slave:pressure',
+     'Meshes that do not match, joined by `GTOS`.'),
+    ('patch', 'manual/cut_facets', [], FRONT, 'slave:pressure',
+     'The same, cut by `SEGMent`: the same pressure everywhere.'),
+    ('held', 'manual/held_block', [], FRONT, 'bodies:mises',
+     'A body that nothing holds along its base, with `HOLD`.'),
+]
+HALF = (460, 348)
 
 
-def draw_scene(folder, deck, options, what):
-    """The picture of a scene at its last end time."""
+def deck_of(name):
+    """The path of a deck of inputs/."""
+    return f'inputs/{name}.inp'
+
+
+def later(deck):
+    """What a deck says of later versions, '' if it says nothing."""
+    found = re.search(r'^! Later +(.*(?:\n!  .*)*)', deck_text(deck), re.M)
+    return re.sub(r'\n! +', ' ', found.group(1)) if found else ''
+
+
+def draw_scene(folder, deck, options, view, what):
+    """Two pictures side by side: the mesh, and a result at the last end time."""
     base = run(folder, deck, options)
     kind, field = what.split(':')
-    if kind == 'bodies':
-        with Results(base + '.h5') as results:
-            return scene.draw(scene.bodies(results, -1, field), None, 'matplotlib', (720, 544))
-    with Surfaces(base + '.contact.vtkhdf') as surfaces:
-        return scene.draw(scene.contact(surfaces, -1, field, None, kind), None, 'matplotlib',
-                          (720, 544))
+    with Results(base + '.h5') as results:
+        left = scene.mesh(results, view)
+        if kind == 'bodies':
+            right = scene.bodies(results, -1, field, view=view)
+    if kind != 'bodies':
+        with Surfaces(base + '.contact.vtkhdf') as surfaces:
+            right = scene.contact(surfaces, -1, field, None, kind,
+                                  view=None if view == FRONT else view)
+    return np.concatenate([scene.draw(one, None, 'matplotlib', HALF) for one in (left, right)],
+                          axis=1)
+
+
+def entry(name, deck, options, what, text):
+    """The lines of a scene on the page."""
+    lines = [f'### {text}', '', f'![mesh; {what.replace(":", ", ")}](gallery/{name}.png)', '',
+             f'`{" ".join(["./mfec", deck] + options)}`', '']
+    return lines + ([f'Later: {later(deck)}', ''] if later(deck) else [])
 
 
 def make_gallery(names):
     """Draws the scenes and writes the page."""
     from PIL import Image
     os.makedirs(GALLERY, exist_ok=True)
-    lines = ['# Gallery', '', 'Made by `make gallery` from decks of `inputs`; each is run by the '
-             'tests. More colours, scales and movies: `mfec-post picture --help`.', '']
+    lines = ['# Gallery', '', 'Made by `make gallery`: each deck of `inputs`, its mesh, and a result at '
+             'the last end time. The tests run them all. More fields, scales, views and movies: '
+             '`mfec-post picture --help`.', '', '## Twelve scenes', '']
     digests = read_digests(GALLERY)
     with tempfile.TemporaryDirectory() as folder:
-        for name, deck, options, what, text in SCENES:
-            path = os.path.join(GALLERY, name + '.png')
+        for name, deck, options, view, what, text in SCENES + MORE:
+            deck, path = deck_of(deck), os.path.join(GALLERY, name + '.png')
+            if name == MORE[0][0]:
+                lines += ['## The other example decks', '']
             if not names or name in names:
-                picture = draw_scene(folder, deck, options, what)
-                Image.fromarray(picture).quantize(128).save(path, optimize=True)
-                digests[name] = scene_digest(deck, options, what)
+                picture = draw_scene(folder, deck, options, view, what)
+                Image.fromarray(picture).quantize(96).save(path, optimize=True)
+                digests[name] = scene_digest(deck, options, view, what)
                 print(path)
-            command = ' '.join(['./mfec', deck] + options)
-            lines += [f'## {text}', '', f'![{what.replace(":", ", ")}](gallery/{name}.png)', '',
-                      f'`{command}`', '']
-    lines += ['## Waiting', '', 'These want what this version does not have:', '',
-              '| scene | waits for |', '|---|---|']
-    lines += [f'| {scene_name} | {reason} |' for scene_name, reason in WAITING]
+            lines += entry(name, deck, options, what, text)
     with open(os.path.join(HERE, 'gallery.md'), 'w', encoding='utf-8') as stream:
-        stream.write('\n'.join(lines) + '\n')
-    write_digests(GALLERY, digests)
+        stream.write('\n'.join(lines).rstrip() + '\n')
+    write_digests(GALLERY, {name: digests[name] for name, *_ in SCENES + MORE})
 
 
 # ---- freshness ------------------------------------------------------------------------------
@@ -326,14 +424,36 @@ def digest_of(texts):
 
 
 def figure_digest(name):
-    """What a figure depends on: the procedure that draws it, and its decks."""
+    """What a figure depends on: the procedure that draws it, its decks and their results."""
     figure = FIGURES[name]
-    return digest_of([inspect.getsource(figure)] + [deck_text(deck) for deck in figure.decks])
+    return digest_of([inspect.getsource(figure)] + getattr(figure, 'sources', []) + [
+        part for deck in figure.decks for part in (deck_text(deck), numbers_of(deck))])
 
 
-def scene_digest(deck, options, what):
-    """What a picture of the gallery depends on."""
-    return digest_of([deck_text(deck), ' '.join(options), what])
+def scene_digest(deck, options, view, what):
+    """What a picture of the gallery depends on: deck, meshes, results and what is drawn of them."""
+    texts = [deck_text(deck), numbers_of(deck), ' '.join(options), str(view), what]
+    for path in meshes(deck):
+        with open(path, 'rb') as stream:
+            texts.append(hashlib.sha256(stream.read()).hexdigest())
+    return digest_of(texts)
+
+
+def numbers_of(deck):
+    """The last rows of a deck's tables, three digits, as the regression tests hold them: a picture
+    gets old when the program computes something else."""
+    rows = []
+    for case in sorted(glob.glob(os.path.join(TOP, 'tests', 'regression', '*', 'case'))):
+        with open(case, encoding='ascii') as stream:
+            if not re.search(rf'(?m)^deck .*/{re.escape(deck)}$', stream.read()):
+                continue
+        for table in sorted(glob.glob(os.path.join(os.path.dirname(case), '*.*'))):
+            with open(table, encoding='ascii') as stream:
+                last = stream.read().split('\n')[-2].split()
+            values = [float(x) for x in last if re.fullmatch(r'[-+]?[\d.]+E[-+]?\d+', x)]
+            size = max(map(abs, values), default=0.0)
+            rows += [f'{x:.2e}' for x in values if abs(x) > 0.01 * size]
+    return ' '.join(rows)
 
 
 def read_digests(folder):
@@ -355,7 +475,8 @@ def stale():
     """Pictures that are missing, or older than what they show."""
     found = []
     for folder, wanted in ((PICTURES, {name: figure_digest(name) for name in FIGURES}),
-                           (GALLERY, {s[0]: scene_digest(*s[1:4]) for s in SCENES})):
+                           (GALLERY, {s[0]: scene_digest(deck_of(s[1]), *s[2:5])
+                                      for s in SCENES + MORE})):
         kept = read_digests(folder)
         found += [os.path.join(os.path.basename(folder), name + '.png')
                   for name, digest in wanted.items()
@@ -374,8 +495,11 @@ def make_figures(names):
         for name in names or FIGURES:
             path = os.path.join(PICTURES, name + '.png')
             figure = FIGURES[name](folder, plt)
-            figure.savefig(path)
-            plt.close(figure)
+            if isinstance(figure, str):  # drawn already
+                shutil.copyfile(figure, path)
+            else:
+                figure.savefig(path)
+                plt.close(figure)
             digests[name] = figure_digest(name)
             print(path)
     write_digests(PICTURES, digests)

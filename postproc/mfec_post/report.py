@@ -83,6 +83,8 @@ def convergence(log: str, folder: str) -> str:
         figure.savefig(path)
         plt.close(figure)
         text += image(path, 'residuals')
+    else:
+        text += '<p>The log holds no iterations (--log brief).</p>\n'
     closing = re.findall(r'^\d+ increments?, .*$', log, re.M)
     warnings = re.findall(r'^warning: .*$', log, re.M)
     text += ''.join(f'<p>{html.escape(line)}</p>\n' for line in closing)

@@ -81,6 +81,14 @@ class Results:
         first = int(self.vtk['Steps'][group + 'Offsets'][name][self.index(frame)])
         return self.vtk[group][name][first:first + count]
 
+    def regions(self) -> tuple[NDArray, list[str]]:
+        """The region of each cell, from 1, and the names; materials where the deck has no regions."""
+        number, names = self.vtk['CellData/region'][:], self.text('regions').split()
+        if names and number.min() > 0:
+            return number, names
+        material = self.vtk['CellData/material'][:]
+        return material, [f'material {k + 1}' for k in range(material.max())]
+
     def set_nodes(self, name: str) -> NDArray:
         """Indices of the points of a node set of the deck."""
         sets = self.file['run/sets']

@@ -1,6 +1,6 @@
 """What a picture shows: triangles with a colour each, strokes and arrows; two ways to draw it.
 
-PyVista draws it where it is installed, matplotlib otherwise: facets from far to near.
+PyVista draws it where it is installed, matplotlib with our own pixels otherwise.
 """
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from . import style
 from .cube import FIELDS as STRESSES
-from .cube import bodies as body_numbers
 from .cube import camera, draw_axes, exterior_facets, facet_values
 from .results import Results
 from .surfaces import Surface, Surfaces
 
 LIGHT = np.array([-0.35, -0.55, 0.76])
 STATUS_NAMES = ('off', 'open', 'stick', 'slip')
+STATUS_COLOURS = ('#e8e8e8', '#b8b8b8', style.BLUE, style.RED)
+REGION_COLOURS = ('#8fbfdc', '#f2cf8a', '#8fd0b8', '#e6a583', '#c9b3d9', '#c8c8c8')
 
 
 @dataclass
@@ -37,10 +38,12 @@ class Scene:
     """Shear tractions: places, and vectors."""
     size: float = 1.0
     """Length of a facet: the scale of strokes and arrows."""
-    categories: bool = False
-    """The colours are statuses."""
-    back: Optional[NDArray] = None
-    """Facets of bodies that others are pressed on: painted first, where no depth buffer sorts."""
+    names: tuple[str, ...] = ()
+    """What the values mean where they are kinds: the first is `first`, the next one more."""
+    first: int = 0
+    """The value of the first name."""
+    colours: tuple[str, ...] = ()
+    """The colours of the names."""
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -61,19 +64,19 @@ def bodies(results: Results, frame: int = -1, name: str = 'mises', scale: float 
     if scale != 1.0:
         title += f', displacements {scale:g} times'
     return Scene(x, faces, values, label, title, view=view or (-60.0, 24.0),
-                 size=facet_size(x, faces), back=behind(results, index, owner))
+                 size=facet_size(x, faces))
 
 
-def behind(results: Results, index: int, owner: NDArray) -> NDArray:
-    """The facets of bodies without slave points."""
-    if not results.pairs:
-        return np.zeros(len(owner), dtype=bool)
-    body = body_numbers(results.cells, len(results.points))
-    front = np.zeros(len(body), dtype=bool)
-    for pair in results.pairs:
-        nodes = np.isin(results.node_numbers, results.contact(pair, index)['node'])
-        front |= np.isin(body, body[nodes[results.cells].any(axis=1)])
-    return ~front[owner]
+def mesh(results: Results, view: Optional[tuple[float, float]] = None) -> Scene:
+    """The mesh before the run, a colour for each region."""
+    x = results.points
+    faces, owner = exterior_facets(results.cells, x)
+    number, names = results.regions()
+    used = [k for k in range(len(names)) if np.any(number[owner] == k + 1)]
+    values = np.searchsorted(used, number[owner] - 1).astype(float)
+    return Scene(x, faces, values, 'region', 'mesh', view=view or (-60.0, 24.0),
+                 size=facet_size(x, faces), names=tuple(names[k] for k in used),
+                 colours=tuple(REGION_COLOURS[k % len(REGION_COLOURS)] for k in range(len(used))))
 
 
 def body_values(results: Results, index: int, name: str, faces: NDArray,
@@ -126,10 +129,16 @@ def contact(surfaces: Surfaces, frame: int = -1, name: str = 'pressure',
         values.append(facet_colours(part, name))
         start += len(part.points)
     x, f = np.concatenate(points), np.concatenate(facets)
+    colours = np.concatenate(values)
+    if len(parts) > 1:
+        kept = once(parts)
+        f, colours = f[kept], colours[kept]
     index = frame + surfaces.steps if frame < 0 else frame
-    scene = Scene(x, f, np.concatenate(values), with_unit(name, surfaces.unit(name)),
+    scene = Scene(x, f, colours, with_unit(name, surfaces.unit(name)),
                   f'{", ".join(pairs or list(surfaces.pairs))}: {side} side, time '
-                  f'{surfaces.times[index]:g}', size=facet_size(x, f), categories=name == 'status')
+                  f'{surfaces.times[index]:g}', size=facet_size(x, f))
+    if name == 'status':
+        scene.names, scene.first, scene.colours = STATUS_NAMES, -1, STATUS_COLOURS
     scene.view = view or towards_normal(x, f, side)
     largest = max(np.abs(np.nan_to_num(part.at_nodes['traction'])).max() for part in parts)
     for part, place in zip(parts, points):
@@ -138,6 +147,16 @@ def contact(surfaces: Surfaces, frame: int = -1, name: str = 'pressure',
         if np.abs(shear).max() > 1e-6 * largest:  # more than round-off
             scene.arrows.append((place, shear))
     return scene
+
+
+def once(parts: list[Surface]) -> NDArray:
+    """Places of the facets of all parts without those that lie twice: a surface in two pairs is seen
+    with the larger force."""
+    nodes = np.sort(np.concatenate([part.nodes[part.facets] for part in parts]), axis=1)
+    force = np.concatenate([lengths(np.nan_to_num(part.at_facets['traction'])) for part in parts])
+    order = np.lexsort((-force, *nodes.T))
+    first = np.append(True, np.any(np.diff(nodes[order], axis=0) != 0, axis=1))
+    return np.sort(order[first])
 
 
 def facet_colours(part: Surface, name: str) -> NDArray:
@@ -163,8 +182,8 @@ def towards_normal(x: NDArray, facets: NDArray, side: str) -> tuple[float, float
 
 def colour_limits(scene: Scene) -> tuple[float, float]:
     """The ends of the scale of colours."""
-    if scene.categories:
-        return -1.5, 2.5
+    if scene.names:
+        return scene.first - 0.5, scene.first + len(scene.names) - 0.5
     if scene.limits:
         return scene.limits
     values = scene.values[np.isfinite(scene.values)]
@@ -176,11 +195,11 @@ def colour_limits(scene: Scene) -> tuple[float, float]:
 
 
 def colour_map(scene: Scene) -> Any:
-    """The colours: viridis, or one for each status."""
+    """The colours: viridis, or one for each kind."""
     import matplotlib as mpl
-    if scene.categories:
-        return mpl.colors.ListedColormap(['#e8e8e8', '#b8b8b8', style.BLUE, style.RED])
-    return mpl.colormaps['viridis']
+    if scene.names:
+        return mpl.colors.ListedColormap(list(scene.colours))
+    return mpl.colors.ListedColormap(mpl.colormaps['viridis'](np.linspace(0.12, 1.0, 256)))
 
 
 def draw(scene: Scene, path: Optional[str] = None, renderer: str = 'auto',
@@ -220,34 +239,28 @@ def scaled_lines(scene: Scene) -> tuple[list, list]:
 
 
 def draw_with_matplotlib(scene: Scene, size: tuple[int, int]) -> NDArray:
-    """Paints facets from far to near."""
+    """Paints the facets pixel by pixel, lines and labels on top."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.collections import LineCollection
     style.pyplot()
-    figure = mpl.figure.Figure(figsize=(9, 9 * size[1] / size[0]), dpi=size[0] / 9)
+    dpi = max(size[0] / 9, 72.0)  # small pictures keep letters that can be read
+    figure = mpl.figure.Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
     canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.02, 0.13, 0.96, 0.8))
+    low, high = round(0.62 * dpi), round(0.32 * dpi)
+    box = [round(0.02 * size[0]), low, round(0.96 * size[0]), size[1] - low - high]
+    axes = figure.add_axes(tuple(n / size[k % 2] for k, n in enumerate(box)))
     right, up, towards = camera(*scene.view)
-    corners = scene.points[scene.facets]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    closed = not scene.strokes  # a surface of contact is seen from both sides
-    seen = np.flatnonzero(normal @ towards > 1e-9) if closed else np.arange(len(normal))
-    back = np.zeros(len(normal), dtype=bool) if scene.back is None else scene.back
-    order = seen[np.lexsort((corners[seen].mean(axis=1) @ towards, ~back[seen]))]
-    flat = np.stack([corners[order] @ right, corners[order] @ up], axis=-1)
-    mapping = mpl.cm.ScalarMappable(mpl.colors.Normalize(*colour_limits(scene)), colour_map(scene))
-    paint = mapping.to_rgba(np.ma.masked_invalid(scene.values[order]))
-    paint[~np.isfinite(scene.values[order])] = mpl.colors.to_rgba('#f2f2f2')
-    facing = normal[order] * np.where(normal[order] @ towards < 0, -1.0, 1.0)[:, None]
-    shade = 0.66 + 0.34 * np.clip(facing @ (LIGHT / np.linalg.norm(LIGHT)), 0, 1)
-    paint[:, :3] *= shade[:, None] if closed else 1.0
-    edge = np.clip(0.86 * paint, 0, 1)
-    edge[:, 3] = 1.0
-    axes.add_collection(PolyCollection(list(flat), facecolors=paint, edgecolors=edge,
-                                       linewidths=0.4))
     strokes, arrows = scaled_lines(scene)
+    flat = np.stack([scene.points @ right, scene.points @ up], axis=-1)
+    ends = [np.stack([p @ right, p @ up], -1) for line in strokes + arrows for p in line]
+    low, unit = fit(np.concatenate([flat[np.unique(scene.facets)]] + ends), (box[2], box[3]))
+    mapping = mpl.cm.ScalarMappable(mpl.colors.Normalize(*colour_limits(scene)), colour_map(scene))
+    image, near = painted(scene, (flat - low) / unit, mapping, (box[2], box[3]))
+    high = low + unit * np.array(box[2:])
+    axes.imshow(image, extent=(low[0], high[0], low[1], high[1]), interpolation='nearest')
+    strokes, arrows = ([visible(line, near, scene, low, unit) for line in lines]
+                       for lines in (strokes, arrows))
     for begin, end in strokes:
         lines = np.stack([np.stack([p @ right, p @ up], -1) for p in (begin, end)], 1)
         axes.add_collection(LineCollection(list(lines), colors='white', linewidths=1.6, zorder=3))
@@ -256,9 +269,8 @@ def draw_with_matplotlib(scene: Scene, size: tuple[int, int]) -> NDArray:
     for begin, end in arrows:
         axes.quiver(begin @ right, begin @ up, (end - begin) @ right, (end - begin) @ up,
                     angles='xy', scale_units='xy', scale=1, color=style.INK, width=0.003, zorder=5)
-    axes.autoscale_view()
-    axes.margins(0.06)
-    axes.set_aspect('equal')
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
     axes.axis('off')
     axes.set_title(scene.title, fontsize=9)
     decorate(figure, axes, scene, mapping, (right, up, towards))
@@ -266,19 +278,60 @@ def draw_with_matplotlib(scene: Scene, size: tuple[int, int]) -> NDArray:
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
 
+def fit(points: NDArray, size: tuple[int, int]) -> tuple[NDArray, float]:
+    """The lower left corner of a picture of so many pixels that shows all points, and the length of
+    one pixel."""
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    unit = float(1.1 * (np.ptp(points, axis=0) / size).max()) or 1.0
+    return centre - 0.5 * unit * np.array(size), unit
+
+
+def visible(line: tuple[NDArray, NDArray], near: NDArray, scene: Scene, low: NDArray,
+            unit: float) -> tuple[NDArray, NDArray]:
+    """Of strokes or arrows those that do not begin far behind what is seen there."""
+    right, up, towards = camera(*scene.view)
+    begin, end = line
+    at = ((np.stack([begin @ right, begin @ up], -1) - low) / unit).astype(int)
+    at = np.clip(at, 0, np.array(near.shape)[::-1] - 1)
+    seen = begin @ towards > near[at[:, 1], at[:, 0]] - 1.5 * scene.size
+    return begin[seen], end[seen]
+
+
+def painted(scene: Scene, flat: NDArray, mapping: Any,
+            size: tuple[int, int]) -> tuple[NDArray, NDArray]:
+    """The facets as pixels and how near these are; flat are the places of points in the picture."""
+    from .painting import paint
+    _, _, towards = camera(*scene.view)
+    corners = scene.points[scene.facets]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    closed = not scene.strokes  # a surface of contact is seen from both sides
+    seen = normal @ towards > 1e-9 if closed else np.ones(len(normal), dtype=bool)
+    colour = mapping.to_rgba(np.ma.masked_invalid(scene.values[seen]))[:, :3]
+    colour[~np.isfinite(scene.values[seen])] = 0.95
+    if closed:
+        shade = np.clip(normal[seen] @ (LIGHT / np.linalg.norm(LIGHT)), 0, 1)
+        colour = colour * (0.66 + 0.34 * shade[:, None])
+    return paint(flat[scene.facets[seen]], (corners @ towards)[seen], colour,
+                 np.clip(0.8 * colour, 0, 1), size)
+
+
 def decorate(figure: Any, axes: Any, scene: Scene, mapping: Any, view: tuple) -> None:
     """The scale of colours, the axes, and what strokes and arrows mean."""
     from matplotlib.lines import Line2D
-    from matplotlib.ticker import FormatStrFormatter, MaxNLocator
-    bar_axes = figure.add_axes((0.25, 0.085, 0.5, 0.022))
+    from matplotlib.ticker import MaxNLocator, ScalarFormatter
+    height = figure.get_figheight()
+    bar_axes = figure.add_axes((0.25, 0.46 / height, 0.5, 0.12 / height))
     bar = figure.colorbar(mapping, cax=bar_axes, orientation='horizontal')
     bar.set_label(scene.label)
     bar.outline.set_visible(False)
-    bar.locator = MaxNLocator(5)
-    bar.formatter = FormatStrFormatter('%.4g')
-    if scene.categories:
-        bar.set_ticks([-1, 0, 1, 2], labels=STATUS_NAMES)
-    corner = figure.add_axes((0.0, 0.0, 0.2 * figure.get_figheight() / figure.get_figwidth(), 0.2))
+    bar.locator = MaxNLocator(5 if figure.get_figwidth() > 7 else 3)
+    bar.formatter = ScalarFormatter(useOffset=False)
+    bar.formatter.set_powerlimits((-3, 5))
+    if scene.names:
+        bar.set_ticks(list(range(scene.first, scene.first + len(scene.names))), labels=scene.names)
+        bar_axes.tick_params(length=0)
+    corner = figure.add_axes((0.0, 0.0, 1.1 / figure.get_figwidth(), 1.1 / height))
     corner.set_xlim(-1.5, 1.5)
     corner.set_ylim(-1.5, 1.5)
     corner.axis('off')
@@ -289,7 +342,10 @@ def decorate(figure: Any, axes: Any, scene: Scene, mapping: Any, view: tuple) ->
     if any(np.any(v) for _, v in scene.arrows):
         handles.append(Line2D([], [], color=style.INK, label='shear traction'))
     if handles:
-        figure.legend(handles=handles, loc='lower right', fontsize=8)
+        if figure.get_figwidth() > 5.5:
+            figure.legend(handles=handles, loc='lower right', fontsize=8)
+        else:  # no room beside the scale of colours
+            axes.legend(handles=handles, loc='upper right', fontsize=7, borderaxespad=0)
 
 
 def draw_with_pyvista(scene: Scene, size: tuple[int, int]) -> NDArray:
@@ -304,8 +360,9 @@ def draw_with_pyvista(scene: Scene, size: tuple[int, int]) -> NDArray:
            'position_x': 0.25, 'position_y': 0.02, 'width': 0.5, 'height': 0.12,
            'title_font_size': 16, 'label_font_size': 14, 'fmt': '%.3g'}
     notes = {}
-    if scene.categories:
-        notes = {'annotations': dict(zip((-1.0, 0.0, 1.0, 2.0), STATUS_NAMES))}
+    if scene.names:
+        notes = {'annotations': {float(scene.first + k): word
+                                 for k, word in enumerate(scene.names)}}
         bar['n_labels'] = 0
     plotter.add_mesh(mesh, scalars='values', cmap=colour_map(scene), clim=colour_limits(scene),
                      show_edges=True, edge_color='#888888', line_width=0.6, nan_color='#f2f2f2',

@@ -23,7 +23,7 @@ from mfec_post.tables import TableError
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 PROGRAM = os.path.join(TOP, 'mfec')
-SMALL = (300, 227)
+SMALL = (420, 318)
 DECKS = {
     'cube': ('sliding_cube', ['--set', 'n=3', '--set', 'npress=2', '--set', 'nslide=4',
                               '--set', 'phi=45']),

@@ -79,6 +79,7 @@ contains
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &
+      '  --log LEVEL        brief (no iterations), normal, or full (worst node, all audits)'//nl// &
       '  --quiet            no progress'//nl// &
       '  --version          version, commit and libraries'//nl// &
       '  -h, --help [WORD]  this list, or help on a command or a word of its records'//nl

@@ -19,12 +19,17 @@ module run_log
     close_text_file
   implicit none
   private
+  public :: log_brief, log_normal, log_full, log_level
   public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
     log_iteration, log_increment, log_cut, log_error, log_costs, close_log
+
+  !> How much is logged: no iterations; these; also where each is worst, and all tables of audits.
+  integer, parameter :: log_brief = 1, log_normal = 2, log_full = 3
 
   !> A log open for writing.
   type :: log_t
     type(text_file_t) :: file !! its file
+    integer :: level = log_normal !! how much is logged
     integer :: warnings = 0 !! warnings so far
     integer :: iterations = 0 !! iterations so far
     integer :: increments = 0 !! converged increments so far
@@ -94,6 +99,16 @@ contains
     if (allocated(error)) return
     call log_line(log, '', error)
   end subroutine create_log
+
+  !> The level of a word, 0 if it is none.
+  pure integer function log_level(word) result(level)
+    character(*), intent(in) :: word !! brief, normal or full
+    character(6), parameter :: words(3) = [character(6) :: 'brief', 'normal', 'full']
+
+    do level = size(words), 1, -1
+      if (word == words(level)) return
+    end do
+  end function log_level
 
   !> A material in one line.
   function material_line(material) result(line)
@@ -194,6 +209,7 @@ contains
     character(200) :: line
 
     log%iterations = log%iterations + 1
+    if (log%level == log_brief) return
     write (line, '(a,i6,a,es12.5,a,i3,a,es12.5,a,es12.5,a,f7.4,3(a,i6),2a,f9.3,a)') 'step', &
       it%step, ' time ', it%time, ' iteration', it%iteration, '  Residual norm = ', it%residual, &
       '  Energy convergence test = ', it%energy, '  line search', it%line_search, '  active', &
@@ -209,6 +225,7 @@ contains
     character(160) :: line
 
     log%increments = log%increments + 1
+    if (log%level == log_brief) return
     write (line, '(a,i6,a,i5,a,es12.5,a,es12.5,a,i3,a,es12.5,a,f9.3,a)') 'step', increment%step, &
       ' increment', increment%increment, ' converged: time ', increment%time, ' size ', &
       increment%size, ' solves', increment%iterations, ' residual ', increment%residual, '  ', &

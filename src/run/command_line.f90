@@ -4,17 +4,18 @@ module command_line
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   use linear_solver, only: solver_of, solver_unknown
+  use run_log, only: log_normal, log_level
   implicit none
   private
   public :: options_t, read_command_line, usage_line
 
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
-    '[--threads N] [--restart run.h5 [--step K]] [--quiet]'
+    '[--threads N] [--restart run.h5 [--step K]] [--log LEVEL] [--quiet]'
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(11) = [character(10) :: '--set', '--out', '--check', &
-    '--solver', '--threads', '--restart', '--step', '--quiet', '--version', '--help', '-h']
+  character(10), parameter :: known(12) = [character(10) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--step', '--log', '--quiet', '--version', '--help', '-h']
 
   !> What the command line asks for.
   type :: options_t
@@ -24,6 +25,7 @@ module command_line
     character(:), allocatable :: restart !! results file to go on from, empty for none
     integer :: threads = 1 !! threads of the program
     integer :: solver = solver_unknown !! back end, unknown to leave it to the deck
+    integer :: log_level = log_normal !! how much the log tells
     integer :: step = 0 !! end time in that file, 0 for the last
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
@@ -94,7 +96,7 @@ contains
         i = i + 1
         options%topic = argument(i)
       end if
-    case ('--set', '--out', '--solver', '--threads', '--restart', '--step')
+    case ('--set', '--out', '--solver', '--threads', '--restart', '--step', '--log')
       call take_value(item, equals, i, value, error)
       if (allocated(error)) return
       call keep_value(name, value, options, error)
@@ -140,6 +142,11 @@ contains
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
       options%threads, error)
     if (name == '--solver') call take_solver(value, options%solver, error)
+    if (name == '--log') then
+      options%log_level = log_level(value)
+      if (options%log_level == 0) call raise(error, exit_deck, 'command line: error: --log '// &
+        value//new_line('a')//'  use --log brief, --log normal or --log full')
+    end if
     if (allocated(error)) return
     if (name /= '--set') return
     equals = index(value, '=')

@@ -10,6 +10,7 @@ module run_audit
   use audit_text, only: audit_table, audit_warning, balance_message
   use system_types, only: settings_t
   use run_files, only: recover_fields
+  use run_log, only: log_full
   use run_context, only: context_t
   implicit none
   private
@@ -34,7 +35,8 @@ contains
       call audit_state(model, system, context%state, settings, context%files%point_state, last, &
         audit)
       if (fields) call audit_fields(system%bulk, context%files%bulk_state, audit)
-      full = full .or. any(audit%verdict == verdict_failed)
+      full = full .or. any(audit%verdict == verdict_failed) .or. &
+        context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))
       call tell_warnings(context)
       call end_cost(system%costs, cost_audit)

@@ -6,7 +6,7 @@ module run_monitor
   use monitors, only: monitor_t, iteration_t
   use terminal, only: terminal_t, show_progress, print_line
   use run_log, only: log_t, log_iteration_t, log_iteration, log_line, &
-    log_warning, log_cut
+    log_warning, log_cut, log_brief, log_full
   implicit none
   private
   public :: run_monitor_t, step_text, time_left, foresee_end
@@ -29,6 +29,7 @@ module run_monitor
   contains
     procedure :: iteration => take_iteration !! one line of the log
     procedure :: event => take_event !! one line of the log
+    procedure :: detail => take_detail !! one line of a log that is not brief
     procedure :: warning => take_warning !! one line of the log and of the terminal
     procedure :: cut => take_cut !! one line of the log
   end type run_monitor_t
@@ -54,7 +55,13 @@ contains
     line%slip = report%slip
     line%solver = report%solver
     line%seconds = report%seconds
-    if (associated(self%log)) call log_iteration(self%log, line, error)
+    if (associated(self%log)) then
+      call log_iteration(self%log, line, error)
+      if (.not. allocated(error) .and. self%log%level == log_full .and. report%worst_node > 0) then
+        call log_line(self%log, '  largest residual '//to_text(report%worst, 4)//' at node '// &
+          to_text(report%worst_node)//', dof '//to_text(report%worst_dof), error)
+      end if
+    end if
     if (allocated(error)) call move_alloc(error, self%trouble)
     if (associated(self%terminal)) call show_progress(self%terminal, step_text(self, self%step) &
       //', time '//to_text(report%time)//', solve ' &
@@ -71,6 +78,17 @@ contains
     if (associated(self%log)) call log_line(self%log, text, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_event
+
+  !> Logs one line of an iteration, unless the log is to be brief.
+  subroutine take_detail(self, text)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    character(*), intent(in) :: text !! the line
+
+    if (associated(self%log)) then
+      if (self%log%level == log_brief) return
+    end if
+    call self%event(text)
+  end subroutine take_detail
 
   !> Logs a warning and shows it.
   subroutine take_warning(self, text)

@@ -122,6 +122,7 @@ contains
         'mfec '//program_version, settings_text(options), blas_name(), error)
       call end_writing()
       if (allocated(error)) return
+      files%log%level = options%log_level
       context%monitor%log => context%files%log
       context%monitor%terminal => context%terminal
       call report_start(options, states, context, error)

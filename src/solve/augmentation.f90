@@ -77,7 +77,7 @@ contains
         closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
           augmentation%force(k)*force_tolerance(pair))
-        call monitor%event('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
+        call monitor%detail('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
         if (has_field(pair) .and. augmentation%force(k) > 0.0_wp) closed = closed .and. &
@@ -267,6 +267,6 @@ contains
     pair%raise = raise
     pair%left = 0
     pair%moves = 0
-    call monitor%event('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
+    call monitor%detail('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
   end subroutine raise_penalty
 end module augmentation

@@ -13,6 +13,7 @@ module diagnosis
   use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried
   use statics_report, only: motion_text, reserve_text
   use remedies, only: what_may_help, settle_advice
+  use residuals, only: find_worst
   use system_types, only: system_t
   implicit none
   private
@@ -276,21 +277,13 @@ contains
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
     character(:), allocatable :: contact
-    integer :: i, k, node, dof, largest
+    real(wp) :: residual
+    integer :: node, dof
 
     t = '  no free degree of freedom'
-    if (system%equations == 0) return
-    largest = maxloc(abs(system%right), 1)
-    node = 0
-    dof = 0
-    do i = 1, size(system%equation, 2)
-      do k = 1, 3
-        if (system%equation(k, i) /= largest) cycle
-        node = i
-        dof = k
-      end do
-    end do
-    t = '  the largest residual, '//to_text(system%right(largest))//', is at node ' &
+    call find_worst(system, node, dof, residual)
+    if (node == 0) return
+    t = '  the largest residual, '//to_text(residual)//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)
     contact = worst_contact(model, system, max(system%node_body(node), 0))
     if (len(contact) == 0) contact = worst_contact(model, system, 0)

@@ -88,7 +88,7 @@ contains
     type(settings_t) :: patient
     real(wp) :: norm
 
-    call monitor%event('  no convergence: once more with a drag on bodies that contact holds')
+    call monitor%detail('  no convergence: once more with a drag on bodies that contact holds')
     system%u = system%left
     call start_here(model, system, norm)
     progress = newton_t()
@@ -236,9 +236,9 @@ contains
     if (renewals == most_renewals) settled = .true.
     if (.not. settled) renewals = renewals + 1
     if (changes > 0) then
-      call monitor%event('  '//to_text(changes)//' contact points moved to another facet')
+      call monitor%detail('  '//to_text(changes)//' contact points moved to another facet')
     else if (.not. settled) then
-      call monitor%event('  the smooth surface has changed its shape')
+      call monitor%detail('  the smooth surface has changed its shape')
     end if
     settled = settled .and. changes == 0
   end subroutine follow_solution
@@ -253,7 +253,7 @@ contains
 
     call find_touches(model, system, touches)
     settled = touches == 0
-    if (.not. settled) call monitor%event('  '//count_noun(touches, 'contact point')// &
+    if (.not. settled) call monitor%detail('  '//count_noun(touches, 'contact point')// &
       ' touched first in this increment: friction from there')
   end subroutine settle_touches
 
@@ -268,10 +268,10 @@ contains
     call begin_touch_again(system)
     if (carried) then
       system%u = system%carried
-      call monitor%event('  no convergence: once more with the predictor')
+      call monitor%detail('  no convergence: once more with the predictor')
     else
       system%u = system%left
-      call monitor%event('  no convergence: once more without the predictor')
+      call monitor%detail('  no convergence: once more without the predictor')
     end if
     call start_here(model, system, norm)
     call forget_expected(system%contact)
@@ -333,7 +333,7 @@ contains
     if (norm_carried <= norm_left) return
     system%u = system%left
     call start_here(model, system, norm_left)
-    call monitor%event('  predictor dropped: it does not lower the residual')
+    call monitor%detail('  predictor dropped: it does not lower the residual')
   end subroutine choose_start
 
   !> Hosts and residual at the present u.

@@ -17,6 +17,9 @@ module monitors
     integer :: active = 0 !! closed contact points
     integer :: stick = 0 !! of them sticking
     integer :: slip = 0 !! of them slipping
+    integer :: worst_node = 0 !! node with the largest residual, 0 if no dof is free
+    integer :: worst_dof = 0 !! its dof
+    real(wp) :: worst = 0.0_wp !! the residual there [force]
     character(8) :: solver = '' !! back end
     real(wp) :: seconds = 0.0_wp !! wall clock of this iteration [s]
   end type iteration_t
@@ -26,6 +29,7 @@ module monitors
   contains
     procedure(report_iteration), deferred :: iteration !! after each iteration
     procedure(report_event), deferred :: event !! anything else worth a line in the log
+    procedure :: detail => pass_detail !! the same, of an iteration: left out of a brief log
     procedure(report_event), deferred :: warning !! what the user should look at
     procedure(report_cut), deferred :: cut !! an increment has been cut
   end type monitor_t
@@ -58,4 +62,14 @@ module monitors
       character(*), intent(in) :: reason !! why it failed
     end subroutine report_cut
   end interface
+
+contains
+
+  !> A detail is an event where nobody tells them apart.
+  subroutine pass_detail(self, text)
+    class(monitor_t), intent(inout) :: self !! the receiver
+    character(*), intent(in) :: text !! one line
+
+    call self%event(text)
+  end subroutine pass_detail
 end module monitors

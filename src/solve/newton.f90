@@ -7,7 +7,7 @@ module newton
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
-  use residuals, only: form_residual, form_tangent, residual_norm, estimate_round_off, &
+  use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
   use force_scales, only: note_forces, force_scale, in_bounds, longest_step
   use supports, only: drop_bodies
@@ -195,7 +195,7 @@ contains
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
-    if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%event( &
+    if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
     call forget_expected(system%contact)
@@ -328,6 +328,7 @@ contains
     report%residual = residual_norm(system)
     forces = force_scale(system)
     if (forces > 0.0_wp) report%relative = report%residual/forces
+    call find_worst(system, report%worst_node, report%worst_dof, report%worst)
     report%energy = progress%energy
     if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
     report%step_length = length

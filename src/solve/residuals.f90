@@ -14,7 +14,7 @@ module residuals
   implicit none
   private
   public :: form_residual, form_trial, form_tangent, residual_norm, &
-    estimate_round_off, round_off_factor
+    find_worst, estimate_round_off, round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -113,6 +113,32 @@ contains
       norm = norm2(system%right)
     end if
   end function residual_norm
+
+  !> The node and dof with the largest residual; of the condensed form the candidate.
+  pure subroutine find_worst(system, node, dof, value)
+    type(system_t), intent(in) :: system !! right given
+    integer, intent(out) :: node !! the node, 0 if no dof is free
+    integer, intent(out) :: dof !! its dof
+    real(wp), intent(out) :: value !! the residual there [force]
+    integer :: place(2), largest
+
+    node = 0
+    dof = 0
+    value = 0.0_wp
+    if (system%condensed%active) then
+      if (system%condensed%n_live == 0) return
+      largest = maxloc(abs(system%condensed%right(:system%condensed%n_live)), 1)
+      value = system%condensed%right(largest)
+      node = system%condensed%node(system%condensed%live(largest))
+      dof = system%condensed%direction(system%condensed%live(largest))
+    else if (system%equations > 0) then
+      largest = maxloc(abs(system%right), 1)
+      value = system%right(largest)
+      place = findloc(system%equation, largest)
+      dof = place(1)
+      node = place(2)
+    end if
+  end subroutine find_worst
 
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
   !! contact points of bodies that contact alone holds are left out: such a body may have come to
