@@ -10,7 +10,7 @@ module condensation
   use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
     factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block, &
-    complete_solution, ends_in_square, take_square
+    complete_solution, drop_trailing_block
   use condensed_types, only: condensed_body_t
   implicit none
   private
@@ -64,14 +64,12 @@ contains
     end do
   end subroutine add_pins
 
-  !> Memory that the factor and the compliance of a body will take [byte]: the compliance takes the
-  !! place of the factor's last square, if that is one.
+  !> Memory that the factor and the compliance of a body will take [byte].
   subroutine estimate_bytes(body, bytes)
     type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
     real(wp), intent(out) :: bytes !! the estimate
 
-    bytes = symmetric_factor_bytes(body%solver)
-    if (.not. ends_in_square(body%solver, body%m)) bytes = bytes + 8.0_wp*real(body%m, wp)**2
+    bytes = symmetric_factor_bytes(body%solver) + 8.0_wp*real(body%m, wp)**2
   end subroutine estimate_bytes
 
   !> The equations in the order of elimination: the graph of the other nodes by METIS, their
@@ -132,8 +130,8 @@ contains
     end do
   end subroutine number_nodes
 
-  !> C = (L22 L22^T)^-1, the lower triangle, in place of L22: the body cannot be solved any more,
-  !! only completed from its candidates.
+  !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
+  !! completed from its candidates.
   subroutine form_compliance(body, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
@@ -143,13 +141,9 @@ contains
     outcome = solver_done
     if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
-    body%apart = .not. ends_in_square(body%solver, body%m)
-    if (body%apart) then
-      allocate (body%compliance(body%m, body%m))
-      call trailing_block(body%solver, body%compliance)
-    else
-      call take_square(body%solver, body%m, body%compliance)
-    end if
+    allocate (body%compliance(body%m, body%m))
+    call trailing_block(body%solver, body%compliance)
+    call drop_trailing_block(body%solver, body%m)
     call dpotri('L', body%m, body%compliance, body%m, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
@@ -172,9 +166,7 @@ contains
     type(condensed_body_t), intent(inout) :: body !! the body
 
     call drop_live(body)
-    if (body%apart) deallocate (body%compliance)
-    nullify (body%compliance)
-    body%apart = .false.
+    if (associated(body%compliance)) deallocate (body%compliance)
     body%mirrored = .false.
   end subroutine drop_compliance
 

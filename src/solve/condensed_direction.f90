@@ -80,8 +80,8 @@ contains
     end associate
   end subroutine find_condensed_direction
 
-  !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole, until
-  !! other candidates are live.
+  !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
+  !! until other candidates are live.
   subroutine answer_densely(system, x, floor, y, arrived, outcome)
     type(system_t), intent(inout) :: system !! right given; gets change of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]

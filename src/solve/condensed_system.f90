@@ -11,8 +11,9 @@ module condensed_system
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: condense_all, find_influence, form_compliances, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
+  use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
+    load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
+    free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
   use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
@@ -54,9 +55,8 @@ contains
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
       if (any(system%weak)) condensed%x = model%mesh%x
-      call condense_all(system, spread(.true., 1, system%bodies), outcome)
-      if (outcome == solver_done) call find_influence(model, system, outcome)
-      if (outcome == solver_done) call form_compliances(system, outcome)
+      call begin_influence(model, system)
+      call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
     end associate
     if (outcome /= solver_done) then
       why = 'its factorisation failed'
@@ -262,21 +262,6 @@ contains
     end associate
   end subroutine couple_condensed
 
-  !> Where a body has many candidates and most are live, all are: their compliance needs no copy.
-  pure subroutine widen_live(condensed, live)
-    type(condensed_t), intent(in) :: condensed !! bodies
-    logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
-    integer :: b
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        associate (mine => live(body%first + 1:body%first + body%m))
-          if (body%m > condensed%tangent%most_dense .and. 2*count(mine) > body%m) mine = .true.
-        end associate
-      end associate
-    end do
-  end subroutine widen_live
-
   !> Live candidates of the contact elements; the factor of their matrices cannot serve any more.
   subroutine place_elements(system)
     type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
@@ -323,7 +308,6 @@ contains
         force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
       end do
       call condense_all(system, wanted, outcome)
-      if (outcome == solver_done) call form_compliances(system, outcome)
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)

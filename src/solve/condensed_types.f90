@@ -18,7 +18,6 @@ module condensed_types
     integer, allocatable :: equation(:) !! (m) equation of each candidate
     real(wp), pointer, contiguous :: compliance(:, :) => null() !! (m, m) at the candidates
     !! [length/force]; its lower triangle counts
-    logical :: apart = .false. !! it has room of its own, not the factor's last square
     logical :: mirrored = .false. !! its upper triangle counts as well
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
@@ -66,8 +65,8 @@ module condensed_types
     logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
     integer, allocatable :: start(:) !! (elements+1) rows before each element
     type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
-    real(wp), allocatable :: weight(:) !! (rank) from a residual to the force it makes [force/length]
-    real(wp), allocatable :: raised(:, :) !! (rank, modes) answer of the blocks to rigid motions
+    real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
+    real(wp), allocatable :: raised(:, :) !! (rank, modes) what motions ask of rows
     real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
     real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
     integer, allocatable :: border_pivot(:) !! (modes) of its factor

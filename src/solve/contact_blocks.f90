@@ -15,6 +15,9 @@ module contact_blocks
   integer, parameter :: fewest_rows = 64, most_rows = 256, share_of_rows = 40
   !> How far a block reaches beyond its own points, in distances of points.
   real(wp), parameter :: overlap = 2.0_wp
+  !> Rows of a block with its overlap over those without, at most; the reach is lessened until then.
+  integer, parameter :: most_growth = 3
+  real(wp), parameter :: shrinkage = 0.8_wp
 
 contains
 
@@ -86,7 +89,11 @@ contains
         low = minval(place(:, own), 2)
         high = maxval(place(:, own), 2)
         reach = overlap*max(maxval(high - low)/sqrt(real(size(own), wp)), 0.5_wp*size_of_facet)
-        call list_rows(tangent, place, low - reach, high + reach, own, tangent%blocks(k))
+        do
+          call list_rows(tangent, place, low - reach, high + reach, own, tangent%blocks(k))
+          if (size(tangent%blocks(k)%row) <= most_growth*count(tangent%blocks(k)%own)) exit
+          reach = shrinkage*reach
+        end do
       end associate
       first = last(k) + 1
     end do
@@ -231,8 +238,8 @@ contains
     end do
   end subroutine gather_block
 
-  !> What the rigid motions of the bodies are to the rows, and the small matrix that is left for them
-  !! when the blocks answer.
+  !> What the rigid motions of the bodies are to the rows, and the small matrix that is left for
+  !! them when the blocks answer.
   subroutine border_blocks(condensed, tangent, outcome)
     type(condensed_t), intent(in) :: condensed !! motions of the bodies
     type(contact_tangent_t), intent(inout) :: tangent !! blocks given; gets raised, pushed, border

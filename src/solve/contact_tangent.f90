@@ -99,7 +99,8 @@ contains
       tangent%status = system%contact%status
       info = 0
       associate (n => tangent%rank + tangent%modes)
-        if (n > 0 .and. .not. tangent%iterated) call dgetrf(n, n, tangent%small, size(tangent%small, 1), tangent%pivot, info)
+        if (n > 0 .and. .not. tangent%iterated) call dgetrf(n, n, tangent%small, &
+          size(tangent%small, 1), tangent%pivot, info)
       end associate
       if (info /= 0) outcome = solver_singular
     end associate
