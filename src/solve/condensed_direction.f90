@@ -58,8 +58,7 @@ contains
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, merge(most_of_blocks, most_vectors, &
-          condensed%tangent%iterated), y, arrived)
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. arrived .and. condensed%tangent%iterated) call answer_densely(system, x, &
           floor, y, arrived, outcome)
         if (outcome /= solver_done) return
@@ -100,13 +99,15 @@ contains
     real(wp), intent(out) :: du(:) !! (live) [length]
     real(wp) :: push(system%condensed%modes), y(size(force)), b(size(force))
     logical :: arrived
+    integer :: iterations
 
     call begin_cost(system%costs, cost_solve)
     call push_live(system%condensed, force, push)
     b = 0.0_wp
     call apply_compliance(system%condensed, force, b)
-    call answer(system%condensed, b, push, inner_accuracy*norm2(force), most_vectors, y, du, &
-      arrived)
+    call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
+      most_allowed(system%condensed), y, du, arrived, iterations)
+    call count_cost(system%costs, cost_krylov, iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine answer_force
 
@@ -119,9 +120,16 @@ contains
 
     system%condensed%right = system%condensed%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%round_off)
-    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
     call take_answer(system, y)
   end subroutine push_direction
+
+  !> Iterations of GMRES with the factor or blocks at hand.
+  pure integer function most_allowed(condensed) result(most)
+    type(condensed_t), intent(in) :: condensed !! its tangent
+
+    most = merge(most_of_blocks, most_vectors, condensed%tangent%iterated)
+  end function most_allowed
 
   !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
   !! until other candidates are live.
@@ -194,21 +202,35 @@ contains
       allocate (b(condensed%n_live), source=0.0_wp)
       call apply_compliance(condensed, condensed%right, b)
       b = b + share*condensed%defect(condensed%live)
-      if (condensed%tangent%iterated) then
-        call answer_by_blocks(condensed, b, push, floor, most, y, condensed%change, arrived, &
-          iterations)
-      else
-        call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
-      end if
+      call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
     end associate
     call count_cost(system%costs, cost_krylov, iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
 
+  !> The answer of contact to a displacement b, by the factor or by blocks.
+  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: iterations !! of GMRES
+
+    if (condensed%tangent%iterated) then
+      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+    else
+      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
+    end if
+  end subroutine answer
+
   !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
   !! a so that y has the push that is asked for. The leading part is solved for, so that no force
   !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
-  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -259,7 +281,7 @@ contains
       call add_leading(tangent, z, y)
       condensed%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
-  end subroutine answer
+  end subroutine answer_by_factor
 
   !> Room for the vectors of GMRES.
   subroutine make_room(tangent, n)

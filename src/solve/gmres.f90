@@ -1,6 +1,7 @@
 !> GMRES by hand: the caller applies the matrix to one vector after the other.
 module gmres
   use kinds, only: wp
+  use krylov, only: orthogonalise, rotate
   implicit none
   private
   public :: gmres_t, begin_gmres, add_image, gmres_solution
@@ -35,33 +36,14 @@ contains
   pure subroutine add_image(image, iteration)
     real(wp), intent(in) :: image(:) !! A base(:, n+1)
     type(gmres_t), intent(inout) :: iteration !! one vector more
-    real(wp) :: held
-    integer :: i, j
+    integer :: j
 
     j = iteration%n + 1
     iteration%n = j
-    associate (base => iteration%base, h => iteration%h, g => iteration%g, &
-               c => iteration%cosine, s => iteration%sine)
-      base(:, j + 1) = image
-      do i = 1, j
-        h(i, j) = dot_product(base(:, i), base(:, j + 1))
-        base(:, j + 1) = base(:, j + 1) - h(i, j)*base(:, i)
-      end do
-      held = norm2(base(:, j + 1))
-      if (held > 0.0_wp) base(:, j + 1) = base(:, j + 1)/held
-      do i = 1, j - 1
-        h(i:i + 1, j) = [c(i)*h(i, j) + s(i)*h(i + 1, j), c(i)*h(i + 1, j) - s(i)*h(i, j)]
-      end do
-      c(j) = 1.0_wp
-      s(j) = 0.0_wp
-      if (hypot(h(j, j), held) > 0.0_wp) then
-        c(j) = h(j, j)/hypot(h(j, j), held)
-        s(j) = held/hypot(h(j, j), held)
-      end if
-      h(j, j) = hypot(h(j, j), held)
-      g(j:j + 1) = [c(j)*g(j), -s(j)*g(j)]
-      iteration%rest = abs(g(j + 1))
-    end associate
+    iteration%base(:, j + 1) = image
+    call orthogonalise(iteration%base(:, :j + 1), iteration%h(:j + 1, j))
+    call rotate(j, iteration%h, iteration%g, iteration%cosine, iteration%sine)
+    iteration%rest = abs(iteration%g(j + 1))
   end subroutine add_image
 
   !> The x of the smallest residual so far.
