@@ -3,6 +3,7 @@
 module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
+  use contact_tips, only: find_tip_from
   use facet_geometry, only: project_on_facet, facet_frame, barycentric, unfold
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
@@ -109,16 +110,18 @@ contains
     lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%facets(:, host))))
   end function multiplier_at
 
-  !> Start tip of a new point: its last converged projection less its elastic slip. If that lies on
-  !! another facet than its host, it is turned about the edges in between.
-  pure function place_tip(pair, field, cell, host, x) result(tip)
+  !> Start tip of a new point: its last converged projection less its elastic slip, as far as the
+  !! law allows that there. If that lies on another facet than its host, it is turned about the
+  !! edges in between.
+  function place_tip(pair, field, cell, host, x) result(tip)
     type(pair_t), intent(in) :: pair !! the pair
     type(linear_field_t), intent(in) :: field !! elastic slip
     type(cell_t), intent(in) :: cell !! where the point is
     integer, intent(in) :: host !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     real(wp) :: tip(2), slip(3), gap, way(2), start(2)
-    integer :: path(longest_path), n, k
+    integer :: path(longest_path), n, k, status
+    type(contact_point_t) :: point
 
     call find_path(pair, position(pair, cell, x), host, x, path, n)
     associate (corners => x(:, pair%facets(:, path(n))))
@@ -128,6 +131,11 @@ contains
       call project_on_facet(corners, corners(:, 3) + slip, way, gap)
       tip = tip - way
     end associate
+    if (.not. pair%augmented) then
+      point%host = path(n)
+      point%tip = tip
+      call find_tip_from(pair, 1, point, position(pair, cell, x), x, tip, status)
+    end if
     do k = n, 2, -1
       call unfold(pair%facets(:, path(k)), pair%facets(:, path(k - 1)), x, tip, start)
       tip = start

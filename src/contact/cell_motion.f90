@@ -2,7 +2,8 @@
 !! "Segmentation").
 module cell_motion
   use kinds, only: wp
-  use contact_types, only: pair_t, contact_point_t, cell_t, status_open
+  use contact_types, only: pair_t, contact_point_t, cell_t
+  use element_types, only: status_open, status_stick
   use contact_tips, only: find_tip
   use cell_history, only: fit_slip
   use linear_fields, only: linear_field_t, bounded_field_at
@@ -11,9 +12,13 @@ module cell_motion
   private
   public :: carry_tips, find_tips, have_stayed, lag_corners
 
+  !> Elastic slip below this is none [shape functions].
+  real(wp), parameter :: no_slip = 1.0e-12_wp
+
 contains
 
-  !> Tips of closed points as they are expected: they go with the projection.
+  !> Tips of closed points as they are expected: those that slip go with the projection, those that
+  !! stick stay. A point without any elastic slip has not slipped yet.
   pure subroutine carry_tips(pair, cells, points, x_old, x, moved)
     type(pair_t), intent(in) :: pair !! the pair
     type(cell_t), intent(in) :: cells(:) !! (points) where the points are
@@ -26,11 +31,15 @@ contains
 
     moved = points
     do p = 1, size(points)
-      if (points(p)%host == 0 .or. points(p)%status <= status_open) cycle
+      if (points(p)%host == 0 .or. points(p)%status <= status_stick) cycle
       associate (nodes => pair%facets(:, points(p)%host), &
                  slave => pair%slave_facets(:, cells(p)%slave))
         call project_on_facet(x_old(:, nodes), matmul(x_old(:, slave), cells(p)%weight), before, &
                               gap)
+        if (all(abs(before - points(p)%tip) <= no_slip)) then
+          moved(p)%status = status_stick
+          cycle
+        end if
         call project_on_facet(x(:, nodes), matmul(x(:, slave), cells(p)%weight), xi, gap)
       end associate
       moved(p)%tip = points(p)%tip + xi - before
@@ -54,7 +63,8 @@ contains
 
   !> The points of a facet may stay: their tips (the projections of open ones) have hardly moved
   !! over the master, and the master covers hardly more or less of the facet.
-  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host, unmoved) result(stay)
+  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host, limits) &
+    result(stay)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points
@@ -62,13 +72,15 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
     integer, intent(in) :: host(:) !! and their hosts
-    real(wp), intent(in) :: unmoved !! in shape functions, and of the covered share
+    real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
+                                      !! [shape functions]; the latter for the cover if one does
     real(wp) :: xi(2), gap, y(3)
     integer :: p
 
     stay = size(cells) > 0
     if (.not. stay) return
-    stay = abs(sum(cells%area) - sum(fresh%area)) <= unmoved*pair%slave_area(f) &
+    stay = abs(sum(cells%area) - sum(fresh%area)) <= limits(merge(2, 1, any(moved%status &
+      == status_stick)))*pair%slave_area(f) &
       .and. (any(moved%host > 0) .eqv. any(host > 0))
     do p = 1, size(cells)
       if (.not. stay) return
@@ -78,7 +90,8 @@ contains
         y = matmul(x(:, pair%slave_facets(:, f)), cells(p)%weight)
         call project_on_facet(x(:, pair%facets(:, moved(p)%host)), y, xi, gap)
       end if
-      stay = maxval(abs(xi - cells(p)%place)) <= unmoved
+      stay = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
+                                                               == status_stick))
     end do
   end function have_stayed
 

@@ -5,42 +5,39 @@
 !! under it keeps one point that is off. Places behind the last point are idle.
 module contact_cells
   use kinds, only: wp
-  use element_types, only: status_off, status_open, status_stick
+  use element_types, only: status_off, status_open, status_stick, status_slip
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points
-  use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
-  use facet_geometry, only: project_on_facet, facet_normal, facet_size
+  use facet_clipping, only: cell_points
+  use facet_geometry, only: project_on_facet, facet_size
+  use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
-  use facet_tree, only: build_tree, fit_tree, facets_near
+  use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_tip, multiplier_at
   use cell_motion, only: carry_tips, find_tips, have_stayed, lag_corners
   use linear_fields, only: linear_field_t
   implicit none
   private
-  public :: prepare_cells, clear_cells, begin_cells, follow_cells, settle_cells
+  public :: prepare_cells, clear_cells, begin_cells, follow_cells, cut_touched, settle_cells
 
-  !> Cells below this share of their facet are dropped.
-  real(wp), parameter :: least_area = 1.0e-14_wp
-  !> Facets face each other if their normals have a smaller cosine.
-  real(wp), parameter :: facing = -0.1_wp
   !> The cells of a facet stay while the tips have moved by less than this on the master since they
   !! were made, in shape functions, and while the facet is covered to this share.
   real(wp), parameter :: unmoved = 1.0e-3_wp
-  !> The same after a solve in which all of its closed points slip: they were expected to.
+  !> The same for points that slip, after a solve or beside points that stick: they were expected
+  !! to, and what is handed on where both are in a facet is not what it was.
   real(wp), parameter :: slipped = 0.05_wp
+  !> The same where points have just touched: there is nothing yet to be kept.
+  real(wp), parameter :: exactly = 1.0e-9_wp
+  !> When facets are cut: before an increment, when it is known where points have touched in it, and
+  !! after a solve.
+  integer, parameter :: at_start = 1
+  integer, parameter :: at_touch = 2
+  integer, parameter :: after_solve = 3
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
   !> Room over the number of points at the start, and over the bound for any position.
   real(wp), parameter :: reserve = 1.6_wp
   real(wp), parameter :: spare = 1.3_wp
-
-  !> The points of one slave facet while it is cut.
-  type :: fresh_t
-    integer :: n = 0 !! how many
-    type(cell_t), allocatable :: cell(:) !! where they are
-    integer, allocatable :: host(:) !! their master facets
-    integer, allocatable :: near(:) !! master facets close to the facet
-  end type fresh_t
 
 contains
 
@@ -93,15 +90,6 @@ contains
     end do
   end function points_at
 
-  !> Room for the points of one slave facet.
-  pure subroutine make_fresh(facets, fresh)
-    integer, intent(in) :: facets !! number of master facets
-    type(fresh_t), intent(out) :: fresh !! gets its arrays
-
-    allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
-              fresh%host(cell_points*(facets + 1)))
-  end subroutine make_fresh
-
   !> Forgets all cells: each facet is cut anew.
   pure subroutine clear_cells(pair)
     type(pair_t), intent(inout) :: pair !! gets cell, old_cell, new, old
@@ -144,22 +132,51 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! 0 at the start of an increment, else after a solve
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
-    type(cell_t), allocatable :: cells(:)
-    type(contact_point_t), allocatable :: points(:), moved(:)
-    type(fresh_t) :: fresh
-    integer :: f, n, first, last, room
-    logical :: stays, at_start
+    type(contact_point_t), allocatable :: moved(:)
 
     if (count_points(pair) == 0) return
+    if (tolerance <= 0.0_wp) then
+      call carry_tips(pair, pair%cells, pair%new, x_old, x, moved)
+      call renew_cells(pair, at_start, moved, x_old, x, changes)
+    else
+      call find_tips(pair, pair%new, x, moved)
+      call renew_cells(pair, after_solve, moved, x_old, x, changes)
+    end if
+  end subroutine follow_cells
+
+  !> Cuts the facets that have just touched anew, where their points have met the surface: that is
+  !! where those stick that will. They have no history yet, and lose nothing.
+  subroutine cut_touched(pair, touched, x_old, x, changes)
+    type(pair_t), intent(inout) :: pair !! start tips of the touched points known
+    logical, intent(in) :: touched(:) !! (points) they were open, and where they touch is known
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
+    type(contact_point_t) :: moved(size(pair%new))
+
+    moved = pair%new
+    moved%status = merge(status_stick, status_open, touched .and. moved%host > 0)
+    call renew_cells(pair, at_touch, moved, x_old, x, changes)
+  end subroutine cut_touched
+
+  !> Cuts those facets anew whose tips have moved too far from where their cells were made.
+  subroutine renew_cells(pair, when, moved, x_old, x, changes)
+    type(pair_t), intent(inout) :: pair !! cells and working points may change
+    integer, intent(in) :: when !! at_start, at_touch or after_solve
+    type(contact_point_t), intent(in) :: moved(:) !! (points) state and tips at x
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
+    type(cell_t), allocatable :: cells(:)
+    type(contact_point_t), allocatable :: points(:)
+    type(fresh_t) :: fresh
+    integer :: f, n, first, last, room
+    real(wp) :: limits(2)
+    logical :: stays
+
     call fit_tree(pair%tree, pair%facets, x)
     cells = pair%cells
     points = pair%new
-    at_start = tolerance <= 0.0_wp
-    if (at_start) then
-      call carry_tips(pair, cells, points, x_old, x, moved)
-    else
-      call find_tips(pair, points, x, moved)
-    end if
     call make_fresh(size(pair%facets, 2), fresh)
     n = 0
     first = 1
@@ -167,11 +184,10 @@ contains
       last = last_of(cells, first, f)
       call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
         x, fresh)
+      limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                          fresh%cell(:fresh%n), fresh%host(:fresh%n), &
-                          merge(unmoved, slipped, at_start .or. any(moved(first:last)%status &
-                                                                    == status_stick)))
-      if (.not. at_start .and. pair%moves(f) >= most_moves) stays = .true.
+                          fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
+      if (when == after_solve .and. pair%moves(f) >= most_moves) stays = .true.
       room = count_points(pair) - n - (size(pair%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -183,7 +199,7 @@ contains
         call fit_in(room, fresh)
         pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
-        if (.not. at_start) pair%moves(f) = pair%moves(f) + 1
+        if (when == after_solve) pair%moves(f) = pair%moves(f) + 1
         changes = changes + fresh%n
       end if
       n = n + fresh%n
@@ -192,7 +208,37 @@ contains
     pair%cells(n + 1:) = cell_t()
     pair%new(n + 1:) = contact_point_t()
     call show_cells(pair)
-  end subroutine follow_cells
+  end subroutine renew_cells
+
+  !> How far the tips of a facet may have moved while its cells stay, in shape functions: those that
+  !! slip or are open, and those that stick.
+  pure function ways_allowed(when, status, expected) result(limits)
+    integer, intent(in) :: when !! at_start, at_touch or after_solve
+    integer, intent(in) :: status(:) !! (points of the facet)
+    logical, intent(in) :: expected !! to slip
+    real(wp) :: limits(2)
+    logical :: sticks
+
+    sticks = any(status == status_stick)
+    select case (when)
+    case (at_start)
+      limits = [merge(slipped, unmoved, sticks), unmoved]
+    case (at_touch)
+      limits = merge(exactly, huge(exactly), sticks)
+    case default
+      limits = [merge(slipped, unmoved, sticks .or. expected), unmoved]
+    end select
+  end function ways_allowed
+
+  !> A point of the facet slipped at the last converged state.
+  pure logical function has_slipped(pair, f)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    integer :: first
+
+    first = max(1, findloc(pair%old_cells%slave, f, 1))
+    has_slipped = any(pair%old(first:last_of(pair%old_cells, first, f))%status == status_slip)
+  end function has_slipped
 
   !> Last point of a facet whose first point would be `first`; one less if it has none.
   pure integer function last_of(cells, first, f) result(last)
@@ -207,96 +253,8 @@ contains
     end do
   end function last_of
 
-  !> The points of one slave facet over the master at x.
-  pure subroutine cut_facet(pair, f, corners, x, fresh)
-    type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
-    integer, intent(in) :: f !! the slave facet
-    real(wp), intent(in) :: corners(3, 3) !! its corners, or where the tips put them [length]
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
-    real(wp) :: center(3), reach
-    integer :: k, n
-
-    center = sum(corners, 2)/3.0_wp
-    reach = pair%search_radius + maxval(norm2(corners - spread(center, 2, 3), 1))
-    call facets_near(pair%tree, center, reach, fresh%near, n)
-    fresh%n = 0
-    do k = 1, n
-      call add_cell(pair, f, fresh%near(k), corners, x(:, pair%facets(:, fresh%near(k))), fresh)
-    end do
-    if (fresh%n > 0) return
-    fresh%n = 1
-    fresh%host(1) = 0
-    fresh%cell(1) = cell_t(slave=f)
-  end subroutine cut_facet
-
-  !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, f, host, slave, master, fresh)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: f !! the slave facet
-    integer, intent(in) :: host !! the master facet
-    real(wp), intent(in) :: slave(3, 3) !! corners of the slave facet [length]
-    real(wp), intent(in) :: master(3, 3) !! corners of the master facet [length]
-    type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: triangle(2, 3), polygon(2, most_corners), points(2, cell_points), area, gap
-    real(wp) :: place(2, cell_points), gaps(cell_points), y(3)
-    integer :: k, n
-
-    if (dot_product(facet_normal(slave), facet_normal(master)) > facing) return
-    do k = 1, 3
-      call project_on_facet(slave, master(:, k), triangle(:, k), gap)
-    end do
-    call clip_triangle(triangle, polygon, n)
-    if (n == 0) return
-    area = abs(polygon_area(polygon, n))
-    if (area <= least_area) return
-    call polygon_points(polygon, n, points)
-    do k = 1, cell_points
-      y = slave(:, 3) + points(1, k)*(slave(:, 1) - slave(:, 3)) &
-        + points(2, k)*(slave(:, 2) - slave(:, 3))
-      call project_on_facet(master, y, place(:, k), gaps(k))
-    end do
-    if (all(abs(gaps) > pair%search_radius)) return
-    do k = 1, cell_points
-      associate (p => fresh%n + k)
-        fresh%host(p) = host
-        fresh%cell(p)%slave = f
-        fresh%cell(p)%weight = [points(1, k), points(2, k), 1.0_wp - points(1, k) - points(2, k)]
-        fresh%cell(p)%area = area*pair%slave_area(f)/real(cell_points, wp)
-        fresh%cell(p)%place = place(:, k)
-      end associate
-    end do
-    fresh%n = fresh%n + cell_points
-  end subroutine add_cell
-
-  !> Fewer points where there is no room for all of them: a third of the cells' areas and hosts are
-  !! kept by one point in place of three, and if that is too many as well the largest cells share
-  !! the area of all.
-  pure subroutine fit_in(room, fresh)
-    integer, intent(in) :: room !! places left for this facet
-    type(fresh_t), intent(inout) :: fresh !! n and cells may shrink
-    integer :: k, p
-
-    if (fresh%n <= room) return
-    do k = 1, fresh%n/cell_points
-      p = cell_points*(k - 1) + 1
-      fresh%host(k) = fresh%host(p)
-      fresh%cell(k) = fresh%cell(p)
-      fresh%cell(k)%weight = (fresh%cell(p)%weight + fresh%cell(p + 1)%weight &
-        + fresh%cell(p + 2)%weight)/real(cell_points, wp)
-      fresh%cell(k)%place = (fresh%cell(p)%place + fresh%cell(p + 1)%place &
-        + fresh%cell(p + 2)%place)/real(cell_points, wp)
-      fresh%cell(k)%area = real(cell_points, wp)*fresh%cell(p)%area
-    end do
-    fresh%n = fresh%n/cell_points
-    if (fresh%n <= room) return
-    fresh%cell(:room)%area = fresh%cell(:room)%area*sum(fresh%cell(:fresh%n)%area) &
-      /sum(fresh%cell(:room)%area)
-    fresh%n = room
-  end subroutine fit_in
-
   !> History of the new points of a facet.
-  pure subroutine hand_on(pair, f, cells, points, fresh, x_old, n)
+  subroutine hand_on(pair, f, cells, points, fresh, x_old, n)
     type(pair_t), intent(inout) :: pair !! gets working points n + 1 and on
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points before

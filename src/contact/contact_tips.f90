@@ -9,7 +9,7 @@ module contact_tips
   use facet_geometry, only: corners
   implicit none
   private
-  public :: tip_of, find_tip
+  public :: tip_of, find_tip, find_tip_from
 
 contains
 
@@ -33,16 +33,29 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
     integer, intent(out) :: status !! open, stick or slip
+
+    call find_tip_from(pair, p, point, point_position(pair, p, x), x, tip, status)
+  end subroutine find_tip
+
+  !> The same for a point at a given place.
+  subroutine find_tip_from(pair, p, point, y, x, tip, status)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point, or one with its penalty
+    type(contact_point_t), intent(in) :: point !! host and start tip
+    real(wp), intent(in) :: y(3) !! the place [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
+    integer, intent(out) :: status !! open, stick or slip
     real(wp) :: d(n_parameters)
     type(element_t) :: e
 
     d = point_parameters(pair, p, point%host)
-    e%xl(:, 1) = point_position(pair, p, x)
+    e%xl(:, 1) = y
     e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
     call element_routine(pair_routine(pair), task_residual, d, e)
     tip = e%h2
     status = e%status
-  end subroutine find_tip
+  end subroutine find_tip_from
 end module contact_tips

@@ -288,9 +288,12 @@ contains
   pure function expected_penetration(pair) result(t)
     type(pair_t), intent(in) :: pair !! penalties set
     character(:), allocatable :: t
+    real(wp) :: depth
 
     t = ''
     if (pair%relative <= 0.0_wp) return
+    depth = 1.0e-3_wp*pair%cell
+    if (pair%relative < 1.0_wp) depth = min(depth, 0.5_wp*huge(depth)*pair%relative)
     t = ', '//to_text(pair%relative, 3)//' E/h with h = '//to_text(pair%cell, 3)// &
       '; a pressure of E/1000 penetrates by '// &
       to_text(1.0e-3_wp*pair%cell/pair%relative, 2)//' [length]'

@@ -55,6 +55,7 @@ contains
     integer, intent(in) :: patterns(:) !! load numbers in use
     logical, intent(inout) :: candidate(:) !! (nodes) marked
     real(wp), allocatable :: motion(:, :, :), times(:), from(:, :), to(:, :), x(:, :)
+    real(wp) :: way
     type(facet_tree_t) :: tree
     integer :: k, c, part, parts
 
@@ -67,8 +68,9 @@ contains
       call mark_pair(model%pairs(k), tree, from, candidate)
       do c = 2, size(times)
         to = moved(model, patterns, motion, times(c))
-        parts = min(most_positions, ceiling(longest_way(model%pairs(k), from, to) &
-          /max(model%pairs(k)%search_radius, tiny(1.0_wp))))
+        way = longest_way(model%pairs(k), from, to)
+        parts = ceiling(way/max(model%pairs(k)%search_radius, way/real(most_positions, wp), &
+                                tiny(1.0_wp)))
         do part = 1, parts
           x = from + (to - from)*(real(part, wp)/real(parts, wp))
           call mark_pair(model%pairs(k), tree, x, candidate)

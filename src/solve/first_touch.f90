@@ -10,6 +10,7 @@ module first_touch
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
+  use contact_cells, only: cut_touched
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
@@ -58,26 +59,63 @@ contains
     rubs = any(has_friction(pair%mu))
   end function rubs
 
-  !> Friction waits where a slave body touches nothing of the pair yet, or sticks to it somewhere.
-  !! Where all closed points slip a new one slips at once; other bodies may need the friction of the
-  !! new points.
+  !> A point was closed without a depth: it has carried no force, and not slipped.
+  pure logical function barely(pair, system, p)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! positions
+    integer, intent(in) :: p !! the point, with a host
+    real(wp) :: xi(2), gap, least, epsilon
+
+    least = touching*facet_size(system%x_old(:, pair%facets(:, pair%old(p)%host)))
+    if (pair%segmented) then
+      epsilon = pair%density*pair%old_cells(p)%area
+    else
+      epsilon = pair%epsilon(p)
+    end if
+    barely = norm2(pair%old(p)%lambda) <= epsilon*least
+    if (.not. barely) return
+    call project_on_master(pair, pair%old(p)%host, system%x_old, old_place(pair, system, p), xi, &
+                           gap)
+    barely = abs(gap) <= least
+  end function barely
+
+  !> Where a point was at the last converged state.
+  pure function old_place(pair, system, p) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! positions
+    integer, intent(in) :: p !! the point
+    real(wp) :: y(3)
+
+    if (pair%segmented) then
+      y = matmul(system%x_old(:, pair%slave_facets(:, pair%old_cells(p)%slave)), &
+        pair%old_cells(p)%weight)
+    else
+      y = point_position(pair, p, system%x_old)
+    end if
+  end function old_place
+
+  !> Friction waits where a slave body touches nothing of the pair yet, or no more than that, or
+  !! sticks to it somewhere. Where all closed points slip a new one slips at once; other bodies may
+  !! need the friction of the new points.
   subroutine look_at_pair(pair, system, held, k)
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(inout) :: system !! gets waits and empty of touch
     logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
     integer, intent(in) :: k !! number of the pair
     integer :: p, body
-    logical :: sticks(0:system%bodies)
+    logical :: sticks(0:system%bodies), slides(0:system%bodies)
 
     sticks = .false.
+    slides = .false.
     system%touch%empty(:, k) = .true.
     do p = 1, size(pair%old)
       if (pair%old(p)%status <= status_open) cycle
       body = old_body(pair, system, p)
       system%touch%empty(body, k) = .false.
       if (pair%old(p)%status == status_stick) sticks(body) = .true.
+      if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
     end do
-    system%touch%waits(:, k) = (system%touch%empty(:, k) .or. sticks) .and. held &
+    system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
       .and. all(held(system%node_body(pair%facets(1, :))))
     if (any(system%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, system, k)
   end subroutine look_at_pair
@@ -88,7 +126,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(inout) :: system !! loses waits of touch
     integer, intent(in) :: k !! number of the pair
-    real(wp) :: y(3), xi(2), gap
+    real(wp) :: xi(2), gap
     integer :: p, body
 
     do p = 1, size(pair%old)
@@ -97,14 +135,8 @@ contains
       associate (facet => pair%facets(:, pair%old(p)%host))
         if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
         if (.not. any(system%weak([body, system%node_body(facet(1))]))) cycle
-        if (pair%segmented) then
-          if (pair%old_cells(p)%slave == 0) cycle
-          y = matmul(system%x_old(:, pair%slave_facets(:, pair%old_cells(p)%slave)), &
-            pair%old_cells(p)%weight)
-        else
-          y = point_position(pair, p, system%x_old)
-        end if
-        call project_on_master(pair, pair%old(p)%host, system%x_old, y, xi, gap)
+        call project_on_master(pair, pair%old(p)%host, system%x_old, old_place(pair, system, p), &
+          xi, gap)
         if (abs(gap) <= touching*facet_size(system%x_old(:, facet))) then
           system%touch%waits(body, k) = .false.
         end if
@@ -212,7 +244,26 @@ contains
     end do
     system%touch%stage = touch_known
     call place_touches(model, system, .true.)
+    call cut_where_touched(model, system)
   end subroutine find_touches
+
+  !> Segmented pairs: the facets that touch are cut where they do, and their new points get their
+  !! start tips in turn.
+  subroutine cut_where_touched(model, system)
+    type(model_t), intent(inout) :: model !! pairs: cells, start tips
+    type(system_t), intent(in) :: system !! touch known
+    integer :: k, p, changes
+
+    changes = 0
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (.not. (pair%segmented .and. any(system%touch%waits(:, k)))) cycle
+        call cut_touched(pair, [(is_waiting(pair, system, k, p), p=1, count_points(pair))], &
+          system%x_old, system%x_now, changes)
+      end associate
+    end do
+    if (changes > 0) call place_touches(model, system, .false.)
+  end subroutine cut_where_touched
 
   !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
   !! from that as the bodies carried rigidly do.

@@ -26,18 +26,22 @@ def landed(bench, form, steps, **values):
 
 def landing(bench):
     """Share of friction against the run that has an increment ending at the touch."""
+    forms = ('NTOS', 'GTOS', 'GTOS SEGMent', 'NTOS +AUGM', 'GTOS +AUGM', 'GTOS SEGMent +AUGM',
+             'NTOS +SMOO', 'GTOS +SMOO')
     for slope, low, high in (('gentle', 20, 35), ('middle', 40, 50), ('steep', 55, 65)):
         angle = bench.draw(f'{slope} way from the vertical [degree]', low, high)
-        for form in ('NTOS', 'GTOS', 'GTOS SEGMent'):
+        for form in forms:
             exact = landed(bench, form, 11, angle=angle)
-            runs = [landed(bench, form, steps, angle=angle) for steps in (1, 2, 3, 4, 7)]
-            for k, name in enumerate(('F_T/F_N', 'Ft_nodes/Fn')):
-                worst = max((run[k] for run in runs), key=lambda x: abs(x - exact[k]))
-                bench.compare(f'{name}, {slope} way, 1 to 7 increments', 'increment to the touch',
-                              exact[k], worst, 1e-6, form=form,
-                              known=1e-5 if 'SEGM' in form else None,
-                              why='facets are cut at other places of the way, and stay for 1e-3 of '
-                              'a facet')
+            worst = [max((landed(bench, form, n, angle=angle)[0] for n in steps),
+                         key=lambda x, e=exact[0]: abs(x - e)) for steps in ((1, 2, 3, 4, 7), (22,))]
+            cells = 'SEGM' in form
+            why = 'facets that slip are cut where each increment expects them, within 1e-3 of a ' \
+                'facet, and the sole lifts in part: its pressure has a kink, whose integral depends ' \
+                'on where the cells are (theory.md, "Segmentation")' if cells else ''
+            bench.compare(f'F_T/F_N, {slope} way, 1 to 7 increments', 'increment to the touch',
+                          exact[0], worst[0], 1e-6, form=form, known=1e-5 if cells else None, why=why)
+            bench.compare(f'F_T/F_N, {slope} way, 22 increments', 'increment to the touch',
+                          exact[0], worst[1], 1e-6, form=form, known=5e-4 if cells else None, why=why)
 
 
 class Press:
