@@ -25,6 +25,11 @@ module multiplier_motion
 
   !> Shares of what the multipliers lack that a direction may leave.
   real(wp), parameter :: finest = 1.0e-8_wp, coarsest = 1.0e-2_wp
+  !> Below this share of the forces nothing is lacking.
+  real(wp), parameter :: least_share = 1.0e-10_wp
+  !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
+  !! these patterns of multipliers meet this compliance over the penalty's.
+  real(wp), parameter :: yielding = 1.0e-6_wp
   !> Most iterations of GMRES for the multipliers of one direction.
   integer, parameter :: most_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
@@ -85,12 +90,12 @@ contains
       motion%way = 0.0_wp
       call project(model, system, at, change_of_forces(system, system%du), image)
       call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
-      floor = floor*iteration%rest
+      floor = max(floor*iteration%rest, system%round_off, least_share*norm2(motion%force))
       do while (iteration%rest > floor .and. iteration%n < most_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call answer_multipliers(system, du)
         call project(model, system, at, change_of_forces(system, du), image)
-        call add_image(reshape(motion%way - image, [size(lack)]), iteration)
+        call add_image(reshape((1.0_wp + yielding)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))
