@@ -96,31 +96,39 @@ contains
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
 
-  !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from those
-  !! that are waited for. The library of threads reads that before the first statement of the program,
-  !! so the program starts itself once more with it; unless it has been said, whatever it is.
+  !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
+  !! those that are waited for. The library of threads reads that before the first statement of the
+  !! program, so the program starts itself once more with it; unless the user has said what they do.
   subroutine wait_passively()
     character(*), parameter :: policy = 'OMP_WAIT_POLICY'
-    character(:, c_char), allocatable, target :: text(:)
+    character(kind=c_char), allocatable, target :: text(:)
+    character(:), allocatable :: word
     type(c_ptr), allocatable :: arguments(:)
-    integer :: i, n, length, longest, status
+    integer :: i, k, n, length, filled, status
     integer(c_int) :: ignored
 
     call get_environment_variable(policy, status=status)
     if (status == 0) return
     n = command_argument_count()
-    longest = 0
+    filled = 0
     do i = 0, n
       call get_command_argument(i, length=length)
-      longest = max(longest, length)
+      filled = filled + length + 1
     end do
-    allocate (character(longest + 1, c_char) :: text(0:n))
-    allocate (arguments(0:n + 1))
-    arguments = c_null_ptr
+    allocate (text(filled), arguments(0:n + 1))
+    text = c_null_char
+    arguments(n + 1) = c_null_ptr
+    filled = 0
     do i = 0, n
-      call get_command_argument(i, text(i), length)
-      text(i) (length + 1:length + 1) = c_null_char
-      arguments(i) = c_loc(text(i))
+      call get_command_argument(i, length=length)
+      allocate (character(length) :: word)
+      call get_command_argument(i, word)
+      do k = 1, length
+        text(filled + k) = word(k:k)
+      end do
+      arguments(i) = c_loc(text(filled + 1))
+      filled = filled + length + 1
+      deallocate (word)
     end do
     ignored = c_setenv(policy//c_null_char, 'PASSIVE'//c_null_char, 0_c_int)
     if (ignored == 0_c_int) ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
