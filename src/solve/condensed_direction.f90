@@ -15,6 +15,7 @@ module condensed_direction
   implicit none
   private
   public :: find_condensed_direction, respond, next_condensed_length, defect_energy
+  public :: answer_force, push_direction
 
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12
@@ -25,6 +26,8 @@ module condensed_direction
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> And of the answers that multipliers ask for.
+  real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
 contains
 
@@ -36,7 +39,6 @@ contains
     real(wp), allocatable :: y(:)
     real(wp) :: floor
     logical :: arrived
-    integer :: i
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
@@ -56,13 +58,23 @@ contains
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, merge(most_of_blocks, most_vectors, &
-          condensed%tangent%iterated), y, arrived)
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. arrived .and. condensed%tangent%iterated) call answer_densely(system, x, &
           floor, y, arrived, outcome)
         if (outcome /= solver_done) return
       end if
       condensed%norm_before = residual_size(condensed)
+    end associate
+    call take_answer(system, y)
+  end subroutine find_condensed_direction
+
+  !> The direction from the answer of contact.
+  subroutine take_answer(system, y)
+    type(system_t), intent(inout) :: system !! gets solution, du, force_change
+    real(wp), intent(in) :: y(:) !! (live) answer of contact [force]
+    integer :: i
+
+    associate (condensed => system%condensed)
       system%solution = 0.0_wp
       condensed%force_change = 0.0_wp
       do i = 1, condensed%n_live
@@ -78,7 +90,46 @@ contains
         call sum_forces(condensed, condensed%force_change, condensed%imbalance_change)
       end if
     end associate
-  end subroutine find_condensed_direction
+  end subroutine take_answer
+
+  !> Displacements that forces at the live candidates bring by themselves, with the present tangent.
+  subroutine answer_force(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: du(:) !! (live) [length]
+    real(wp) :: push(system%condensed%modes), y(size(force)), b(size(force))
+    logical :: arrived
+    integer :: iterations
+
+    call begin_cost(system%costs, cost_solve)
+    call push_live(system%condensed, force, push)
+    b = 0.0_wp
+    call apply_compliance(system%condensed, force, b)
+    call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
+      most_allowed(system%condensed), y, du, arrived, iterations)
+    call count_cost(system%costs, cost_krylov, iterations)
+    call end_cost(system%costs, cost_solve)
+  end subroutine answer_force
+
+  !> The direction once more, now with forces at the live candidates that come beside the residual.
+  subroutine push_direction(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, force_change
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp) :: y(size(force)), floor
+    logical :: arrived
+
+    system%condensed%right = system%condensed%right + force
+    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%round_off)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
+    call take_answer(system, y)
+  end subroutine push_direction
+
+  !> Iterations of GMRES with the factor or blocks at hand.
+  pure integer function most_allowed(condensed) result(most)
+    type(condensed_t), intent(in) :: condensed !! its tangent
+
+    most = merge(most_of_blocks, most_vectors, condensed%tangent%iterated)
+  end function most_allowed
 
   !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
   !! until other candidates are live.
@@ -151,21 +202,35 @@ contains
       allocate (b(condensed%n_live), source=0.0_wp)
       call apply_compliance(condensed, condensed%right, b)
       b = b + share*condensed%defect(condensed%live)
-      if (condensed%tangent%iterated) then
-        call answer_by_blocks(condensed, b, push, floor, most, y, condensed%change, arrived, &
-          iterations)
-      else
-        call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
-      end if
+      call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
     end associate
     call count_cost(system%costs, cost_krylov, iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
 
+  !> The answer of contact to a displacement b, by the factor or by blocks.
+  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: iterations !! of GMRES
+
+    if (condensed%tangent%iterated) then
+      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+    else
+      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
+    end if
+  end subroutine answer
+
   !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
   !! a so that y has the push that is asked for. The leading part is solved for, so that no force
   !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
-  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -216,7 +281,7 @@ contains
       call add_leading(tangent, z, y)
       condensed%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
-  end subroutine answer
+  end subroutine answer_by_factor
 
   !> Room for the vectors of GMRES.
   subroutine make_room(tangent, n)
