@@ -1,5 +1,5 @@
-!> Whether a state that was read is in balance: its numbers may be those of a run one by one, and yet
-!! not belong together (doc/manual, "Going on from a state").
+!> Whether a state that was read is in balance: its numbers may be those of a run one by one, and
+!! yet not belong together (doc/manual, "Going on from a state").
 module restored_balance
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
@@ -38,8 +38,8 @@ contains
     call refuse(path, saved, 'it was not written at its time '//to_text(saved%time), error)
   end subroutine check_time
 
-  !> Refuses a state that is not in balance with the loads, supports, materials and pairs that it was
-  !! written with. Where the deck has others now, nothing can be said.
+  !> Refuses a state that is not in balance with the loads, supports, materials and pairs that it
+  !! was written with. Where the deck has others now, nothing can be said.
   subroutine check_balance(path, model, system, state, saved, error)
     character(*), intent(in) :: path !! the file it was read from
     type(model_t), intent(inout) :: model !! pairs with the points of the state
