@@ -10,7 +10,7 @@ PFUNIT_DIR :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug sanitize coverage unit test test-pictures verify stress bench bench-quick demo figures gallery install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb lint clean help setup FORCE
 
 # Tools and libraries that are looked up when a recipe runs, because `make` may have to install
 # them first.
@@ -186,12 +186,16 @@ unit: $(RUNNERS) ## run the unit tests, debug and release (ONLY=text: part of th
 test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/release/unit/tests ## run all tests (PART='unit bad': some of them)
 	@tests/all $(PART)
 
-build/venv-pictures/stamp: postproc/requirements-pictures.txt postproc/requirements.txt .ci/setup | build/setup.stamp
-	@.ci/setup python build/venv-pictures postproc/requirements-pictures.txt
+# It sees the wheels of build/venv: twice as much would lie there otherwise.
+build/venv-pictures/stamp: postproc/requirements-pictures.txt build/venv/stamp .ci/setup | build/setup.stamp
+	@.ci/setup python build/venv-pictures postproc/requirements-pictures.txt build/venv
 	@touch $@
 
 test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
 	@python3 tests/package_test build/venv-pictures
+
+test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec ## what .ci/run adds to `make test`: package, manuals, installation, a stranger's path
+	@tests/more
 
 verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
 	@rm -rf build/verification/seeds
@@ -203,6 +207,9 @@ verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms
 
 figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
 	@$(PYTHON) doc/figures.py
+
+html: build/venv/stamp ## the manuals as HTML pages, formulas drawn: build/html
+	@$(PYTHON) doc/pages.py
 
 gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
 	@$(PYTHON) doc/figures.py --gallery
@@ -266,4 +273,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash gallery) build/mfec_*.deb
+	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb

@@ -11,6 +11,7 @@ import glob
 import os
 import re
 import sys
+import xml.etree.ElementTree as tree
 
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FENCE = re.compile(r'(^```.*?^```[^\n]*$)', re.S | re.M)
@@ -49,17 +50,23 @@ def formulas(text):
                                                           re.S | re.M)
 
 
+def drawn(formula, display='inline'):
+    """A formula as MathML. The renderer knows `aligned` by the name `align*` alone."""
+    from latex2mathml.converter import convert
+    return convert(formula.replace('{aligned}', '{align*}'), display=display)
+
+
 def fault(formula):
     """What a renderer says of a formula, '' if it draws all of it."""
-    from latex2mathml.converter import convert
     bare = re.sub(r'\\[{}]', '', formula)
     if bare.count('{') != bare.count('}'):
         return f'braces do not match: {formula}'
     try:
-        drawn = convert(formula)
+        mathml = drawn(formula)
+        tree.fromstring(mathml)
     except Exception as problem:  # the renderer has many
         return f'{type(problem).__name__}: {formula}'
-    unknown = re.findall(r'<m[io]>(\\[a-zA-Z]+)</m[io]>', drawn)
+    unknown = re.findall(r'<m[io]>(\\[a-zA-Z]+)</m[io]>', mathml)
     return f'unknown {" ".join(unknown)}: {formula}' if unknown else ''
 
 

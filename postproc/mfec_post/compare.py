@@ -3,15 +3,19 @@
 A number passes if its error is at most abs + rel * size, size being the largest magnitude of that
 column in the reference: a component that should be zero is measured against its column.
 """
+from __future__ import annotations
+
 import argparse
 import sys
+from typing import Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .tables import INTEGER, TEXT, TableError, key_of, read_table
 
 
-def tolerance(text):
+def tolerance(text: str) -> tuple[str, float, float]:
     """`R1=1e-6` or `R1=1e-6,1e-9`: the column, its relative and its absolute tolerance."""
     name, _, numbers = text.partition('=')
     try:
@@ -23,25 +27,27 @@ def tolerance(text):
     return name, values[0], (values + [0.0])[1]
 
 
-def compare_tables(reference, table, rel=1e-6, absolute=0.0, columns=None):
+def compare_tables(reference: NDArray, table: NDArray, rel: float = 1e-6, absolute: float = 0.0,
+                   columns: Optional[dict[str, tuple[float, float]]] = None) -> list[str]:
     """Findings: one text for each column that differs; none if the tables agree."""
     columns = columns or {}
-    if reference.dtype.names != table.dtype.names:
-        return [f'columns differ: {" ".join(reference.dtype.names)} against '
-                f'{" ".join(table.dtype.names)}']
-    unknown = sorted(set(columns) - set(reference.dtype.names))
+    names, found = reference.dtype.names or (), table.dtype.names or ()
+    if names != found:
+        return [f'columns differ: {" ".join(names)} against {" ".join(found)}']
+    unknown = sorted(set(columns) - set(names))
     if unknown:
         raise TableError('no such column: ' + ', '.join(unknown))
     if len(reference) != len(table):
         return [f'{len(reference)} rows in the reference, {len(table)} in the table']
-    findings = []
-    for name in reference.dtype.names:
-        findings += compare_column(reference, table, name, *columns.get(name, (rel, absolute)),
-                                   asked=name in columns)
+    findings: list[str] = []
+    for name in names:
+        own_rel, own_absolute = columns.get(name, (rel, absolute))
+        findings += compare_column(reference, table, name, own_rel, own_absolute, name in columns)
     return findings
 
 
-def compare_column(reference, table, name, rel, absolute, asked):
+def compare_column(reference: NDArray, table: NDArray, name: str, rel: float, absolute: float,
+                   asked: bool) -> list[str]:
     """The finding of one column; integers are exact unless a tolerance is asked for."""
     old, new = reference[name], table[name]
     if name in TEXT or (name in INTEGER and not asked):
@@ -62,14 +68,14 @@ def compare_column(reference, table, name, rel, absolute, asked):
             f'error {error[row]:.3g} above {limit:.3g}']
 
 
-def where(table, row):
+def where(table: NDArray, row: int) -> str:
     """A row in words."""
     key = key_of(table)
     place = f'step {table["step"][row]}'
     return place if key is None else f'{place} {table[key][row]}'
 
 
-def main(arguments=None):
+def main(arguments: Optional[list[str]] = None) -> int:
     """Exit code 0: the tables agree; 1: they differ; 2: they cannot be compared."""
     parser = argparse.ArgumentParser(prog='compare', description=__doc__)
     parser.add_argument('reference')

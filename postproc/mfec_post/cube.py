@@ -4,10 +4,14 @@ Left: the outer facets in the deformed state, shaded, coloured by stress or disp
 contact forces on the slave points. Right: the contact points seen from above: stick or slip, the
 normal force as the size of the dot, the friction force as an arrow.
 """
+from __future__ import annotations
+
 import argparse
 import sys
+from typing import Any, Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import style
 from .results import Results
@@ -16,10 +20,12 @@ from .results import Results
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 LIGHT = np.array([-0.35, -0.55, 0.76])
 STATUS = {1: ('stick', style.BLUE), 2: ('slip', style.RED)}
+View = tuple[NDArray, NDArray, NDArray]
+"""Unit vectors to the right, up, and towards the viewer."""
 FIELDS = ('mises', 'pressure', 'displacement', 'xx', 'yy', 'zz', 'xy', 'yz', 'zx')
 
 
-def exterior_facets(cells, x):
+def exterior_facets(cells: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     """Facets that belong to one cell only, counter-clockwise seen from outside, and their cells."""
     faces = cells[:, FACES].reshape(-1, 3)
     owner = np.repeat(np.arange(len(cells)), 4)
@@ -33,7 +39,7 @@ def exterior_facets(cells, x):
     return faces, owner
 
 
-def bodies(cells, count):
+def bodies(cells: NDArray, count: int) -> NDArray:
     """A number for each cell: cells that share points have the same."""
     label = np.arange(count)
     while True:
@@ -45,14 +51,15 @@ def bodies(cells, count):
         label = new
 
 
-def mises(stress):
+def mises(stress: NDArray) -> NDArray:
     """Equivalent stress of xx yy zz xy yz zx."""
     xx, yy, zz, xy, yz, zx = stress.T
     return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)
                    + 3.0 * (xy ** 2 + yz ** 2 + zx ** 2))
 
 
-def facet_values(results, frame, name, faces, owner):
+def facet_values(results: Results, frame: int, name: str, faces: NDArray,
+                 owner: NDArray) -> tuple[NDArray, str]:
     """The colour of each facet as a number, and what it means."""
     if name == 'displacement':
         u = results.point_field('displacement', frame)
@@ -68,7 +75,8 @@ def facet_values(results, frame, name, faces, owner):
     return smooth(values, faces, owner, results.cells, len(results.points)), label
 
 
-def smooth(values, faces, owner, cells, count):
+def smooth(values: NDArray, faces: NDArray, owner: NDArray, cells: NDArray,
+           count: int) -> NDArray:
     """Values of cells averaged over the points of one body, then over each facet."""
     total, number = np.zeros(count), np.zeros(count)
     np.add.at(total, cells.ravel(), np.repeat(values, 4))
@@ -77,7 +85,7 @@ def smooth(values, faces, owner, cells, count):
     return 0.5 * (points[faces].mean(axis=1) + values[owner])
 
 
-def camera(azimuth, elevation):
+def camera(azimuth: float, elevation: float) -> View:
     """Unit vectors to the right, up, and towards the viewer."""
     a, e = np.radians([azimuth, elevation])
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
@@ -85,7 +93,8 @@ def camera(azimuth, elevation):
     return right, np.cross(towards, right), towards
 
 
-def draw_bodies(axes, x, faces, values, colours, view, back):
+def draw_bodies(axes: Any, x: NDArray, faces: NDArray, values: NDArray, colours: Any, view: View,
+                back: NDArray) -> None:
     """Paints the facets that face the viewer, the body `back` first, then from far to near."""
     from matplotlib.collections import PolyCollection
     right, up, towards = view
@@ -107,7 +116,7 @@ def draw_bodies(axes, x, faces, values, colours, view, back):
     axes.axis('off')
 
 
-def draw_axes(axes, view, corner, length):
+def draw_axes(axes: Any, view: View, corner: NDArray, length: float) -> None:
     """A small cross of axes at a corner of the picture."""
     for k, name in enumerate('xyz'):
         tip = length * np.array([view[0][k], view[1][k]])
@@ -117,7 +126,8 @@ def draw_axes(axes, view, corner, length):
         axes.text(*(corner + 1.28 * tip), name, ha='center', va='center', fontsize=8)
 
 
-def draw_forces(axes, x, points, view, size):
+def draw_forces(axes: Any, x: NDArray, points: dict[str, NDArray], view: View,
+                size: float) -> None:
     """The contact forces on the slave points as arrows that end at the points."""
     right, up, _ = view
     force = -points['traction'][points['active']]
@@ -131,7 +141,7 @@ def draw_forces(axes, x, points, view, size):
                 headwidth=3.6, headlength=4.5, headaxislength=4, zorder=5)
 
 
-def draw_contact(axes, x, points, size):
+def draw_contact(axes: Any, x: NDArray, points: dict[str, NDArray], size: float) -> None:
     """The contact points from above."""
     from matplotlib.lines import Line2D
     at = places(x, points)
@@ -168,7 +178,7 @@ def draw_contact(axes, x, points, size):
                 handletextpad=0.3, columnspacing=1.2, fontsize=8)
 
 
-def draw_lay(axes, at, lay, size):
+def draw_lay(axes: Any, at: NDArray, lay: NDArray, size: float) -> None:
     """The lay at each point as a short stroke."""
     from matplotlib.collections import LineCollection
     half = 0.035 * size * lay
@@ -176,7 +186,7 @@ def draw_lay(axes, at, lay, size):
                                        colors=style.GREEN, linewidths=1.2, zorder=3.5))
 
 
-def contact_points(results, pair, frame):
+def contact_points(results: Results, pair: str, frame: int) -> dict[str, NDArray]:
     """The contact points of a pair with the indices of each point's nodes."""
     points = results.contact(pair, frame)
     index = {number: i for i, number in enumerate(results.node_numbers)}
@@ -186,13 +196,14 @@ def contact_points(results, pair, frame):
     return points
 
 
-def places(x, points):
+def places(x: NDArray, points: dict[str, NDArray]) -> NDArray:
     """Where the contact points are if the nodes are at x."""
     return (points['weight'][:, :, None] * x[points['point']]).sum(axis=1)
 
 
-def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-60.0,
-         elevation=24.0):
+def plot(results: Results, path: str, frame: int = -1, field: str = 'mises',
+         pair: Optional[str] = None, scale: float = 1.0, azimuth: float = -60.0,
+         elevation: float = 24.0) -> None:
     """Draws one end time and writes the picture."""
     plt = style.pyplot()
     import matplotlib as mpl
@@ -238,7 +249,7 @@ def plot(results, path, frame=-1, field='mises', pair=None, scale=1.0, azimuth=-
     plt.close(figure)
 
 
-def main(arguments=None):
+def main(arguments: Optional[list[str]] = None) -> int:
     """Draws one end time of the results file on the command line."""
     parser = argparse.ArgumentParser(prog='plot_cube', description=__doc__)
     parser.add_argument('results', help='.h5 file')

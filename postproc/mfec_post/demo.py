@@ -3,11 +3,14 @@
 MFC is Coulomb's law with mu 0.1 and 0.08; MFEC the elliptical law with mu1 = 0.1 along the lay and
 mu2 = 0.08 across it, the lay turned by 0, 45 and 90 degrees against the direction of sliding.
 """
+from __future__ import annotations
+
 import argparse
 import os
 import subprocess
 import sys
 import time
+from typing import Optional
 
 import numpy as np
 
@@ -26,13 +29,13 @@ RUNS = [
 ]
 
 
-def closed_form(mu1, mu2, phi):
+def closed_form(mu1: float, mu2: float, phi: float) -> float:
     """T/N on a flat rigid base, slip along the way: the radius of the friction ellipse."""
     c, s = np.cos(np.radians(phi)), np.sin(np.radians(phi))
     return mu1 * mu2 / np.hypot(mu2 * c, mu1 * s)
 
 
-def run_all(program, deck, folder):
+def run_all(program: str, deck: str, folder: str) -> Optional[list[str]]:
     """Runs the five decks one after the other; the base paths of their files."""
     bases = []
     for name, what, mu1, mu2, phi in RUNS:
@@ -50,7 +53,7 @@ def run_all(program, deck, folder):
     return bases
 
 
-def table(curves):
+def table(curves: list[Curve]) -> str:
     """T/N of each run beside the closed form."""
     lines = ['', f'  {"run":<14} {"T":>10} {"N":>10} {"T/N":>10} {"flat base":>10} {"error":>8}']
     for (_, what, mu1, mu2, phi), curve in zip(RUNS, curves):
@@ -61,7 +64,7 @@ def table(curves):
     return '\n'.join(lines)
 
 
-def main(arguments=None):
+def main(arguments: Optional[list[str]] = None) -> int:
     """Exit code 0: all five runs are done and drawn."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--program', default='./mfec')

@@ -4,16 +4,20 @@ The master surface is seen along its mean normal. Short lines show the lay at it
 `lay` of OUTPut FIELds), dots the contact points at some end times, arrows the friction forces on
 the slave side.
 """
+from __future__ import annotations
+
 import argparse
 import sys
+from typing import Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import style
 from .results import Results
 
 
-def view(normal):
+def view(normal: NDArray) -> NDArray:
     """Two unit vectors that span the plane normal to a direction: the axes of the picture."""
     normal = normal / np.linalg.norm(normal)
     right = np.eye(3)[np.argmin(np.abs(normal))]
@@ -27,7 +31,7 @@ def view(normal):
 class Surface:
     """The master surface of a pair at one end time."""
 
-    def __init__(self, results, pair, frame):
+    def __init__(self, results: Results, pair: str, frame: int):
         self.points = results.contact(pair, frame)
         place = np.zeros(int(results.node_numbers.max()) + 1, dtype=int)
         place[results.node_numbers] = np.arange(len(results.node_numbers))
@@ -39,7 +43,7 @@ class Surface:
         self.size = np.sqrt(np.linalg.norm(normals, axis=1).mean() / 2)
         self.normal = normals.sum(axis=0)
 
-    def friction(self):
+    def friction(self) -> tuple[NDArray, NDArray]:
         """Places of the closed points on the surface, and the tangential forces on the slave side."""
         closed = (self.points['status'] > 0) & (self.points['host'] > 0)
         corners = self.x[self.facets[self.points['host'][closed] - 1]]
@@ -52,7 +56,7 @@ class Surface:
         return places, force - np.einsum('pi,pi->p', force, normals)[:, None] * normals
 
 
-def draw(results, pair, frames, path):
+def draw(results: Results, pair: str, frames: list[int], path: str) -> None:
     """Draws the picture."""
     plt = style.pyplot()
     figure, axes = plt.subplots(figsize=(4.8, 4.6))
@@ -83,7 +87,7 @@ def draw(results, pair, frames, path):
     plt.close(figure)
 
 
-def main(arguments=None):
+def main(arguments: Optional[list[str]] = None) -> int:
     """Command line."""
     parser = argparse.ArgumentParser(prog='plot_lay.py', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -1,9 +1,13 @@
 """The reaction curves of the sliding cube, as the paper's Fig. 6 shows them, and T/N below; no data of the paper."""
+from __future__ import annotations
+
 import argparse
 import os
 import sys
+from typing import Any, Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import style
 from .results import Results
@@ -22,7 +26,7 @@ LOOKS = {
 class Curve:
     """Reactions of one set over its displacement, direction 1 being the way."""
 
-    def __init__(self, path, set_name='top', name=None):
+    def __init__(self, path: str, set_name: str = 'top', name: Optional[str] = None):
         base = os.path.splitext(path)[0]
         rows = rows_of(read_table(base + '.rea'), set_name)
         self.name = name or os.path.basename(os.path.dirname(os.path.abspath(path)))
@@ -33,14 +37,14 @@ class Curve:
         self.displacement = displacement_at(base + '.h5', set_name, self.time)
 
     @property
-    def ratio(self):
+    def ratio(self) -> NDArray:
         """T/N, not a number where nothing presses."""
         pressed = np.abs(self.normal) > 1e-9 * np.max(np.abs(self.normal), initial=0.0)
         return np.divide(self.tangential, self.normal, where=pressed,
                          out=np.full_like(self.normal, np.nan))
 
 
-def displacement_at(path, set_name, times):
+def displacement_at(path: str, set_name: str, times: NDArray) -> NDArray:
     """Displacement along 1 of a set at the times of the table's rows."""
     with Results(path) as run:
         u = run.set_displacement(set_name)[:, 0]
@@ -49,14 +53,14 @@ def displacement_at(path, set_name, times):
         return np.interp(times, run.times, u)
 
 
-def sliding(curve):
+def sliding(curve: Curve) -> slice:
     """The rows of the way along 1: from the last row before it moves."""
     moved = np.flatnonzero(np.abs(curve.displacement) > 0)
     start = max(moved[0] - 1, 0) if len(moved) else 0
     return slice(start, None)
 
 
-def plot(curves, path, length='', force=''):
+def plot(curves: list[Curve], path: str, length: str = '', force: str = '') -> None:
     """Draws the curves and writes the picture."""
     plt = style.pyplot()
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.3, 6.6), sharex=True,
@@ -83,17 +87,17 @@ def plot(curves, path, length='', force=''):
     plt.close(figure)
 
 
-def unit(name):
+def unit(name: str) -> str:
     """A unit for the label of an axis."""
     return f' [{name}]' if name else ''
 
 
-def label_ends(axes, curves):
+def label_ends(axes: Any, curves: list[Curve]) -> None:
     """Writes the last T/N beside the curves, one label for those that end together."""
     ends = sorted((curve.ratio[-1], curve.displacement[-1]) for curve in curves
                   if len(curve.ratio) and np.isfinite(curve.ratio[-1]))
     span = np.diff(axes.get_ylim())[0]
-    groups = []
+    groups: list[list[tuple[float, float]]] = []
     for value, x in ends:
         if groups and value - groups[-1][-1][0] < 0.035 * span:
             groups[-1].append((value, x))
@@ -105,7 +109,7 @@ def label_ends(axes, curves):
                       textcoords='offset points', va='center', fontsize=8, annotation_clip=False)
 
 
-def main(arguments=None):
+def main(arguments: Optional[list[str]] = None) -> int:
     """Draws the runs named on the command line."""
     parser = argparse.ArgumentParser(prog='plot_reactions', description=__doc__)
     parser.add_argument('runs', nargs='+', help='.rea files; their .h5 lie beside them')

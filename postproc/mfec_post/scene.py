@@ -191,6 +191,7 @@ def colour_limits(scene: Scene) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = np.percentile(values, [0.5, 99.5])
     spread = max(abs(low), abs(high), 1e-300)
+    low = 0.0 if 0.0 < low < 0.02 * high else low
     return (low, high) if high - low > 1e-9 * spread else (low - 0.5 * spread, high + 0.5 * spread)
 
 
@@ -247,8 +248,8 @@ def draw_with_matplotlib(scene: Scene, size: tuple[int, int]) -> NDArray:
     dpi = max(size[0] / 9, 72.0)  # small pictures keep letters that can be read
     figure = mpl.figure.Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
     canvas = FigureCanvasAgg(figure)
-    low, high = round(0.62 * dpi), round(0.32 * dpi)
-    box = [round(0.02 * size[0]), low, round(0.96 * size[0]), size[1] - low - high]
+    below, above = round(0.62 * dpi), round(0.32 * dpi)
+    box = [round(0.02 * size[0]), below, round(0.96 * size[0]), size[1] - below - above]
     axes = figure.add_axes(tuple(n / size[k % 2] for k, n in enumerate(box)))
     right, up, towards = camera(*scene.view)
     strokes, arrows = scaled_lines(scene)
@@ -356,16 +357,18 @@ def draw_with_pyvista(scene: Scene, size: tuple[int, int]) -> NDArray:
     mesh.cell_data['values'] = scene.values
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size))
     plotter.background_color = 'white'
+    letter = 14 if size[0] > 600 else 11
     bar = {'title': scene.label + '\n', 'color': 'black', 'n_labels': 5, 'vertical': False,
            'position_x': 0.25, 'position_y': 0.02, 'width': 0.5, 'height': 0.12,
-           'title_font_size': 16, 'label_font_size': 14, 'fmt': '%.3g'}
+           'title_font_size': letter + 2, 'label_font_size': letter, 'fmt': '%.3g'}
     notes = {}
     if scene.names:
         notes = {'annotations': {float(scene.first + k): word
                                  for k, word in enumerate(scene.names)}}
         bar['n_labels'] = 0
     plotter.add_mesh(mesh, scalars='values', cmap=colour_map(scene), clim=colour_limits(scene),
-                     show_edges=True, edge_color='#888888', line_width=0.6, nan_color='#f2f2f2',
+                     show_edges=True, edge_color='#333333', edge_opacity=0.35, line_width=0.6,
+                     nan_color='#f2f2f2',
                      scalar_bar_args=bar, lighting=not scene.strokes, ambient=0.0 if scene.strokes else 0.35,
                      **notes)
     strokes, arrows = scaled_lines(scene)
@@ -380,7 +383,7 @@ def draw_with_pyvista(scene: Scene, size: tuple[int, int]) -> NDArray:
         plotter.add_mesh(glyphs.glyph(orient='v', scale='v', geom=shape), color=style.INK,
                          lighting=False)
     look(plotter, scene)
-    plotter.add_text(scene.title, font_size=9, color='black', position='upper_left')
+    plotter.add_text(scene.title, font_size=letter - 5, color='black', position='upper_left')
     plotter.add_axes(color='black')
     picture = plotter.screenshot(return_img=True)
     plotter.close()
@@ -403,7 +406,7 @@ def look(plotter: Any, scene: Scene) -> None:
     plotter.camera.parallel_projection = True
     plotter.camera_position = [centre + 3 * reach * towards, centre, up]
     plotter.reset_camera()
-    plotter.camera.parallel_scale *= 0.95
-    shift = 0.12 * plotter.camera.parallel_scale * up
+    plotter.camera.parallel_scale *= 1.12
+    shift = 0.2 * plotter.camera.parallel_scale * up
     plotter.camera.focal_point = np.asarray(plotter.camera.focal_point) - shift
     plotter.camera.position = np.asarray(plotter.camera.position) - shift

@@ -1,4 +1,6 @@
 """The look that all figures share."""
+from typing import Any
+
 import matplotlib
 
 matplotlib.use('Agg')
@@ -30,7 +32,7 @@ SETTINGS = {
 }
 
 
-def pyplot():
+def pyplot() -> Any:
     """matplotlib.pyplot with our settings, drawing to files."""
     import matplotlib.pyplot as plt
     plt.rcParams.update(SETTINGS)

@@ -66,6 +66,6 @@ def rows_of(table: NDArray, name: str) -> NDArray:
 def key_of(table: NDArray) -> Optional[str]:
     """The name of the column of names, None if there is none."""
     for key in ('set', 'pair'):
-        if key in table.dtype.names:
+        if key in (table.dtype.names or ()):
             return key
     return None

@@ -1,12 +1,11 @@
 """What the manuals show is what the program does: figures, gallery, commands."""
 import glob
+import hashlib
 import os
 import re
-import shlex
-import subprocess
 import sys
 
-import pytest
+from PIL import Image
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DOC = os.path.join(TOP, 'doc')
@@ -22,6 +21,29 @@ MAKERS = {'doc/pictures/': 'make figures', 'doc/gallery/': 'make gallery',
 
 def test_pictures_are_not_older_than_what_they_show():
     assert figures.stale() == []
+
+
+def test_figures_of_the_benchmark_show_its_table():
+    """tests/bench/bench --redraw draws them from results.csv."""
+    folder = os.path.join(DOC, 'bench')
+    with open(os.path.join(folder, 'results.csv'), 'rb') as stream:
+        shown = hashlib.sha256(stream.read()).hexdigest()[:16]
+    for path in glob.glob(os.path.join(folder, '*.png')):
+        with Image.open(path) as picture:
+            assert picture.text.get('Source') == shown, path
+
+
+def test_figures_of_the_studies_are_not_older_than_these():
+    """make verify writes them with made_from.txt."""
+    sys.path.insert(0, os.path.join(TOP, 'tests', 'verification'))
+    import drawing
+    folder = os.path.join(DOC, 'verification')
+    kept = figures.read_digests(folder)
+    names = [os.path.basename(path)[:-4] for path in glob.glob(os.path.join(folder, '*.png'))]
+    assert sorted(kept) == sorted(names)
+    for name in names:
+        assert drawing.study_of(name), f'no study fills {name}'
+        assert kept[name] == drawing.digest(name), name
 
 
 def test_every_picture_has_a_maker():
@@ -41,29 +63,3 @@ def test_the_gallery_shows_all_decks():
     decks = [os.path.relpath(path, os.path.join(TOP, 'inputs'))[:-4]
              for path in glob.glob(os.path.join(TOP, 'inputs', '**', '*.inp'), recursive=True)]
     assert sorted(decks) == sorted(scene[1] for scene in scenes)
-
-
-def commands():
-    """The command lines of the tutorials that run as they stand."""
-    text = formulas.read(os.path.join(DOC, 'tutorials.md'))
-    blocks = re.findall(r'^```\n(\./mfec.*?)^```', text, re.S | re.M)
-    return [line for block in blocks for line in block.strip().split('\n')]
-
-
-def test_the_commands_of_the_tutorials_run(tmp_path):
-    program = os.path.join(TOP, 'mfec')
-    if not os.path.exists(program):
-        pytest.skip('build ./mfec first')
-    os.symlink(os.path.join(TOP, 'inputs'), tmp_path / 'inputs')
-    os.symlink(program, tmp_path / 'mfec')
-    lines = commands()
-    assert len(lines) >= 10
-    for line in lines:
-        command, _, remark = line.partition('#')
-        wanted = re.search(r'exit code (\d)', remark)
-        done = subprocess.run(shlex.split(command) + ['--quiet'] * ('--help' not in command),
-                              cwd=tmp_path, capture_output=True, text=True, check=False,
-                              env=dict(os.environ, OPENBLAS_NUM_THREADS='1'))
-        assert done.returncode == (int(wanted.group(1)) if wanted else 0), line + done.stderr
-        said = re.search(r': (did you mean .*)$', remark)
-        assert not said or said.group(1) in done.stderr

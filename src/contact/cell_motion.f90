@@ -12,6 +12,8 @@ module cell_motion
   private
   public :: carry_tips, find_tips, have_stayed, lag_corners
 
+  !> Points of cells that are cut anew are where they were, in shape functions.
+  real(wp), parameter :: at_place = 1.0e-4_wp
   !> Elastic slip below this is none [shape functions].
   real(wp), parameter :: no_slip = 1.0e-12_wp
 
@@ -79,6 +81,7 @@ contains
 
     stay = size(cells) > 0
     if (.not. stay) return
+    if (would_stay(cells, moved, fresh, host)) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= limits(merge(2, 1, any(moved%status &
       == status_stick)))*pair%slave_area(f) &
       .and. (any(moved%host > 0) .eqv. any(host > 0))
@@ -94,6 +97,23 @@ contains
                                                                == status_stick))
     end do
   end function have_stayed
+
+  !> Cut anew, the cells would be the same: same facets below them, points where they are.
+  pure logical function would_stay(cells, moved, fresh, host) result(same)
+    type(cell_t), intent(in) :: cells(:) !! points of a facet
+    type(contact_point_t), intent(in) :: moved(:) !! their state
+    type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
+    integer, intent(in) :: host(:) !! and their hosts
+    integer :: p
+
+    same = size(cells) == size(fresh)
+    if (same) same = all(moved%host == host)
+    do p = 1, size(cells)
+      if (.not. same) return
+      same = maxval(abs(fresh(p)%place - cells(p)%place)) <= at_place .and. &
+        maxval(abs(fresh(p)%weight - cells(p)%weight)) <= at_place
+    end do
+  end function would_stay
 
   !> Corners of a slave facet less the elastic slip there: where its tips are integrated exactly.
   pure function lag_corners(pair, f, cells, moved, x) result(corners)

@@ -23,6 +23,11 @@ module multiplier_field
   !> Iterations of a projection: the scaled mass matrix of linear triangles has a condition number
   !! of 4, so about 35 are enough.
   integer, parameter :: most_iterations = 200
+  !> Room for the neighbours of a vector to begin with.
+  integer, parameter :: first_room = 16
+  !> The directions of space.
+  real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
   !> The vectors of a field and the points that they belong to.
   type :: multiplier_field_t
@@ -31,6 +36,9 @@ module multiplier_field
     real(wp), allocatable :: normal(:, :) !! (3, n) mean normal of their points
     real(wp), allocatable :: point_normal(:, :) !! (3, points) normals of the points
     real(wp), allocatable :: stiffness(:) !! (n) sum of N_i and the penalty [force/length]
+    integer, allocatable :: neighbours(:) !! (n) vectors that share points with each, itself as well
+    integer, allocatable :: neighbour(:, :) !! (room, n) these
+    real(wp), allocatable :: mass(:, :, :, :) !! (3, 3, room, n) their blocks of the mass matrix
   end type multiplier_field_t
 
 contains
@@ -57,6 +65,7 @@ contains
       end do
     end do
     call sum_up(pair, field)
+    call form_mass(pair, field)
   end subroutine make_field
 
   !> The vector of a node for a normal; a new one if there is none for such a face.
@@ -106,6 +115,77 @@ contains
       field%normal(:, i) = field%normal(:, i)/norm2(field%normal(:, i))
     end do
   end subroutine sum_up
+
+  !> The mass matrix sum_q A_q N_i N_j R_iq^T R_jq.
+  pure subroutine form_mass(pair, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(inout) :: field !! vectors given; gets neighbours, mass
+    real(wp) :: turn(3, 3, 3)
+    integer :: p, b, c, k, place
+
+    allocate (field%neighbours(field%n), source=0)
+    allocate (field%neighbour(first_room, field%n), source=0)
+    allocate (field%mass(3, 3, first_room, field%n), source=0.0_wp)
+    do p = 1, size(field%vector, 2)
+      if (all(field%vector(:, p) == 0)) cycle
+      do b = 1, 3
+        do k = 1, 3
+          turn(:, k, b) = turned(field%normal(:, field%vector(b, p)), field%point_normal(:, p), &
+            unit(:, k))
+        end do
+      end do
+      do c = 1, 3
+        do b = 1, 3
+          call find_neighbour(field%vector(b, p), field%vector(c, p), field, place)
+          associate (block => field%mass(:, :, place, field%vector(b, p)))
+            block = block + pair%area(p)*pair%point_weights(b, p)*pair%point_weights(c, p) &
+              *matmul(transpose(turn(:, :, b)), turn(:, :, c))
+          end associate
+        end do
+      end do
+    end do
+  end subroutine form_mass
+
+  !> The place of a vector among the neighbours of another; a new one if need be.
+  pure subroutine find_neighbour(i, j, field, place)
+    integer, intent(in) :: i !! the vector
+    integer, intent(in) :: j !! its neighbour
+    type(multiplier_field_t), intent(inout) :: field !! neighbours; room may grow
+    integer, intent(out) :: place !! where j stands
+    integer, allocatable :: neighbour(:, :)
+    real(wp), allocatable :: mass(:, :, :, :)
+
+    do place = 1, field%neighbours(i)
+      if (field%neighbour(place, i) == j) return
+    end do
+    associate (room => size(field%neighbour, 1))
+      if (place > room) then
+        allocate (neighbour(2*room, field%n), source=0)
+        allocate (mass(3, 3, 2*room, field%n), source=0.0_wp)
+        neighbour(:room, :) = field%neighbour
+        mass(:, :, :room, :) = field%mass
+        call move_alloc(neighbour, field%neighbour)
+        call move_alloc(mass, field%mass)
+      end if
+    end associate
+    field%neighbours(i) = place
+    field%neighbour(place, i) = j
+  end subroutine find_neighbour
+
+  !> The mass matrix times vectors.
+  pure function mass_times(field, v) result(m)
+    type(multiplier_field_t), intent(in) :: field !! its mass
+    real(wp), intent(in) :: v(:, :) !! (3, n)
+    real(wp) :: m(3, field%n)
+    integer :: i, k
+
+    m = 0.0_wp
+    do i = 1, field%n
+      do k = 1, field%neighbours(i)
+        m(:, i) = m(:, i) + matmul(field%mass(:, :, k, i), v(:, field%neighbour(k, i)))
+      end do
+    end do
+  end function mass_times
 
   !> A vector turned by the smallest rotation that takes one direction to another.
   pure function turned(from, to, v) result(w)
@@ -177,7 +257,7 @@ contains
     wanted = projection_tolerance**2*energy
     do iteration = 1, most_iterations
       if (energy <= wanted) exit
-      m = gather_forces(pair, field, spread_field(pair, field, s))
+      m = mass_times(field, s)
       if (sum(s*m) <= 0.0_wp) exit
       step = energy/sum(s*m)
       nodal = nodal + step*s

@@ -7,6 +7,7 @@ module element_types
   implicit none
   private
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
+  public :: task_shift_tangent, task_stick_shift_tangent
   public :: status_off, status_open, status_stick, status_slip
   public :: max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
 
@@ -15,6 +16,11 @@ module element_types
   integer, parameter :: task_stick_tangent = 4 !! as 3, the matrix of a contact element that sticks
   integer, parameter :: task_residual = 6 !! vector r only
   integer, parameter :: task_stress = 8 !! stress of a bulk element, state of a contact point
+  !> The force of a contact element in the frame t1, t2, e of its facet in stress(1:3), and as rows
+  !! of s what it does: 1 to 3 its derivative by displacements, 4 to 6 that of r by the shift
+  !! (transposed), 7 to 9 its derivative by the shift.
+  integer, parameter :: task_shift_tangent = 9
+  integer, parameter :: task_stick_shift_tangent = 10 !! the same of an element that sticks
 
   !> Status of a contact point. Off: no facet lies under it.
   integer, parameter :: status_off = -1

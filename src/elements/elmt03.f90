@@ -14,8 +14,9 @@ module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, status_open, status_stick, status_slip
-  use slave_points, only: positions, spread_point
+    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
+    status_slip
+  use slave_points, only: positions, spread_point, spread_rows
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
     axis_circumferential, axis_radial
@@ -71,10 +72,24 @@ contains
     case (task_stress)
       call principal_axes(d, c)
       call report_point(d, c%contact_cone_t, c%e, e)
+    case (task_shift_tangent)
+      call shift_tangent(d(d03_epsilon), c, e%status == status_slip, e)
+    case (task_stick_shift_tangent)
+      c%g_new = c%g
+      c%tip = e%h1
+      call shift_tangent(d(d03_epsilon), c, .false., e)
     case default
       ! The other tasks need no more than the cone.
     end select
-    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
+    if (e%slaves == 1) return
+    select case (task)
+    case (task_tangent, task_stick_tangent, task_residual)
+      call spread_point(task /= task_residual, e)
+    case (task_shift_tangent, task_stick_shift_tangent)
+      call spread_rows(6, e)
+    case default
+      ! There is nothing to spread.
+    end select
   end subroutine elmt03_mfec
 
   !> Facet, normal gap, projection and the gap vector to the old tip.
@@ -210,6 +225,60 @@ contains
       e%s(1:12, 1:12) = epsilon*matmul(b_transposed, b)
     end if
   end subroutine stick_tangent
+
+  !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
+  !! the nodal forces by the shift (doc/theory, "Multipliers that come along").
+  pure subroutine shift_tangent(epsilon, c, slides, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    logical, intent(in) :: slides !! the tip moves
+    type(element_t), intent(inout) :: e !! gets s, stress
+    type(cone_t) :: carried
+    real(wp) :: frame(3, 3), dg(3, 12), mapped(3, 3), b(3, 12), rest(3, 3), dtip(2, 3)
+    integer :: k
+
+    e%s(1:9, 1:12) = 0.0_wp
+    e%stress(1:3) = 0.0_wp
+    if (e%status == status_open) return
+    frame(:, 1) = c%a1/norm2(c%a1)
+    frame(:, 2) = cross(c%e, frame(:, 1))
+    frame(:, 3) = c%e
+    mapped = frame
+    if (slides) then
+      dg = gap_derivative(c, e%h1)
+      mapped = matmul(mapped_change(c), frame)
+    else
+      dg = gap_operator(e%h1)
+      if (c%shifted) dg = dg + shift_derivative(c)
+    end if
+    carried = c
+    carried%kappa = matmul(c%g_new, frame)
+    carried%t = frame(:, 1:2)
+    carried%k = matmul(carried%t, carried%kappa(1:2))
+    e%stress(1:3) = epsilon*carried%kappa
+    e%s(1:3, 1:12) = epsilon*matmul(transpose(frame), dg - shift_derivative(carried))
+    e%s(7:9, 1:3) = epsilon*matmul(transpose(frame), mapped)
+    b = gap_operator(c%tip)
+    e%s(4:6, 1:12) = matmul(transpose(mapped), b)
+    rest = frame - mapped
+    dtip(1, :) = matmul(c%d1, rest)
+    dtip(2, :) = matmul(c%d2, rest)
+    do k = 1, 3
+      e%s(4:6, 3 + k) = e%s(4:6, 3 + k) - c%g_new(k)*dtip(1, :)
+      e%s(4:6, 6 + k) = e%s(4:6, 6 + k) - c%g_new(k)*dtip(2, :)
+      e%s(4:6, 9 + k) = e%s(4:6, 9 + k) + c%g_new(k)*(dtip(1, :) + dtip(2, :))
+    end do
+    e%s(4:6, 1:12) = epsilon*e%s(4:6, 1:12)
+  end subroutine shift_tangent
+
+  !> Derivative of the mapped gap by the gap, in slip.
+  pure function mapped_change(c) result(change)
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    real(wp) :: change(3, 3)
+
+    change = dyad(c%e - matmul(c%p, c%back%r), c%e) &
+      + matmul(c%p, matmul(c%back%m, transpose(c%p)))
+  end function mapped_change
 
   !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
   pure function gap_operator(xi) result(b)

@@ -8,8 +8,8 @@ module elmt04
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, status_open, status_slip
-  use slave_points, only: spread_point
+    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_slip
+  use slave_points, only: spread_point, spread_rows
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
     axis_radial
@@ -54,10 +54,26 @@ contains
     case (task_stress)
       call principal_axes(d, c)
       call report_point(d, c%contact_cone_t, c%n, e)
+    case (task_shift_tangent)
+      call shift_tangent(d(d03_epsilon), c, e%status == status_slip, e)
+    case (task_stick_shift_tangent)
+      if (e%status /= status_open) then
+        c%g_new = c%g
+        c%tip = e%h1
+      end if
+      call shift_tangent(d(d03_epsilon), c, .false., e)
     case default
       ! The other tasks need no more than the cone.
     end select
-    if (e%slaves > 1 .and. task /= task_stress) call spread_point(task /= task_residual, e)
+    if (e%slaves == 1) return
+    select case (task)
+    case (task_tangent, task_stick_tangent, task_residual)
+      call spread_point(task /= task_residual, e)
+    case (task_shift_tangent, task_stick_shift_tangent)
+      call spread_rows(6, e)
+    case default
+      ! There is nothing to spread.
+    end select
   end subroutine elmt04_smooth
 
   !> r = eps B^T g', with B at the new tip.
@@ -122,7 +138,7 @@ contains
     real(wp), intent(out) :: dtip(2, 12) !! the derivative
     type(patch_point_t) :: old
     real(wp) :: dn(3, 12), dhn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), right(2, 12)
-    real(wp) :: dk(3, 12), dxi(2, 12), m(2, 2)
+    real(wp) :: dk(3, 12), dxi(2, 12)
 
     call projection_derivative(c, dn, dhn, dxi)
     dk = 0.0_wp
@@ -140,11 +156,68 @@ contains
     right = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
     right(1, :) = right(1, :) + matmul(c%g_new, dp1)
     right(2, :) = right(2, :) + matmul(c%g_new, dp2)
-    m = matmul(transpose(c%p), matmul(c%f, point%dx))
-    dtip(1, :) = m(2, 2)*right(1, :) - m(1, 2)*right(2, :)
-    dtip(2, :) = m(1, 1)*right(2, :) - m(2, 1)*right(1, :)
-    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+    dtip = along_patch(c, point, right)
   end subroutine tip_derivative
+
+  !> Ways of the tip in (xi, eta) whose components along the axes of friction are given.
+  pure function along_patch(c, point, way) result(dtip)
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(patch_point_t), intent(in) :: point !! the patch there
+    real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
+    real(wp) :: dtip(2, size(way, 2))
+    real(wp) :: m(2, 2)
+
+    m = matmul(transpose(c%p), matmul(c%f, point%dx))
+    dtip(1, :) = m(2, 2)*way(1, :) - m(1, 2)*way(2, :)
+    dtip(2, :) = m(1, 1)*way(2, :) - m(2, 1)*way(1, :)
+    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+  end function along_patch
+
+  !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
+  !! the nodal forces by the shift (doc/theory, "Multipliers that come along").
+  pure subroutine shift_tangent(epsilon, c, slides, e)
+    real(wp), intent(in) :: epsilon !! penalty [force/length]
+    type(cone_t), intent(in) :: c !! cone at its new tip
+    logical, intent(in) :: slides !! the tip moves
+    type(element_t), intent(inout) :: e !! gets s, stress
+    type(cone_t) :: carried
+    type(patch_point_t) :: point
+    real(wp) :: frame(3, 3), b(3, 12), dg(3, 12), dtip(2, 12), mapped(3, 3), way(2, 3), turn(2, 3)
+    integer :: j
+
+    e%s(1:9, 1:12) = 0.0_wp
+    e%stress(1:3) = 0.0_wp
+    if (e%status == status_open) return
+    frame(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
+    frame(:, 2) = cross(c%f(:, 3), frame(:, 1))
+    frame(:, 3) = c%f(:, 3)
+    mapped = frame
+    turn = 0.0_wp
+    point = patch_at(c%patch, c%tip)
+    b = gap_operator(c, point%x)
+    dg = b
+    if (c%shifted) dg = b + shift_derivative(c)
+    if (slides) then
+      call tip_derivative(c, e%h1, dg, point, dtip)
+      dg = dg - matmul(matmul(c%f, point%dx), dtip)
+      way = matmul(transpose(c%p), frame)
+      way = way - matmul(c%back%m, way) + dyad(c%back%r, matmul(c%n, frame))
+      turn = along_patch(c, point, way)
+      mapped = frame - matmul(matmul(c%f, point%dx), turn)
+    end if
+    carried = c
+    carried%kappa = matmul(c%g_new, frame)
+    carried%t = frame(:, 1:2)
+    carried%k = matmul(carried%t, carried%kappa(1:2))
+    e%stress(1:3) = epsilon*carried%kappa
+    e%s(1:3, 1:12) = epsilon*matmul(transpose(frame), dg - shift_derivative(carried))
+    e%s(7:9, 1:3) = epsilon*matmul(transpose(frame), mapped)
+    e%s(4:6, 1:12) = matmul(transpose(mapped), b)
+    do j = 1, 2
+      e%s(4:6, 4:12) = e%s(4:6, 4:12) - dyad(turn(j, :), facet_force(c, point%dx(:, j), c%g_new))
+    end do
+    e%s(4:6, 1:12) = epsilon*e%s(4:6, 1:12)
+  end subroutine shift_tangent
 
   !> Derivatives of the unit normal at the projection, of the normal gap, and of the projection.
   pure subroutine projection_derivative(c, dn, dgn, dxi)

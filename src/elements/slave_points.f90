@@ -5,7 +5,7 @@ module slave_points
   use element_types, only: element_t, max_dofs
   implicit none
   private
-  public :: positions, spread_point
+  public :: positions, spread_point, spread_rows
 
 contains
 
@@ -59,4 +59,18 @@ contains
     end do
     e%s(1:n + 9, n + 1:n + 9) = rows(1:n + 9, 4:12)
   end subroutine spread_point
+  !> Rows of s that belong to the displacements of S, 1, 2, 3: to those of all nodes.
+  pure subroutine spread_rows(last, e)
+    integer, intent(in) :: last !! the first rows of s, up to this one
+    type(element_t), intent(inout) :: e !! s is spread
+    real(wp) :: rows(last, 12)
+    integer :: b, n
+
+    n = 3*e%slaves
+    rows = e%s(1:last, 1:12)
+    do b = 1, e%slaves
+      e%s(1:last, 3*b - 2:3*b) = e%weight(b)*rows(:, 1:3)
+    end do
+    e%s(1:last, n + 1:n + 9) = rows(:, 4:12)
+  end subroutine spread_rows
 end module slave_points

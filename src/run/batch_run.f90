@@ -7,7 +7,8 @@ module batch_run
   use contact_system, only: load_contact, couple
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
     outcome_stopped
-  use increments, only: begin_at, choose_start, follow_solution, settle_touches, accept
+  use increment_start, only: begin_at, choose_start
+  use increments, only: follow_solution, settle_touches, accept
   use residuals, only: estimate_round_off, form_residual
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver, choose_solver
@@ -311,7 +312,7 @@ contains
         run%started = .true.
       end if
       call estimate_round_off(system, model%mesh%x)
-      call iterate(system, model%mesh%x, run%pending_time, run%settings, monitor, &
+      call iterate(model, system, run%pending_time, run%settings, monitor, &
         run%progress)
       if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
         run%progress%outcome = outcome_stopped

@@ -2,15 +2,15 @@
 module assembly
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: element_t, task_tangent, task_stick_tangent, n_element_stress, &
-    status_stick, status_slip
+  use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
+    task_stick_shift_tangent, n_element_stress, status_stick, status_slip
   use element_lists, only: element_list_t
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
   implicit none
   private
-  public :: assemble, recover
+  public :: assemble, recover, shift_derivatives
 
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads.
@@ -99,6 +99,34 @@ contains
     if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
   end subroutine compute_tangent
 
+  !> Force of a contact point in the frame of its facet and its derivatives, the point taken as
+  !! compute_tangent takes it.
+  subroutine shift_derivatives(list, k, x, u, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(element_t), intent(inout) :: e !! gets s, stress (element_types, task_shift_tangent)
+    real(wp) :: d(n_parameters)
+    logical :: on_its_cone
+
+    call gather(list, k, x, u, e)
+    d = list%d(:, list%set(k))
+    if (list%hold(k)) then
+      call element_routine(list%routine(k), task_stick_shift_tangent, d, e)
+      return
+    end if
+    e%shift(3) = e%shift(3) + list%keep(k)
+    call element_routine(list%routine(k), task_shift_tangent, d, e)
+    on_its_cone = list%slide(k) .and. e%status == status_stick
+    if (on_its_cone) then
+      d(d03_mu:d03_mu + 1) = (1.0_wp - on_cone)*d(d03_mu:d03_mu + 1)
+      call element_routine(list%routine(k), task_shift_tangent, d, e)
+    end if
+    if (abs(list%keep(k)) > 0.0_wp) e%stress(1:3) = e%stress(1:3) &
+      - matmul(e%s(1:3, 1:3*e%slaves), slave_motion(list%keep(k), e))
+  end subroutine shift_derivatives
+
   !> The matrix of slip for a point that sticks, if it is on its cone, where both are derivatives.
   subroutine take_slip(list, k, e)
     type(element_list_t), intent(in) :: list !! elements
@@ -119,15 +147,23 @@ contains
   pure subroutine move_back(shift, e)
     real(wp), intent(in) :: shift !! along the facet's normal [length]
     type(element_t), intent(inout) :: e !! r and s at the shifted gap; gets r
-    real(wp) :: x(3, 3), normal(3), motion(3*e%slaves)
+
+    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*e%slaves), slave_motion(shift, e))
+  end subroutine move_back
+
+  !> The slave nodes of a contact point moved along its facet's normal.
+  pure function slave_motion(way, e) result(motion)
+    real(wp), intent(in) :: way !! along the facet's normal [length]
+    type(element_t), intent(in) :: e !! local data
+    real(wp) :: motion(3*e%slaves)
+    real(wp) :: x(3, 3), normal(3)
     integer :: n
 
     n = e%slaves
     x = e%xl(:, n + 1:n + 3) + e%ul(:, n + 1:n + 3)
     normal = cross(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3))
-    motion = reshape(spread(shift*normal/norm2(normal), 2, n), [3*n])
-    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*n), motion)
-  end subroutine move_back
+    motion = reshape(spread(way*normal/norm2(normal), 2, n), [3*n])
+  end function slave_motion
 
   !> Largest difference of an element's matrix from its transpose over its largest entry.
   pure real(wp) function asymmetry(e)

@@ -9,7 +9,7 @@ module audit
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
   use model_types, only: model_t
-  use increments, only: begin_at
+  use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use body_audit, only: measure_bodies, find_balance, find_turns
   use field_audit, only: most_rotation

@@ -22,11 +22,10 @@ module candidates
 
   !> Dense systems of so few rows cost next to nothing.
   real(wp), parameter :: few_rows = 1500.0_wp
-  !> Rows of a dense factor, cubed, over equations of a sparse one, squared, where both cost the
-  !! same; measured, with the dense factors that serve again.
-  real(wp), parameter :: cubes_to_squares = 37.0_wp
-  !> Dense factors that cost as much as a compliance of as many rows: those of a short run.
-  real(wp), parameter :: systems_of_run = 30.0_wp
+  !> Cost of a row of contact, of the square and of the cube of a body's candidates in an iteration,
+  !! in units of the cost of a sparse factor over the square of its equations; measured. The cubes
+  !! are paid once a run: of forty iterations.
+  real(wp), parameter :: row_cost = 1.0e5_wp, square_cost = 2.5_wp, cube_cost = 5.0e-4_wp
 
 contains
 
@@ -82,14 +81,13 @@ contains
     end do
   end subroutine foresee_candidates
 
-  !> Cost of the dense systems of contact, of one row in three for each point that can touch or one
-  !! for each degree of freedom that it can reach, over that of factors of the whole matrix: the
-  !! cubes of the one over the squares of the other (doc/theory, "Choice of the solver"). The
-  !! compliances of the bodies are formed once, the systems in many iterations.
+  !> Cost of the dense systems of contact over that of factors of the whole matrix: rows, three for
+  !! each point that can touch or one for each degree of freedom that it can reach, products with
+  !! the compliances, and these themselves (doc/theory, "Choice of the solver").
   pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
-    real(wp) :: rows, compliances
+    real(wp) :: rows
     integer :: k, p, points, dofs(system%bodies)
 
     points = 0
@@ -106,8 +104,8 @@ contains
       end associate
     end do
     rows = real(min(3*points, sum(dofs)), wp)
-    compliances = sum(real(dofs, wp)**3)/systems_of_run
-    share = (rows**3 + compliances)/(cubes_to_squares*real(system%equations, wp)**2)
+    share = (row_cost*rows + square_cost*sum(real(dofs, wp)**2) + cube_cost*sum(real(dofs, &
+      wp)**3))/real(system%equations, wp)**2
     if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
   end function dense_share
 

@@ -7,7 +7,7 @@ module cholmod_interface
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
   public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
     cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
-    cholmod_l_free_dense, cholmod_l_version
+    cholmod_l_free_dense, cholmod_l_realloc, cholmod_l_version
 
   !> cholmod_common: what is set or read has a name, the rest is room.
   type, bind(c) :: cholmod_common_t
@@ -69,6 +69,18 @@ module cholmod_interface
       implicit none
       integer(c_int), intent(out) :: version(3)
     end function cholmod_l_version
+
+    !> Another size for an array of CHOLMOD's.
+    type(c_ptr) function cholmod_l_realloc(new, size, p, n, common) &
+      bind(c, name='cholmod_l_realloc')
+      import :: c_ptr, c_size_t, cholmod_common_t
+      implicit none
+      integer(c_size_t), value :: new !! entries wanted
+      integer(c_size_t), value :: size !! of an entry [byte]
+      type(c_ptr), value :: p !! the array
+      integer(c_size_t), intent(inout) :: n !! entries it has
+      type(cholmod_common_t), intent(inout) :: common !! settings
+    end function cholmod_l_realloc
 
     !> Sets the defaults.
     integer(c_int) function cholmod_l_start(common) bind(c, name='cholmod_l_start')

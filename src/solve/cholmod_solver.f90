@@ -2,7 +2,7 @@
 !! the matrix as it is, long integers.
 module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
-    c_f_pointer
+    c_f_pointer, c_sizeof
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve, cost_interior
@@ -12,12 +12,12 @@ module cholmod_solver
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
     cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
     cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
-    cholmod_l_free_dense
+    cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
   public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, &
     is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, solve_symmetric, &
-    free_cholmod, factor_order, trailing_block, complete_solution
+    free_cholmod, factor_order, trailing_block, complete_solution, drop_trailing_block
   public :: solver_not_definite
 
   !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
@@ -240,6 +240,30 @@ contains
     end do
   end subroutine trailing_block
 
+  !> Gives the memory of the last m columns back, which are the last values of the factor: it cannot
+  !! solve any more, but complete.
+  subroutine drop_trailing_block(solver, m)
+    type(cholmod_t), intent(inout) :: solver !! factorised
+    integer, intent(in) :: m !! columns
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:), px(:)
+    integer(long) :: k, first
+
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    solver%definite = .false.
+    first = int(factor%n, long) - m
+    do k = 1, int(factor%nsuper, long)
+      if (super(k + 1) > first) exit
+    end do
+    associate (kept => px(k) + (first - super(k))*(pi(k + 1) - pi(k)))
+      if (kept > 0) factor%x = cholmod_l_realloc(int(kept, c_size_t), c_sizeof(1.0_wp), factor%x, &
+        factor%xsize, solver%common)
+    end associate
+  end subroutine drop_trailing_block
+
   !> Completes x, known at the last m unknowns, where the right-hand side is zero at all others:
   !! L11^T x1 = -L21^T x2, the back substitution alone (doc/theory, "Condensed contact").
   subroutine complete_solution(solver, m, x, costs)
@@ -252,6 +276,7 @@ contains
     real(wp), pointer, contiguous :: values(:)
     real(wp) :: below(size(x))
     integer :: k, w, rows, first
+    integer(long) :: last
 
     call begin_cost(costs, cost_interior)
     call c_f_pointer(solver%factor, factor)
@@ -267,9 +292,10 @@ contains
       rows = int(pi(k + 1) - pi(k))
       below(:rows - w) = x(s(pi(k) + w + 1:pi(k + 1)) + 1)
       x(first:first + w - 1) = 0.0_wp
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:px(k + 1)), rows, &
+      last = px(k) + int(rows, long)*w
+      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:last), rows, &
         below, 1, 0.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:px(k + 1)), rows, &
+      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:last), rows, &
         x(first:first + w - 1), 1)
     end do
     call end_cost(costs, cost_interior)

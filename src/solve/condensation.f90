@@ -10,26 +10,27 @@ module condensation
   use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
     factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block, &
-    complete_solution
+    complete_solution, drop_trailing_block
   use condensed_types, only: condensed_body_t
   implicit none
   private
-  public :: condense_body, solve_body, spread_body, free_body
+  public :: condense_body, form_compliance, solve_body, spread_body, drop_live, free_body
 
 contains
 
-  !> Factorises the free equations of one body with its candidates last, and forms the compliance.
+  !> Factorises the free equations of one body with its candidates last.
   subroutine condense_body(blocks, equation, candidate, body, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
-    type(condensed_body_t), intent(inout) :: body !! filled; first stays
+    type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in cholmod_solver
     integer :: ordered(3, size(equation, 2))
     type(csc_matrix_t) :: matrix
     real(wp) :: left, needed
 
+    call drop_compliance(body)
     call order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
     if (outcome == solver_done) then
       call build_pattern(blocks, ordered, matrix, lower=.true.)
@@ -43,7 +44,6 @@ contains
       if (needed > left) outcome = solver_out_of_memory
     end if
     if (outcome == solver_done) call factorise_symmetric(body%solver, matrix, costs, outcome)
-    if (outcome == solver_done) call invert_trailing_block(body, costs, outcome)
   end subroutine condense_body
 
   !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
@@ -130,25 +130,45 @@ contains
     end do
   end subroutine number_nodes
 
-  !> C = (L22 L22^T)^-1, the lower triangle.
-  subroutine invert_trailing_block(body, costs, outcome)
+  !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
+  !! completed from its candidates.
+  subroutine form_compliance(body, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
     integer :: info, i
 
     outcome = solver_done
-    if (allocated(body%compliance)) deallocate (body%compliance)
-    allocate (body%compliance(body%m, body%m))
-    if (body%m == 0) return
+    if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
+    allocate (body%compliance(body%m, body%m))
     call trailing_block(body%solver, body%compliance)
+    call drop_trailing_block(body%solver, body%m)
     call dpotri('L', body%m, body%compliance, body%m, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
     body%softness = sum([(body%compliance(i, i), i=1, body%m)])/real(body%m, wp)
     if (info /= 0) outcome = solver_failed
-  end subroutine invert_trailing_block
+  end subroutine form_compliance
+
+  !> Forgets the compliance of the live candidates.
+  subroutine drop_live(body)
+    type(condensed_body_t), intent(inout) :: body !! the body
+
+    if (body%copied) deallocate (body%live)
+    nullify (body%live)
+    body%copied = .false.
+    if (allocated(body%gathered)) deallocate (body%gathered)
+  end subroutine drop_live
+
+  !> Forgets the compliance.
+  subroutine drop_compliance(body)
+    type(condensed_body_t), intent(inout) :: body !! the body
+
+    call drop_live(body)
+    if (associated(body%compliance)) deallocate (body%compliance)
+    body%mirrored = .false.
+  end subroutine drop_compliance
 
   !> x = K^-1 b on all free equations of a body.
   subroutine solve_body(body, b, x, costs, outcome)
@@ -194,6 +214,7 @@ contains
   subroutine free_body(body)
     type(condensed_body_t), intent(inout) :: body !! the body
 
+    call drop_compliance(body)
     call free_cholmod(body%solver)
   end subroutine free_body
 end module condensation

@@ -8,21 +8,24 @@ module condensed_bodies
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
-  use condensation, only: condense_body, solve_body, spread_body, free_body
+  use condensation, only: condense_body, form_compliance, solve_body, spread_body, drop_live, &
+    free_body
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_all, find_influence, solve_all, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, number_live, gather_compliance, &
+  public :: condense_all, begin_influence, number_candidates, load_candidates, &
+    find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
     apply_compliance, free_condensed
 
 contains
 
-  !> Condenses the bodies that are marked.
-  subroutine condense_all(system, wanted, outcome)
+  !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
+  !! done before the next one has its own.
+  subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in cholmod_solver
+    type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
     integer, allocatable :: equation(:, :)
     integer :: b, i, k, n
 
@@ -44,14 +47,43 @@ contains
       call pin_body(system, b)
       call condense_body(system%bulk_matrix, equation, system%condensed%candidate, &
         system%condensed%bodies(b), system%costs, outcome)
+      if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, &
+        outcome)
+      if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), system%costs, &
+        outcome)
       if (outcome /= solver_done) return
     end do
   end subroutine condense_all
 
-  !> Displacements for a unit of each proportional load, no contact.
-  subroutine find_influence(model, system, outcome)
+  !> Prescribed displacements for a unit of each proportional load, and what its forces do to the
+  !! rigid motions.
+  subroutine begin_influence(model, system)
     type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(inout) :: system !! bodies of condensed given; gets influence
+    type(system_t), intent(inout) :: system !! gets influence and pushes of condensed
+    real(wp), allocatable :: force(:, :)
+    integer :: k
+
+    allocate (force(3, model%mesh%nodes))
+    associate (condensed => system%condensed, conditions => model%conditions)
+      allocate (condensed%pushes(sum(system%motions%n), size(condensed%patterns)), source=0.0_wp)
+      allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
+      do k = 1, size(condensed%patterns)
+        associate (mine => conditions%load == condensed%patterns(k))
+          where (system%equation == 0 .and. mine) condensed%influence(:, :, k) = &
+            conditions%displacement
+          force = 0.0_wp
+          where (system%equation > 0 .and. mine) force = conditions%force
+          call push_bodies(system, force, condensed%pushes(:, k))
+        end associate
+      end do
+    end associate
+  end subroutine begin_influence
+
+  !> Displacements of a body for a unit of each proportional load, no contact.
+  subroutine find_influence(model, system, b, outcome)
+    type(model_t), intent(in) :: model !! conditions
+    type(system_t), intent(inout) :: system !! factor of the body; gets its part of influence
+    integer, intent(in) :: b !! the body
     integer, intent(out) :: outcome !! as in cholmod_solver
     real(wp), allocatable :: force(:, :)
     integer :: k
@@ -59,39 +91,19 @@ contains
     outcome = solver_done
     allocate (force(3, model%mesh%nodes))
     associate (condensed => system%condensed, conditions => model%conditions)
-      allocate (condensed%pushes(sum(system%motions%n), size(condensed%patterns)), source=0.0_wp)
-      allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
       do k = 1, size(condensed%patterns)
-        associate (u => condensed%influence(:, :, k), mine => conditions%load == &
-          condensed%patterns(k))
-          where (system%equation == 0 .and. mine) u = conditions%displacement
+        associate (u => condensed%influence(:, :, k))
           force = 0.0_wp
-          where (system%equation > 0 .and. mine) force = conditions%force
-          call push_bodies(system, force, condensed%pushes(:, k))
+          where (system%equation > 0 .and. conditions%load == condensed%patterns(k)) &
+            force = conditions%force
           call multiply(system%bulk_matrix, u, system%trial)
           force = force - system%trial
-          call solve_all(system, force, u, outcome)
+          call solve_body(condensed%bodies(b), force, u, system%costs, outcome)
         end associate
         if (outcome /= solver_done) return
       end do
     end associate
   end subroutine find_influence
-
-  !> Displacements of the free degrees of freedom under forces.
-  subroutine solve_all(system, force, u, outcome)
-    type(system_t), intent(inout) :: system !! bodies of condensed
-    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    integer :: b
-
-    outcome = solver_done
-    do b = 1, system%bodies
-      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
-      call solve_body(system%condensed%bodies(b), force, u, system%costs, outcome)
-      if (outcome /= solver_done) return
-    end do
-  end subroutine solve_all
 
   !> Numbers the candidates body after body; forces and defects start at zero.
   subroutine number_candidates(system)
@@ -114,7 +126,7 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           body%n_live = 0
-          if (allocated(body%gathered)) deallocate (body%gathered)
+          call drop_live(body)
           do j = 1, body%m
             n = body%first + j
             condensed%node(n) = body%node(body%equation(j))
@@ -214,6 +226,21 @@ contains
     end do
   end subroutine spread_yield
 
+  !> Where a body has many candidates and most are live, all are: their compliance needs no copy.
+  pure subroutine widen_live(condensed, live)
+    type(condensed_t), intent(in) :: condensed !! bodies
+    logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        associate (mine => live(body%first + 1:body%first + body%m))
+          if (body%m > condensed%tangent%most_dense .and. 2*count(mine) > body%m) mine = .true.
+        end associate
+      end associate
+    end do
+  end subroutine widen_live
+
   !> Numbers the live candidates body after body.
   subroutine number_live(condensed)
     type(condensed_t), intent(inout) :: condensed !! live given; gets right and change
@@ -246,11 +273,16 @@ contains
             if (all(body%gathered == mine)) cycle
           end if
         end if
+        call drop_live(body)
         body%gathered = mine
-        if (allocated(body%live)) then
-          if (size(body%live, 1) /= body%n_live) deallocate (body%live)
+        if (body%n_live == body%m .and. body%m > 0) then
+          if (.not. body%mirrored) call mirror(body%compliance)
+          body%mirrored = .true.
+          body%live => body%compliance
+          cycle
         end if
-        if (.not. allocated(body%live)) allocate (body%live(body%n_live, body%n_live))
+        allocate (body%live(body%n_live, body%n_live))
+        body%copied = .true.
         do j = 1, body%n_live
           body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
         end do

@@ -2,25 +2,32 @@
 !! (doc/theory, "Condensed contact").
 module condensed_direction
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, cost_solve
+  use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: apply_compliance
-  use condensed_motions, only: sum_forces
+  use condensed_motions, only: sum_forces, push_live, in_lengths
+  use krylov, only: orthogonalise, rotate
+  use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
   use system_types, only: system_t
   implicit none
   private
   public :: find_condensed_direction, respond, next_condensed_length, defect_energy
+  public :: answer_force, push_direction
 
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12
+  !> The same with blocks, where the other way is a dense factor of many rows.
+  integer, parameter :: most_of_blocks = 150
   !> A factor is worth trying again if no more elements than these have changed their status.
   !! Where points are many, one in so many may.
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> And of the answers that multipliers ask for.
+  real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
 contains
 
@@ -32,7 +39,6 @@ contains
     real(wp), allocatable :: y(:)
     real(wp) :: floor
     logical :: arrived
-    integer :: i
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
@@ -49,12 +55,26 @@ contains
         if (.not. arrived) call form_element_matrices(system, x)
       end if
       if (.not. arrived) then
-        call factorise_tangent(system, outcome)
+        call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+        if (.not. arrived .and. condensed%tangent%iterated) call answer_densely(system, x, &
+          floor, y, arrived, outcome)
+        if (outcome /= solver_done) return
       end if
       condensed%norm_before = residual_size(condensed)
+    end associate
+    call take_answer(system, y)
+  end subroutine find_condensed_direction
+
+  !> The direction from the answer of contact.
+  subroutine take_answer(system, y)
+    type(system_t), intent(inout) :: system !! gets solution, du, force_change
+    real(wp), intent(in) :: y(:) !! (live) answer of contact [force]
+    integer :: i
+
+    associate (condensed => system%condensed)
       system%solution = 0.0_wp
       condensed%force_change = 0.0_wp
       do i = 1, condensed%n_live
@@ -70,16 +90,78 @@ contains
         call sum_forces(condensed, condensed%force_change, condensed%imbalance_change)
       end if
     end associate
-  end subroutine find_condensed_direction
+  end subroutine take_answer
+
+  !> Displacements that forces at the live candidates bring by themselves, with the present tangent.
+  subroutine answer_force(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: du(:) !! (live) [length]
+    real(wp) :: push(system%condensed%modes), y(size(force)), b(size(force))
+    logical :: arrived
+    integer :: iterations
+
+    call begin_cost(system%costs, cost_solve)
+    call push_live(system%condensed, force, push)
+    b = 0.0_wp
+    call apply_compliance(system%condensed, force, b)
+    call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
+      most_allowed(system%condensed), y, du, arrived, iterations)
+    call count_cost(system%costs, cost_krylov, iterations)
+    call end_cost(system%costs, cost_solve)
+  end subroutine answer_force
+
+  !> The direction once more, now with forces at the live candidates that come beside the residual.
+  subroutine push_direction(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, force_change
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp) :: y(size(force)), floor
+    logical :: arrived
+
+    system%condensed%right = system%condensed%right + force
+    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%round_off)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
+    call take_answer(system, y)
+  end subroutine push_direction
+
+  !> Iterations of GMRES with the factor or blocks at hand.
+  pure integer function most_allowed(condensed) result(most)
+    type(condensed_t), intent(in) :: condensed !! its tangent
+
+    most = merge(most_of_blocks, most_vectors, condensed%tangent%iterated)
+  end function most_allowed
+
+  !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
+  !! until other candidates are live.
+  subroutine answer_densely(system, x, floor, y, arrived, outcome)
+    type(system_t), intent(inout) :: system !! right given; gets change of condensed
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    system%condensed%tangent%dense = .true.
+    call form_element_matrices(system, x)
+    call factorise_tangent(system, x, outcome)
+    if (outcome /= solver_done) return
+    call form_rest(system)
+    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+  end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
-  !! element has changed its status.
+  !! element has changed its status; none, where blocks are cheaply formed anew.
   pure logical function is_worth_trying(system) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
+    integer :: most
 
     worth = allocated(system%condensed%tangent%status)
-    if (worth) worth = count(system%condensed%tangent%status /= system%contact%status) &
-      <= max(most_changes, system%condensed%tangent%elements/changes_share)
+    if (.not. worth) return
+    associate (tangent => system%condensed%tangent)
+      most = max(most_changes, tangent%elements/changes_share)
+      if (tangent%iterated) most = 0
+      worth = count(tangent%status /= system%contact%status) <= most
+    end associate
   end function is_worth_trying
 
   !> As many digits as Newton can use: a tenth of the square of the share that the last iteration
@@ -110,6 +192,7 @@ contains
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
     real(wp) :: push(system%condensed%modes)
+    integer :: iterations
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
@@ -119,51 +202,35 @@ contains
       allocate (b(condensed%n_live), source=0.0_wp)
       call apply_compliance(condensed, condensed%right, b)
       b = b + share*condensed%defect(condensed%live)
-      call answer(condensed, b, push, floor, most, y, condensed%change, arrived)
+      call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
     end associate
+    call count_cost(system%costs, cost_krylov, iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
 
-  !> What forces at the live candidates do to the rigid motions, in the unit of displacements.
-  pure subroutine push_live(condensed, force, push)
-    type(condensed_t), intent(in) :: condensed !! live candidates, motions
-    real(wp), intent(in) :: force(:) !! (live) [force]
-    real(wp), intent(out) :: push(:) !! (modes) [length]
-    integer :: b, i
+  !> The answer of contact to a displacement b, by the factor or by blocks.
+  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: iterations !! of GMRES
 
-    push = 0.0_wp
-    if (condensed%modes == 0) return
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), mine => push(condensed%bodies(b)%first_mode + 1: &
-        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
-        if (body%motions%n == 0) cycle
-        do i = 1, body%n_live
-          mine = mine + force(body%first_live + i)*body%modes(body%gathered(i), :)
-        end do
-      end associate
-    end do
-    push = in_lengths(condensed, push)
-  end subroutine push_live
-
-  !> Forces on the rigid motions times the compliance of their bodies.
-  pure function in_lengths(condensed, push) result(way)
-    type(condensed_t), intent(in) :: condensed !! bodies
-    real(wp), intent(in) :: push(:) !! (modes) [force]
-    real(wp) :: way(size(push))
-    integer :: b
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode + 1, &
-        last => condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n)
-        way(first:last) = body%softness*push(first:last)
-      end associate
-    end do
-  end function in_lengths
+    if (condensed%tangent%iterated) then
+      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+    else
+      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
+    end if
+  end subroutine answer
 
   !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
   !! a so that y has the push that is asked for. The leading part is solved for, so that no force
   !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
-  subroutine answer(condensed, b, push, floor, most, y, t, arrived)
+  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -172,6 +239,7 @@ contains
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: iterations !! of GMRES
     real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
     real(wp) :: cosine(most_vectors), sine(most_vectors), pushed(condensed%modes)
     real(wp) :: z(condensed%tangent%rank + condensed%modes + 1)
@@ -199,6 +267,7 @@ contains
         call rotate(j, h, g, cosine, sine)
         arrived = abs(g(j + 1)) <= floor
       end do
+      iterations = j
       y = 0.0_wp
       if (j > 0) then
         if (abs(h(j, j)) <= 0.0_wp) j = j - 1
@@ -212,7 +281,7 @@ contains
       call add_leading(tangent, z, y)
       condensed%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
-  end subroutine answer
+  end subroutine answer_by_factor
 
   !> Room for the vectors of GMRES.
   subroutine make_room(tangent, n)
@@ -227,48 +296,6 @@ contains
     allocate (tangent%base(n, most_vectors + 1), tangent%moved(n, most_vectors), &
       tangent%shares(max(1, size(tangent%small, 1)), most_vectors))
   end subroutine make_room
-
-  !> Makes the last vector orthogonal to those before, and one long.
-  pure subroutine orthogonalise(base, h)
-    real(wp), intent(inout) :: base(:, :) !! (n, j+1) vectors
-    real(wp), intent(out) :: h(:) !! (j+1) what was taken off, and the length of the rest
-    integer :: i, last
-
-    last = size(base, 2)
-    do i = 1, last - 1
-      h(i) = dot_product(base(:, i), base(:, last))
-      base(:, last) = base(:, last) - h(i)*base(:, i)
-    end do
-    h(last) = norm2(base(:, last))
-    if (h(last) > 0.0_wp) base(:, last) = base(:, last)/h(last)
-  end subroutine orthogonalise
-
-  !> Givens' rotations of the last column and of the right-hand side.
-  pure subroutine rotate(j, h, g, cosine, sine)
-    integer, intent(in) :: j !! the column
-    real(wp), intent(inout) :: h(:, :) !! Hessenberg matrix; becomes triangular
-    real(wp), intent(inout) :: g(:) !! right-hand side
-    real(wp), intent(inout) :: cosine(:), sine(:) !! of the rotations
-    real(wp) :: held
-    integer :: i
-
-    do i = 1, j - 1
-      held = h(i, j)
-      h(i, j) = cosine(i)*held + sine(i)*h(i + 1, j)
-      h(i + 1, j) = cosine(i)*h(i + 1, j) - sine(i)*held
-    end do
-    held = hypot(h(j, j), h(j + 1, j))
-    cosine(j) = 1.0_wp
-    sine(j) = 0.0_wp
-    if (held > 0.0_wp) then
-      cosine(j) = h(j, j)/held
-      sine(j) = h(j + 1, j)/held
-    end if
-    h(j, j) = held
-    h(j + 1, j) = 0.0_wp
-    g(j + 1) = -sine(j)*g(j)
-    g(j) = cosine(j)*g(j)
-  end subroutine rotate
 
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
   pure real(wp) function defect_energy(system) result(energy)

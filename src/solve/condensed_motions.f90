@@ -8,7 +8,7 @@ module condensed_motions
   implicit none
   private
   public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces
+    sum_forces, push_live, in_lengths, add_live_motion
 
 contains
 
@@ -139,4 +139,58 @@ contains
       end do
     end associate
   end subroutine add_motion_inside
+  !> What forces at the live candidates do to the rigid motions, in the unit of displacements.
+  pure subroutine push_live(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! live candidates, motions
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [length]
+    integer :: b, i
+
+    push = 0.0_wp
+    if (condensed%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => push(condensed%bodies(b)%first_mode + 1: &
+        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
+        if (body%motions%n == 0) cycle
+        do i = 1, body%n_live
+          mine = mine + force(body%first_live + i)*body%modes(body%gathered(i), :)
+        end do
+      end associate
+    end do
+    push = in_lengths(condensed, push)
+  end subroutine push_live
+
+  !> Forces on the rigid motions times the compliance of their bodies.
+  pure function in_lengths(condensed, push) result(way)
+    type(condensed_t), intent(in) :: condensed !! bodies
+    real(wp), intent(in) :: push(:) !! (modes) [force]
+    real(wp) :: way(size(push))
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode + 1, &
+        last => condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n)
+        way(first:last) = body%softness*push(first:last)
+      end associate
+    end do
+  end function in_lengths
+
+  !> Adds rigid motions of the bodies to displacements of the live candidates.
+  pure subroutine add_live_motion(condensed, alpha, t)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies, live candidates
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: t(:) !! (live) [length]
+    integer :: b, i
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => alpha(condensed%bodies(b)%first_mode + 1: &
+        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
+        if (body%motions%n == 0) cycle
+        do i = 1, body%n_live
+          t(body%first_live + i) = t(body%first_live + i) &
+            + dot_product(body%modes(body%gathered(i), :), mine)
+        end do
+      end associate
+    end do
+  end subroutine add_live_motion
 end module condensed_motions

@@ -11,8 +11,9 @@ module condensed_system
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: solver_not_definite
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: condense_all, find_influence, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, spread_yield, number_live, free_condensed
+  use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
+    load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
+    free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
   use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
@@ -54,8 +55,8 @@ contains
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
       if (any(system%weak)) condensed%x = model%mesh%x
-      call condense_all(system, spread(.true., 1, system%bodies), outcome)
-      if (outcome == solver_done) call find_influence(model, system, outcome)
+      call begin_influence(model, system)
+      call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
     end associate
     if (outcome /= solver_done) then
       why = 'its factorisation failed'
@@ -245,6 +246,7 @@ contains
           end do
         end do
       end do
+      call widen_live(condensed, live)
       if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) then
         call place_elements(system)
         return
@@ -268,6 +270,7 @@ contains
     associate (condensed => system%condensed, tangent => system%condensed%tangent, &
                list => system%contact)
       if (allocated(tangent%status)) deallocate (tangent%status)
+      tangent%dense = .false.
       if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(max_dofs, list%n))
       tangent%dofs = 0
       do k = 1, list%n

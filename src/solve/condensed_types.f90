@@ -6,7 +6,7 @@ module condensed_types
   use rigid_motions, only: motions_t
   implicit none
   private
-  public :: condensed_t, condensed_body_t, contact_tangent_t
+  public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
@@ -16,12 +16,15 @@ module condensed_types
     integer :: first = 0 !! candidates of the bodies before
     integer :: m = 0 !! its candidates
     integer, allocatable :: equation(:) !! (m) equation of each candidate
-    real(wp), allocatable :: compliance(:, :) !! (m, m) at the candidates [length/force]; its lower
-    !! triangle alone
+    real(wp), pointer, contiguous :: compliance(:, :) => null() !! (m, m) at the candidates
+    !! [length/force]; its lower triangle counts
+    logical :: mirrored = .false. !! its upper triangle counts as well
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
     integer, allocatable :: gathered(:) !! (n_live) its candidates that live belongs to
-    real(wp), allocatable :: live(:, :) !! (n_live, n_live) compliance of these [length/force]
+    real(wp), pointer, contiguous :: live(:, :) => null() !! (n_live, n_live) compliance of these
+    !! [length/force]: gathered, or compliance itself where all candidates are live
+    logical :: copied = .false. !! it has been gathered
     type(motions_t) :: motions !! rigid motions that its supports leave
     integer :: first_mode = 0 !! motions of the bodies before
     integer, allocatable :: pin_node(:), pin_direction(:) !! (motions) where springs stop them
@@ -29,6 +32,14 @@ module condensed_types
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
     real(wp) :: drag = 0.0_wp !! stiffness against its motions in this iteration [force/length]
   end type condensed_body_t
+
+  !> Some rows of contact and those around them, with the factor of their part of the small matrix.
+  type :: contact_block_t
+    integer, allocatable :: row(:) !! (n) rows
+    logical, allocatable :: own(:) !! (n) not of the overlap
+    real(wp), allocatable :: factor(:, :) !! (n, n) I + V^T C U of these, transposed and factorised
+    integer, allocatable :: pivot(:) !! (n) of the factor
+  end type contact_block_t
 
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
@@ -49,6 +60,16 @@ module condensed_types
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
     !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
+    integer :: most_dense = 1000 !! rows of a small matrix that is factorised as a whole, at most
+    logical :: iterated = .false. !! blocks stand in for the small matrix
+    logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
+    integer, allocatable :: start(:) !! (elements+1) rows before each element
+    type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
+    real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
+    real(wp), allocatable :: raised(:, :) !! (rank, modes) what motions ask of rows
+    real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
+    real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
+    integer, allocatable :: border_pivot(:) !! (modes) of its factor
     real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
     real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
   end type contact_tangent_t

@@ -13,13 +13,14 @@ module contact_tangent
   use condensed_bodies, only: gather_compliance
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
+  use contact_blocks, only: form_blocks
   use whole_tangent, only: drag_bodies, is_better_whole, sum_elements, form_whole, make_small, &
     combine
   use system_types, only: system_t
   implicit none
   private
   public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading, &
-    add_leading
+    add_leading, take_shares
 
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
@@ -69,8 +70,9 @@ contains
   end subroutine list_elements
 
   !> Factor of the leading part of the element matrices at hand.
-  subroutine factorise_tangent(system, outcome)
+  subroutine factorise_tangent(system, x, outcome)
     type(system_t), intent(inout) :: system !! gets the factor in tangent of condensed
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! done or singular
     integer :: info
 
@@ -82,17 +84,23 @@ contains
       tangent%modes = condensed%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
-      if (tangent%whole) then
+      if (condensed%n_live > tangent%most_dense .and. .not. tangent%dense) tangent%whole = .false.
+      if (.not. tangent%whole) call peel_elements(condensed, tangent)
+      tangent%iterated = .not. (tangent%whole .or. tangent%dense) .and. tangent%rank > &
+        tangent%most_dense
+      if (tangent%iterated) then
+        call form_blocks(system, x, outcome)
+      else if (tangent%whole) then
         call sum_elements(condensed, tangent)
         call form_whole(condensed, tangent)
       else
-        call peel_elements(condensed, tangent)
         call form_small(condensed, tangent)
       end if
       tangent%status = system%contact%status
       info = 0
       associate (n => tangent%rank + tangent%modes)
-        if (n > 0) call dgetrf(n, n, tangent%small, size(tangent%small, 1), tangent%pivot, info)
+        if (n > 0 .and. .not. tangent%iterated) call dgetrf(n, n, tangent%small, &
+          size(tangent%small, 1), tangent%pivot, info)
       end associate
       if (info /= 0) outcome = solver_singular
     end associate
@@ -299,7 +307,7 @@ contains
     real(wp), intent(in) :: push(:) !! (modes) what the forces shall do to the motions [length]
     real(wp), intent(out) :: z(:) !! (rank+modes) the force is U z, then the rigid motions
     real(wp), intent(out) :: t(:) !! (live) [length]
-    integer :: j, i, n, info
+    integer :: n, info
 
     t = d
     n = tangent%rank + tangent%modes
@@ -311,6 +319,19 @@ contains
       t = z(:tangent%rank)
       return
     end if
+    call take_shares(tangent, d, z(:tangent%rank))
+    z(tangent%rank + 1:n) = push
+    call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
+    call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+  end subroutine answer_leading
+
+  !> z = V^T d.
+  pure subroutine take_shares(tangent, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank)
+    integer :: j, i
+
     do j = 1, tangent%rank
       z(j) = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
@@ -319,10 +340,7 @@ contains
         end do
       end associate
     end do
-    z(tangent%rank + 1:n) = push
-    call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
-    call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
-  end subroutine answer_leading
+  end subroutine take_shares
 
   !> Adds U z to y.
   pure subroutine add_leading(tangent, z, y)

@@ -8,7 +8,7 @@ module expected_status
   use model_types, only: model_t
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
-  use contact_parameters, only: point_shift, shifts_gap
+  use contact_parameters, only: point_shift
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
   use system_types, only: system_t
@@ -65,7 +65,6 @@ contains
     real(wp) :: now
     integer :: p
 
-    if (shifts_gap(pair)) return
     call look_back(pair, system%x_old, facets)
     do p = 1, count_points(pair)
       if (pair%cells(p)%slave == 0) cycle

@@ -5,6 +5,7 @@ module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch
   use element_types, only: status_open, status_stick
+  use elmlib, only: routine_none
   use elmt03, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
@@ -175,6 +176,7 @@ contains
     do k = 1, size(model%pairs)
       if (.not. any(system%touch%waits(:, k))) cycle
       do p = 1, count_points(model%pairs(k))
+        if (system%contact%routine(system%first_point(k) + p - 1) == routine_none) cycle
         if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
         system%contact%d(d03_mu:d03_mu + 1, system%first_point(k) + p - 1) = 0.0_wp
       end do

@@ -1,30 +1,27 @@
-!> One increment: conditions at its end, predictor, solves with frozen hosts, acceptance.
+!> One increment: start, solves with frozen hosts, multipliers, acceptance.
 module increments
   use kinds, only: wp
-  use loads, only: load_factor
   use model_types, only: model_t
-  use contact_system, only: restart_points, move_hosts, renew_surfaces, load_contact, couple, &
-    settle_contact
+  use increment_start, only: begin_at, choose_start, start_here, start_again
+  use contact_system, only: move_hosts, renew_surfaces, load_contact, couple, settle_contact
   use touch_path, only: touch_waits
-  use first_touch, only: begin_touch, begin_touch_again, find_touches, keep_path
-  use expected_status, only: expect_status, forget_expected
-  use predictor, only: carry_bodies
-  use force_scales, only: begin_scales, force_scale
+  use first_touch, only: begin_touch_again, find_touches, keep_path
+  use force_scales, only: force_scale
   use solver_choice, only: choose_solver
-  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
-    refresh_candidates, recover_interior, keep_forces
-  use residuals, only: form_residual, residual_norm
+  use condensed_system, only: refresh_candidates, recover_interior, keep_forces
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, is_converged
   use contact_report, only: restless_point
-  use contact_parameters, only: is_stiff, shifts_gap, most_updates
+  use contact_parameters, only: is_stiff, shifts_gap, has_field, most_updates
+  use contact_types, only: pair_t
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
+  use multiplier_motion, only: hand_back_multipliers
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text, count_noun
   implicit none
   private
-  public :: solve_increment, begin_at, choose_start, follow_solution, settle_touches, accept
+  public :: solve_increment, follow_solution, settle_touches, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
@@ -34,6 +31,8 @@ module increments
   !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp
   integer, parameter :: drag_patience = 3
+  !> Least penalty of multipliers that come along, over E/h.
+  real(wp), parameter :: least_penalty = 10.0_wp
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -57,7 +56,11 @@ contains
     call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
     stayed = any(abs(system%carried - system%u) > 0.0_wp)
-    call solve_from_start(model, system, time, settings, monitor, progress)
+    if (any(shifts_gap(model%pairs))) then
+      call solve_with_multipliers(model, system, time, settings, monitor, progress)
+    else
+      call solve_from_start(model, system, time, settings, monitor, progress)
+    end if
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless])
     if (system%touch%stage == touch_waits) then
       choice = .true.
@@ -73,7 +76,9 @@ contains
       call let_down(model, system, time, settings, monitor, progress)
     end if
     if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
-    if (progress%outcome == outcome_converged) call accept(model, system, state, time)
+    if (progress%outcome /= outcome_converged) return
+    system%motion%hopeless = .false.
+    call accept(model, system, state, time)
   end subroutine solve_increment
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
@@ -119,6 +124,48 @@ contains
     end do
   end subroutine tell_crowded
 
+  !> Lets the multipliers come along with Newton's iteration; if that fails, they are updated
+  !! between solves (doc/theory, "Multipliers that come along").
+  subroutine solve_with_multipliers(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    real(wp) :: start(3, size(system%u, 2)), norm
+    logical :: failed
+
+    start = system%u
+    system%motion%active = .true.
+    call stiffen_penalties(model%pairs)
+    call solve_from_start(model, system, time, settings, monitor, progress)
+    system%motion%active = .false.
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
+      outcome_singular, outcome_gaps])
+    if (.not. failed .or. system%motion%hopeless) return
+    call monitor%detail('  no convergence: once more with multipliers that rest while Newton '// &
+      'iterates')
+    call begin_touch_again(system)
+    system%u = start
+    call start_here(model, system, norm)
+    progress = newton_t()
+    call solve_from_start(model, system, time, settings, monitor, progress)
+    system%motion%hopeless = progress%outcome /= outcome_converged
+  end subroutine solve_with_multipliers
+
+  !> The penalty that a field of multipliers has, and at nodes one that is not too soft.
+  pure subroutine stiffen_penalties(pairs)
+    type(pair_t), intent(inout) :: pairs(:) !! get raise
+    integer :: k
+
+    do k = 1, size(pairs)
+      if (has_field(pairs(k))) pairs(k)%raise = 1.0_wp
+      if (pairs(k)%augmented .and. pairs(k)%relative > 0.0_wp) &
+        pairs(k)%raise = max(pairs(k)%raise, least_penalty/pairs(k)%relative)
+    end do
+  end subroutine stiffen_penalties
+
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -133,6 +180,11 @@ contains
     call solve_with_hosts(model, system, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
     budget = settings
+    if (system%motion%active .and. progress%outcome == outcome_converged) then
+      call free_hosts(model%pairs)
+      budget%most_solves = progress%solves + settings%most_solves
+      call solve_with_hosts(model, system, time, budget, monitor, progress)
+    end if
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
@@ -147,6 +199,18 @@ contains
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
+
+  !> Hosts chosen far from the solution may be left again for those that points come from.
+  pure subroutine free_hosts(pairs)
+    type(pair_t), intent(inout) :: pairs(:) !! forget the hosts their points have left
+    integer :: k
+
+    do k = 1, size(pairs)
+      if (.not. shifts_gap(pairs(k))) cycle
+      pairs(k)%left = 0
+      pairs(k)%moves = 0
+    end do
+  end subroutine free_hosts
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").
@@ -170,7 +234,8 @@ contains
       if (rough) budget = roughened(settings, progress, renewals)
       call load_contact(model, system)
       call couple(system)
-      call solve_frozen(system, model%mesh%x, time, budget, monitor, progress)
+      call solve_frozen(model, system, time, budget, monitor, progress)
+      if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_too_many .and. &
         budget%most_solves < settings%most_solves) then
         progress%outcome = outcome_converged
@@ -256,108 +321,6 @@ contains
     if (.not. settled) call monitor%detail('  '//count_noun(touches, 'contact point')// &
       ' touched first in this increment: friction from there')
   end subroutine settle_touches
-
-  !> The start that was not chosen at first, after the first has led nowhere.
-  subroutine start_again(model, system, carried, monitor)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! left and carried given; u becomes the start
-    logical, intent(in) :: carried !! start from the bodies carried along
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-    real(wp) :: norm
-
-    call begin_touch_again(system)
-    if (carried) then
-      system%u = system%carried
-      call monitor%detail('  no convergence: once more with the predictor')
-    else
-      system%u = system%left
-      call monitor%detail('  no convergence: once more without the predictor')
-    end if
-    call start_here(model, system, norm)
-    call forget_expected(system%contact)
-  end subroutine start_again
-
-  !> Prescribed displacements and applied forces at `time`.
-  subroutine begin_at(model, system, state, time)
-    type(model_t), intent(in) :: model !! conditions and loads
-    type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
-    type(state_t), intent(in) :: state !! last converged state
-    real(wp), intent(in) :: time !! end of the increment
-    real(wp) :: factor
-    integer :: i, k, known
-
-    system%u = state%u
-    known = -1
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (model%conditions%load(k, i) /= known) then
-          known = model%conditions%load(k, i)
-          factor = load_factor(model%loads, known, time)
-        end if
-        if (system%equation(k, i) == 0) then
-          system%u(k, i) = factor*model%conditions%displacement(k, i)
-          system%external(k, i) = 0.0_wp
-        else
-          system%external(k, i) = factor*model%conditions%force(k, i)
-        end if
-      end do
-    end do
-  end subroutine begin_at
-
-  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the hosts there.
-  subroutine choose_start(model, system, state, time, monitor)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! u becomes the start
-    type(state_t), intent(in) :: state !! last converged state
-    real(wp), intent(in) :: time !! end of the increment
-    class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp) :: norm_left, norm_carried
-
-    call begin_scales(model%mesh%x, state, system)
-    call begin_touch(model, system, time - state%time)
-    system%left = system%u
-    system%carried = system%u
-    call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
-      system%carried)
-    system%x_ahead = model%mesh%x + system%carried
-    if (system%condensed%active) then
-      call begin_condensed(model, system, state, time)
-      call place_starts(system)
-      system%u = system%left
-    end if
-    call start_here(model, system, norm_left)
-    if (all(abs(system%carried - system%left) <= 0.0_wp)) return
-    system%u = system%carried
-    call start_here(model, system, norm_carried)
-    if (norm_carried <= norm_left) return
-    system%u = system%left
-    call start_here(model, system, norm_left)
-    call monitor%detail('  predictor dropped: it does not lower the residual')
-  end subroutine choose_start
-
-  !> Hosts and residual at the present u.
-  subroutine start_here(model, system, norm)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! u given; residual formed
-    real(wp), intent(out) :: norm !! norm of the residual there
-    integer :: changes
-
-    system%x_now = model%mesh%x + system%u
-    if (size(model%pairs) > 0) then
-      call restart_points(model, system)
-      call move_hosts(model, system, 0.0_wp, changes)
-      call load_contact(model, system)
-    end if
-    if (system%condensed%active) then
-      call restore_forces(system%condensed)
-      call couple(system)
-      call find_defects(system)
-    end if
-    call expect_status(model, system)
-    call form_residual(system, model%mesh%x)
-    norm = residual_norm(system)
-  end subroutine start_here
 
   !> Takes the converged iterate as the new state.
   subroutine accept(model, system, state, time)

@@ -15,6 +15,9 @@ module newton
   use line_search, only: search_line, approach, next_energy
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
+  use model_types, only: model_t
+  use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
+    multipliers_fit
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -80,16 +83,17 @@ module newton
 contains
 
   !> Iterates until the residual is in balance, or until that is hopeless.
-  subroutine solve_frozen(system, x, time, settings, monitor, progress)
+  subroutine solve_frozen(model, system, time, settings, monitor, progress)
+    type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
     logical :: sound
 
-    call form_residual(system, x)
+    if (system%motion%active) call take_multipliers(model, system)
+    call form_residual(system, model%mesh%x)
     system%drag = system%first_drag
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
@@ -102,9 +106,10 @@ contains
     progress%turns = 0
     progress%outcome = outcome_going_on
     do
-      call estimate_round_off(system, x)
+      call estimate_round_off(system, model%mesh%x)
       if (is_converged(system, settings, progress)) then
-        call look_again(system, x, settings, sound)
+        call look_again(system, model%mesh%x, settings, sound)
+        if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
         if (sound) progress%outcome = outcome_converged
       end if
       if (progress%outcome /= outcome_going_on) exit
@@ -116,7 +121,7 @@ contains
         progress%outcome = outcome_stopped
       end if
       if (progress%outcome /= outcome_going_on) exit
-      call iterate(system, x, time, settings, monitor, progress)
+      call iterate(model, system, time, settings, monitor, progress)
     end do
   end subroutine solve_frozen
 
@@ -169,9 +174,9 @@ contains
   end function least_meaning
 
   !> One iteration: tangent, factor, direction, line search.
-  subroutine iterate(system, x, time, settings, monitor, progress)
+  subroutine iterate(model, system, time, settings, monitor, progress)
+    type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the iteration
@@ -184,17 +189,18 @@ contains
 
     begin = wall_seconds()
     if (any(system%weak)) then
-      call drop_bodies(x, system, dropped)
+      call drop_bodies(model%mesh%x, system, dropped)
       if (dropped .and. system%condensed%active) call find_defects(system)
-      if (dropped) call form_residual(system, x)
+      if (dropped) call form_residual(system, model%mesh%x)
     end if
     start = residual_norm(system)
     call choose_held(system, progress)
-    call find_direction(system, x, progress, outcome)
+    call find_direction(system, model%mesh%x, progress, outcome)
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
+    if (system%motion%active) call add_multipliers(model, system)
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
@@ -204,14 +210,15 @@ contains
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
     if (system%drag > 0.0_wp) then
-      call search_line(system, x, start, .true., .false., longest_step(system), length)
+      call search_line(system, model%mesh%x, start, .true., .false., longest_step(system), length)
       call relax_drag(system, start)
     else if (any(system%grounded)) then
-      call approach(system, x, start, length)
+      call approach(system, model%mesh%x, start, length)
     else
-      call search_line(system, x, start, progress%updated .or. any(system%contact%hold), &
-        progress%since_lowest < circling, longest_step(system), length)
+      call search_line(system, model%mesh%x, start, progress%updated .or. &
+        any(system%contact%hold), progress%since_lowest < circling, longest_step(system), length)
     end if
+    if (system%motion%active) call settle_multipliers(system, length)
     progress%updated = .false.
     progress%energy_met = .false.
     if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)

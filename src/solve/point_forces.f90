@@ -12,7 +12,7 @@ module point_forces
   use system_types, only: system_t
   implicit none
   private
-  public :: measure_field
+  public :: measure_field, point_forces_t, take_forces
 
   !> A vector whose points have less than this share of the largest stiffness counts as if it had
   !! so much: a gap over next to nothing of the surface is none.

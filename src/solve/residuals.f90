@@ -10,6 +10,7 @@ module residuals
   use assembly, only: assemble
   use supports, only: ground_bodies
   use condensed_system, only: gather_condensed
+  use multiplier_motion, only: shift_multipliers
   use system_types, only: system_t
   implicit none
   private
@@ -49,6 +50,7 @@ contains
 
     call begin_cost(system%costs, cost_residual)
     system%trial = system%u + length*system%du
+    if (system%motion%active) call shift_multipliers(system, length)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
     call gather_right(system, length)

@@ -9,6 +9,7 @@ module system_types
   use condensed_types, only: condensed_t
   use rigid_motions, only: motions_t
   use touch_path, only: touch_t
+  use multiplier_types, only: multiplier_motion_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -80,6 +81,7 @@ module system_types
     real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
     type(touch_t) :: touch !! first touches of the increment
+    type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
     type(cost_t) :: costs !! cost table
   end type system_t
 end module system_types

@@ -1,5 +1,8 @@
 """Log-log figures: time against size and against error."""
+import csv
+import hashlib
 import os
+import types
 
 import matplotlib
 
@@ -25,11 +28,44 @@ def series(found, scene, x, y, smallest=0.0):
 
 
 def label(job):
-    """What the legend and the tables call a mode."""
+    """What the legend and the tables call a mode; a row of results.csv says it itself."""
+    if isinstance(job, Row):
+        return job.program
     if job.mode == 'bare CHOLMOD':
         return job.mode
     name = ('CalculiX ' if job.of_calculix() else 'mfec ') + job.mode
     return name + (f' {job.method}' if job.method != 'NTOS' else '')
+
+
+class Row(types.SimpleNamespace):
+    """A run as results.csv tells it."""
+
+    __hash__ = object.__hash__
+
+
+def read_csv(path):
+    """What results.csv holds, as `draw` wants it."""
+    found = {}
+    with open(path, encoding='utf-8', newline='') as stream:
+        for line in csv.DictReader(stream):
+            result = {name: number(value) for name, value in line.items()}
+            found[Row(scene=line['scene'], program=line['program'], size=float(line['size']),
+                      limit=line['complete'] == 'no')] = result
+    return found
+
+
+def number(text):
+    """A number, None for an empty cell, else the text."""
+    try:
+        return float(text) if text else None
+    except ValueError:
+        return text
+
+
+def digest(path):
+    """What the figures carry of the file they show."""
+    with open(path, 'rb') as stream:
+        return hashlib.sha256(stream.read()).hexdigest()[:16]
 
 
 def size(job, result):
@@ -84,5 +120,6 @@ def draw(folder, found):
 def save(figure, folder, name):
     """Writes a figure without the date, so that equal figures are equal files."""
     figure.tight_layout()
-    figure.savefig(os.path.join(folder, name), dpi=110, metadata={'Software': None})
+    shown = digest(os.path.join(folder, 'results.csv'))
+    figure.savefig(os.path.join(folder, name), dpi=110, metadata={'Software': None, 'Source': shown})
     plt.close(figure)

@@ -1,0 +1,161 @@
+!> The answer of contact where the small matrix is large: GMRES on its rows, on the rest of the
+!! element matrices and on the rigid motions at once, with overlapping blocks in place of the factor
+!! (doc/theory, "Condensed contact").
+module contact_iteration
+  use kinds, only: wp
+  use condensed_types, only: condensed_t
+  use condensed_bodies, only: apply_compliance
+  use condensed_motions, only: push_live, add_live_motion
+  use contact_blocks, only: precondition
+  use contact_tangent, only: apply_rest, add_leading, take_shares
+  use krylov, only: orthogonalise, rotate
+  implicit none
+  private
+  public :: answer_by_blocks
+
+  !> Vectors of GMRES, and how often it starts at most: anew from the true residual.
+  integer, parameter :: most_vectors = 60, most_starts = 4
+  !> Share of the residual that a rough answer may leave.
+  real(wp), parameter :: rough = 0.01_wp
+
+contains
+
+  !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
+  !! a so that y has the push that is asked for. t is formed with the forces found, so that the bulk
+  !! is in balance however far the iteration goes.
+  subroutine answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its blocks
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed; 0 for a rough answer
+    real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: iterations !! of GMRES
+    real(wp), allocatable :: x(:), r(:), weight(:)
+    real(wp) :: goal, norm
+    integer :: start, n
+
+    n = condensed%tangent%rank + condensed%modes
+    allocate (x(n + size(b)), source=0.0_wp)
+    allocate (r(size(x)), weight(size(x)))
+    call weigh(condensed, weight)
+    goal = floor
+    iterations = 0
+    do start = 1, most_starts
+      call find_rest(condensed, b, push, x, y, t, r)
+      r = weight*r
+      norm = norm2(r)
+      if (start == 1 .and. most == 0) goal = rough*norm
+      arrived = norm <= goal
+      if (arrived .or. start == most_starts .or. iterations > most) exit
+      call correct(condensed, weight, 0.5_wp*goal, r, norm, x, iterations)
+      if (most == 0) iterations = 1
+    end do
+    condensed%alpha_next = x(condensed%tangent%rank + 1:n)
+  end subroutine answer_by_blocks
+
+  !> From residuals to the forces they make.
+  pure subroutine weigh(condensed, weight)
+    type(condensed_t), intent(in) :: condensed !! tangent with its blocks
+    real(wp), intent(out) :: weight(:) !! (rank+modes+live)
+    integer :: b
+
+    weight = 1.0_wp
+    associate (n => condensed%tangent%rank)
+      weight(:n) = condensed%tangent%weight
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          weight(n + body%first_mode + 1:n + body%first_mode + body%motions%n) = &
+            1.0_wp/body%softness
+        end associate
+      end do
+    end associate
+  end subroutine weigh
+
+  !> What shares, rigid motions and the rest x leave of the equations, and the forces and
+  !! displacements that belong to them.
+  subroutine find_rest(condensed, b, push, x, y, t, r)
+    type(condensed_t), intent(in) :: condensed !! tangent, live compliances
+    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
+    real(wp), intent(in) :: push(:) !! (modes) asked for [length]
+    real(wp), intent(in) :: x(:) !! (rank+modes+live) shares, rigid motions, q
+    real(wp), intent(out) :: y(:) !! (live) U z + q [force]
+    real(wp), intent(out) :: t(:) !! (live) b - C y + R a [length]
+    real(wp), intent(out) :: r(:) !! (rank+modes+live)
+    integer :: k
+
+    associate (tangent => condensed%tangent, n => condensed%tangent%rank, &
+      last => condensed%tangent%rank + condensed%modes)
+      y = x(last + 1:)
+      call add_leading(tangent, x(:n), y)
+      t = 0.0_wp
+      call apply_compliance(condensed, y, t)
+      t = b - t
+      if (condensed%modes > 0) then
+        call add_live_motion(condensed, x(n + 1:last), t)
+        call push_live(condensed, y, r(n + 1:last))
+        r(n + 1:last) = push - r(n + 1:last)
+        do k = 1, size(condensed%bodies)
+          associate (body => condensed%bodies(k), first => n + condensed%bodies(k)%first_mode + 1, &
+            end => n + condensed%bodies(k)%first_mode + condensed%bodies(k)%motions%n)
+            r(first:end) = r(first:end) - body%softness*body%drag*x(first:end)
+          end associate
+        end do
+      end if
+      call take_shares(tangent, t, r(:n))
+      r(:n) = r(:n) - x(:n)
+      r(last + 1:) = 0.0_wp
+      if (tangent%resting > 0) call apply_rest(tangent, t, r(last + 1:))
+      r(last + 1:) = r(last + 1:) - x(last + 1:)
+    end associate
+  end subroutine find_rest
+
+  !> One course of GMRES from a residual, preconditioned on the right.
+  subroutine correct(condensed, weight, goal, r, norm, x, iterations)
+    type(condensed_t), intent(in) :: condensed !! tangent with its blocks
+    real(wp), intent(in) :: weight(:) !! (rank+modes+live) from residuals to forces
+    real(wp), intent(in) :: goal !! residual to arrive at [force]
+    real(wp), intent(in) :: r(:) !! (rank+modes+live) weighted residual [force]
+    real(wp), intent(in) :: norm !! of it [force]
+    real(wp), intent(inout) :: x(:) !! (rank+modes+live) is corrected
+    integer, intent(inout) :: iterations !! counts on
+    real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
+    real(wp) :: cosine(most_vectors), sine(most_vectors)
+    real(wp), allocatable :: base(:, :)
+    real(wp) :: d(size(x)), zero(condensed%n_live)
+    real(wp) :: y(condensed%n_live), t(condensed%n_live)
+    integer :: i, j, n
+
+    n = condensed%tangent%rank + condensed%modes
+    allocate (base(size(x), most_vectors + 1))
+    zero = 0.0_wp
+    h = 0.0_wp
+    g = 0.0_wp
+    g(1) = norm
+    base(:, 1) = r/norm
+    do j = 1, most_vectors
+      d = base(:, j)/weight
+      call precondition(condensed%tangent, base(:n, j)/weight(:n), d(:n))
+      call find_rest(condensed, zero, zero(:condensed%modes), d, y, t, base(:, j + 1))
+      base(:, j + 1) = -weight*base(:, j + 1)
+      call orthogonalise(base(:, 1:j + 1), h(1:j + 1, j))
+      call rotate(j, h, g, cosine, sine)
+      iterations = iterations + 1
+      if (abs(g(j + 1)) <= goal) exit
+    end do
+    j = min(j, most_vectors)
+    d = 0.0_wp
+    do i = j, 1, -1
+      if (abs(h(i, i)) <= 0.0_wp) cycle
+      g(i) = (g(i) - dot_product(h(i, i + 1:j), g(i + 1:j)))/h(i, i)
+      d = d + g(i)*base(:, i)
+    end do
+    d = d/weight
+    y = d(n + 1:)
+    call precondition(condensed%tangent, d(:n), base(:n, 1))
+    x(:n) = x(:n) + base(:n, 1)
+    x(n + 1:) = x(n + 1:) + y
+  end subroutine correct
+end module contact_iteration

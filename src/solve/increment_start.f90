@@ -1,0 +1,123 @@
+!> Where an increment starts from: conditions at its end, bodies carried along or left where they
+!! were, hosts and residual there.
+module increment_start
+  use kinds, only: wp
+  use loads, only: load_factor
+  use model_types, only: model_t
+  use contact_system, only: restart_points, move_hosts, load_contact, couple
+  use first_touch, only: begin_touch, begin_touch_again
+  use expected_status, only: expect_status, forget_expected
+  use predictor, only: carry_bodies
+  use force_scales, only: begin_scales
+  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
+  use residuals, only: form_residual, residual_norm
+  use monitors, only: monitor_t
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: begin_at, choose_start, start_here, start_again
+
+contains
+
+  !> The start that was not chosen at first, after the first has led nowhere.
+  subroutine start_again(model, system, carried, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left and carried given; u becomes the start
+    logical, intent(in) :: carried !! start from the bodies carried along
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    real(wp) :: norm
+
+    call begin_touch_again(system)
+    if (carried) then
+      system%u = system%carried
+      call monitor%detail('  no convergence: once more with the predictor')
+    else
+      system%u = system%left
+      call monitor%detail('  no convergence: once more without the predictor')
+    end if
+    call start_here(model, system, norm)
+    call forget_expected(system%contact)
+  end subroutine start_again
+
+  !> Prescribed displacements and applied forces at `time`.
+  subroutine begin_at(model, system, state, time)
+    type(model_t), intent(in) :: model !! conditions and loads
+    type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp) :: factor
+    integer :: i, k, known
+
+    system%u = state%u
+    known = -1
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        if (model%conditions%load(k, i) /= known) then
+          known = model%conditions%load(k, i)
+          factor = load_factor(model%loads, known, time)
+        end if
+        if (system%equation(k, i) == 0) then
+          system%u(k, i) = factor*model%conditions%displacement(k, i)
+          system%external(k, i) = 0.0_wp
+        else
+          system%external(k, i) = factor*model%conditions%force(k, i)
+        end if
+      end do
+    end do
+  end subroutine begin_at
+
+  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
+  !! smaller residual; chooses the hosts there.
+  subroutine choose_start(model, system, state, time, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm_left, norm_carried
+
+    call begin_scales(model%mesh%x, state, system)
+    call begin_touch(model, system, time - state%time)
+    system%left = system%u
+    system%carried = system%u
+    call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
+      system%carried)
+    system%x_ahead = model%mesh%x + system%carried
+    if (system%condensed%active) then
+      call begin_condensed(model, system, state, time)
+      call place_starts(system)
+      system%u = system%left
+    end if
+    call start_here(model, system, norm_left)
+    if (all(abs(system%carried - system%left) <= 0.0_wp)) return
+    system%u = system%carried
+    call start_here(model, system, norm_carried)
+    if (norm_carried <= norm_left) return
+    system%u = system%left
+    call start_here(model, system, norm_left)
+    call monitor%detail('  predictor dropped: it does not lower the residual')
+  end subroutine choose_start
+
+  !> Hosts and residual at the present u.
+  subroutine start_here(model, system, norm)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u given; residual formed
+    real(wp), intent(out) :: norm !! norm of the residual there
+    integer :: changes
+
+    system%x_now = model%mesh%x + system%u
+    if (size(model%pairs) > 0) then
+      call restart_points(model, system)
+      call move_hosts(model, system, 0.0_wp, changes)
+      call load_contact(model, system)
+    end if
+    if (system%condensed%active) then
+      call restore_forces(system%condensed)
+      call couple(system)
+      call find_defects(system)
+    end if
+    call expect_status(model, system)
+    call form_residual(system, model%mesh%x)
+    norm = residual_norm(system)
+  end subroutine start_here
+end module increment_start

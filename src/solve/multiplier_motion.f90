@@ -1,0 +1,359 @@
+!> Multipliers that come along with Newton's iteration: displacements u and multipliers lambda of
+!! one direction solve K du + G dlambda = -R and lambda + dlambda = P (f + df) together (doc/theory,
+!! "Multipliers that come along").
+module multiplier_motion
+  use kinds, only: wp
+  use element_types, only: element_t, task_stress, n_element_stress, max_dofs
+  use elmlib, only: routine_none
+  use model_types, only: model_t
+  use contact_parameters, only: shifts_gap, has_field, point_shift
+  use contact_types, only: contact_point_t, pair_t
+  use contact_points, only: count_points
+  use assembly, only: shift_derivatives, recover
+  use block_matrix, only: multiply
+  use multiplier_field, only: project_forces
+  use point_forces, only: point_forces_t, take_forces
+  use umfpack_solver, only: solver_done
+  use linear_solver, only: solve_system
+  use condensed_direction, only: answer_force, push_direction
+  use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: take_multipliers, add_multipliers, shift_multipliers, settle_multipliers, &
+    multipliers_fit, hand_back_multipliers
+
+  !> Shares of what the multipliers lack that a direction may leave.
+  real(wp), parameter :: finest = 1.0e-8_wp, coarsest = 1.0e-2_wp
+  !> Most iterations of GMRES for the multipliers of one direction.
+  integer, parameter :: most_vectors = 40
+  !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
+  real(wp), parameter :: softened_share = 1.0e-12_wp
+
+contains
+
+  !> The multipliers of the working points, at the start of a solve.
+  subroutine take_multipliers(model, system)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(inout) :: system !! contact elements loaded; gets motion
+    type(contact_point_t) :: unit
+    real(wp) :: kappa(3)
+    integer :: k, p, element
+
+    unit%lambda = 1.0_wp
+    associate (n => system%contact%n, motion => system%motion)
+      if (.not. allocated(motion%scale)) allocate (motion%scale(n), motion%start(3, n), &
+        motion%way(3, n), motion%force(3, n), motion%by_place(3, max_dofs, n), &
+        motion%by_shift(3, 3, n), motion%of_nodes(3, max_dofs, n), source=0.0_wp)
+      motion%scale = 0.0_wp
+      motion%start = 0.0_wp
+      motion%way = 0.0_wp
+      motion%force = 0.0_wp
+      motion%rest = 0.0_wp
+      do k = 1, size(model%pairs)
+        if (.not. shifts_gap(model%pairs(k))) cycle
+        do p = 1, count_points(model%pairs(k))
+          element = system%first_point(k) + p - 1
+          if (system%contact%routine(element) == routine_none) cycle
+          if (all(system%equation(:, system%contact%ix(1:system%contact%nel(element), element)) &
+            == 0) .and. model%pairs(k)%softened) cycle
+          kappa = point_shift(model%pairs(k), p, unit)
+          motion%scale(element) = kappa(1)
+          motion%start(:, element) = model%pairs(k)%new(p)%lambda
+        end do
+      end do
+    end associate
+  end subroutine take_multipliers
+
+  !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
+  subroutine add_multipliers(model, system)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! direction found; gets du, motion
+    type(point_forces_t) :: at(size(model%pairs))
+    type(gmres_t) :: iteration
+    real(wp), dimension(3, system%contact%n) :: lack, image
+    real(wp) :: du(3, size(system%u, 2)), floor
+    real(wp) :: way(size(lack))
+
+    call find_fields(model, system, at)
+    call form_tangent_of_forces(model%mesh%x, system)
+    associate (motion => system%motion)
+      call project(model, system, at, motion%force, lack)
+      lack = lack - motion%start
+      floor = wanted_share(norm2(lack), motion%rest)
+      motion%rest = norm2(lack)
+      motion%way = 0.0_wp
+      call project(model, system, at, change_of_forces(system, system%du), image)
+      call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
+      floor = floor*iteration%rest
+      do while (iteration%rest > floor .and. iteration%n < most_vectors)
+        motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
+        call answer_multipliers(system, du)
+        call project(model, system, at, change_of_forces(system, du), image)
+        call add_image(reshape(motion%way - image, [size(lack)]), iteration)
+      end do
+      call gmres_solution(iteration, way)
+      motion%way = reshape(way, shape(lack))
+    end associate
+    call push_multipliers(system)
+  end subroutine add_multipliers
+
+  !> As many digits as Newton can use.
+  pure real(wp) function wanted_share(rest, before) result(share)
+    real(wp), intent(in) :: rest !! what the multipliers lack [force]
+    real(wp), intent(in) :: before !! the same one iteration ago, 0 if there is none [force]
+
+    share = coarsest
+    if (before > 0.0_wp) share = max(finest, min(coarsest, 0.1_wp*(rest/before)**2))
+  end function wanted_share
+
+  !> Fields of the multipliers at the present positions.
+  subroutine find_fields(model, system, at)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements, u
+    type(point_forces_t), intent(out) :: at(:) !! (pairs) that of each pair that has one
+    real(wp), allocatable :: stress(:, :)
+    integer :: k
+
+    if (.not. any(has_field(model%pairs))) return
+    allocate (stress(n_element_stress, system%contact%n))
+    call recover(system%contact, task_stress, model%mesh%x, system%u, stress)
+    do k = 1, size(model%pairs)
+      if (.not. has_field(model%pairs(k))) cycle
+      call take_forces(model, system, k, &
+        stress(:, system%first_point(k):system%first_point(k + 1) - 1), at(k))
+    end do
+  end subroutine find_fields
+
+  !> Forces of the points and their derivatives at the present iterate.
+  subroutine form_tangent_of_forces(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! contact elements, u; gets motion
+    type(element_t) :: e
+    integer :: k
+
+    associate (motion => system%motion)
+      do k = 1, system%contact%n
+        if (motion%scale(k) <= 0.0_wp) cycle
+        call shift_derivatives(system%contact, k, x, system%u, e)
+        motion%force(:, k) = e%stress(1:3)
+        motion%by_place(:, :, k) = e%s(1:3, :)
+        motion%of_nodes(:, :, k) = e%s(4:6, :)
+        motion%by_shift(:, :, k) = e%s(7:9, 1:3)
+      end do
+    end associate
+  end subroutine form_tangent_of_forces
+
+  !> P f: the multipliers that forces ask for.
+  subroutine project(model, system, at, force, multiplier)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
+    real(wp), intent(in) :: force(:, :) !! (3, n) in the hosts' frames [force]
+    real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
+    real(wp), allocatable :: global(:, :), field(:, :)
+    integer :: k, p
+
+    multiplier = force
+    do k = 1, size(model%pairs)
+      if (.not. has_field(model%pairs(k))) cycle
+      associate (first => system%first_point(k) - 1, n => size(at(k)%near))
+        allocate (global(3, n), field(3, n), source=0.0_wp)
+        do p = 1, n
+          if (at(k)%near(p)) global(:, p) = matmul(at(k)%frame(:, :, p), force(:, first + p))
+        end do
+        call project_forces(model%pairs(k), at(k)%field, global, field)
+        do p = 1, n
+          if (at(k)%near(p)) multiplier(:, first + p) = matmul(field(:, p), at(k)%frame(:, :, p))
+        end do
+        deallocate (global, field)
+      end associate
+    end do
+  end subroutine project
+
+  !> Change of the forces of the points by displacements and by the way of the multipliers.
+  function change_of_forces(system, du) result(change)
+    type(system_t), intent(in) :: system !! contact elements, motion
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) [length]
+    real(wp) :: change(3, system%contact%n)
+    integer :: k, a
+
+    change = 0.0_wp
+    associate (motion => system%motion, list => system%contact)
+      do k = 1, list%n
+        if (motion%scale(k) <= 0.0_wp) cycle
+        change(:, k) = matmul(motion%by_shift(:, :, k), motion%scale(k)*motion%way(:, k))
+        do a = 1, list%nel(k)
+          change(:, k) = change(:, k) &
+            + matmul(motion%by_place(:, 3*a - 2:3*a, k), du(:, list%ix(a, k)))
+        end do
+      end do
+    end associate
+  end function change_of_forces
+
+  !> What the way of the multipliers adds to the nodal forces of contact.
+  function forces_of_way(system) result(force)
+    type(system_t), intent(in) :: system !! contact elements, motion
+    real(wp) :: force(3, size(system%u, 2))
+    integer :: k, a
+
+    force = 0.0_wp
+    associate (motion => system%motion, list => system%contact)
+      do k = 1, list%n
+        if (motion%scale(k) <= 0.0_wp) cycle
+        do a = 1, list%nel(k)
+          force(:, list%ix(a, k)) = force(:, list%ix(a, k)) + matmul(motion%scale(k) &
+            *motion%way(:, k), motion%of_nodes(:, 3*a - 2:3*a, k))
+        end do
+      end do
+    end associate
+  end function forces_of_way
+
+  !> Displacements that the way of the multipliers brings by itself.
+  subroutine answer_multipliers(system, du)
+    type(system_t), intent(inout) :: system !! tangent at hand, motion; next is used
+    real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
+    real(wp), allocatable :: change(:)
+    real(wp) :: force(3, size(du, 2))
+    integer :: outcome, i, k
+
+    force = forces_of_way(system)
+    du = 0.0_wp
+    if (system%condensed%active) then
+      associate (condensed => system%condensed)
+        allocate (change(condensed%n_live))
+        call answer_force(system, -live_values(system, force), change)
+        do i = 1, condensed%n_live
+          du(condensed%direction(condensed%live(i)), condensed%node(condensed%live(i))) = change(i)
+        end do
+      end associate
+      return
+    end if
+    call solve_system(system%solver, system%csc, -free_values(system, force), system%next, &
+      system%costs, outcome)
+    if (outcome /= solver_done) return
+    do i = 1, size(du, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) du(k, i) = system%next(system%equation(k, i))
+      end do
+    end do
+  end subroutine answer_multipliers
+
+  !> The direction with the way of the multipliers.
+  subroutine push_multipliers(system)
+    type(system_t), intent(inout) :: system !! motion; gets solution, du, bulk_change
+    real(wp), allocatable :: change(:)
+    integer :: i, k, outcome
+
+    if (system%condensed%active) then
+      call push_direction(system, -live_values(system, forces_of_way(system)))
+      return
+    end if
+    allocate (change, mold=system%solution)
+    call solve_system(system%solver, system%csc, -free_values(system, forces_of_way(system)), &
+      change, system%costs, outcome)
+    if (outcome /= solver_done) return
+    system%solution = system%solution + change
+    do i = 1, size(system%du, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
+      end do
+    end do
+    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+  end subroutine push_multipliers
+
+  !> Values at the free degrees of freedom.
+  pure function free_values(system, field) result(values)
+    type(system_t), intent(in) :: system !! equations
+    real(wp), intent(in) :: field(:, :) !! (3, nodes)
+    real(wp) :: values(system%equations)
+    integer :: i, k
+
+    do i = 1, size(field, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) values(system%equation(k, i)) = field(k, i)
+      end do
+    end do
+  end function free_values
+
+  !> Values at the live candidates.
+  pure function live_values(system, field) result(values)
+    type(system_t), intent(in) :: system !! condensed
+    real(wp), intent(in) :: field(:, :) !! (3, nodes)
+    real(wp) :: values(system%condensed%n_live)
+    integer :: i
+
+    associate (condensed => system%condensed)
+      do i = 1, condensed%n_live
+        values(i) = field(condensed%direction(condensed%live(i)), &
+          condensed%node(condensed%live(i)))
+      end do
+    end associate
+  end function live_values
+
+  !> Shifts of the points at a share of the way.
+  pure subroutine shift_multipliers(system, length)
+    type(system_t), intent(inout) :: system !! motion; contact elements get shift
+    real(wp), intent(in) :: length !! share of the way
+    integer :: k
+
+    associate (motion => system%motion)
+      do k = 1, system%contact%n
+        if (motion%scale(k) > 0.0_wp) system%contact%shift(:, k) = &
+          motion%scale(k)*(motion%start(:, k) + length*motion%way(:, k))
+      end do
+    end associate
+  end subroutine shift_multipliers
+
+  !> Moves the multipliers by the step that has been taken.
+  pure subroutine settle_multipliers(system, length)
+    type(system_t), intent(inout) :: system !! motion
+    real(wp), intent(in) :: length !! share of the way
+
+    system%motion%start = system%motion%start + length*system%motion%way
+    system%motion%way = 0.0_wp
+  end subroutine settle_multipliers
+
+  !> No pair has multipliers that differ from its forces by more than a share of its largest force.
+  logical function multipliers_fit(model, system) result(fit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! contact elements, u, motion
+    type(point_forces_t) :: at(size(model%pairs))
+    real(wp), dimension(3, system%contact%n) :: multiplier
+    integer :: k
+
+    call find_fields(model, system, at)
+    call form_tangent_of_forces(model%mesh%x, system)
+    call project(model, system, at, system%motion%force, multiplier)
+    fit = .true.
+    do k = 1, size(model%pairs)
+      if (.not. shifts_gap(model%pairs(k))) cycle
+      associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+        fit = fit .and. norm2(multiplier(:, first:last) - system%motion%start(:, first:last)) <= &
+          max(8.0_wp*system%round_off, fitting(model%pairs(k))*norm2(multiplier(:, first:last)))
+      end associate
+    end do
+  end function multipliers_fit
+
+  !> What multipliers may lack when they fit, over the norm of the forces of the pair.
+  pure real(wp) function fitting(pair) result(share)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    share = 0.1_wp*pair%augment_tolerance
+    if (pair%softened) share = softened_share
+  end function fitting
+
+  !> The multipliers to the working points.
+  subroutine hand_back_multipliers(model, system)
+    type(model_t), intent(inout) :: model !! pairs: lambda of the working points
+    type(system_t), intent(in) :: system !! motion
+    integer :: k, p
+
+    do k = 1, size(model%pairs)
+      if (.not. shifts_gap(model%pairs(k))) cycle
+      do p = 1, count_points(model%pairs(k))
+        model%pairs(k)%new(p)%lambda = system%motion%start(:, system%first_point(k) + p - 1)
+      end do
+    end do
+  end subroutine hand_back_multipliers
+end module multiplier_motion
