@@ -7,7 +7,8 @@ program mfec
   use session, only: run_session
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
-  use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files
+  use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files, &
+    wait_passively
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
@@ -30,6 +31,7 @@ program mfec
         call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
       end if
     else
+      if (options%threads > 1) call wait_passively()
       call run_session(options, error)
     end if
   end if

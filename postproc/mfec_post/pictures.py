@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 
 from . import scene as scenes
 from .results import Results
-from .surfaces import Surfaces
-
-
-def surfaces_beside(path: str) -> str:
-    """The file of contact surfaces of a results file."""
-    if path.endswith('.contact.vtkhdf'):
-        return path
-    return os.path.splitext(path)[0] + '.contact.vtkhdf'
+from .surfaces import Surfaces, surfaces_beside
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

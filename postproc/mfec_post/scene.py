@@ -235,7 +235,7 @@ def scaled_lines(scene: Scene) -> tuple[list, list]:
         if longest <= 0.0:
             break
         seen = np.linalg.norm(v, axis=1) > 0.02 * longest
-        arrows.append((at[seen], at[seen] + 1.5 * scene.size / longest * v[seen]))
+        arrows.append((at[seen], at[seen] + 0.9 * scene.size / longest * v[seen]))
     return strokes, arrows
 
 

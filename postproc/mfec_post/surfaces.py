@@ -1,12 +1,21 @@
 """The contact surfaces (.contact.vtkhdf): pressure, shear traction, gap, status, slip, lay."""
 from __future__ import annotations
 
+import os
+
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 TRIANGLE = 5
 SIDES = {'slave': 1, 'master': 2}
+
+
+def surfaces_beside(path: str) -> str:
+    """The file of contact surfaces of a results file."""
+    if path.endswith('.contact.vtkhdf'):
+        return path
+    return os.path.splitext(path)[0] + '.contact.vtkhdf'
 
 
 class Surface:

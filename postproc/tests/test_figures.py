@@ -46,21 +46,6 @@ def test_exterior_facets_close_a_box():
     assert owner.max() < len(cells)
 
 
-def test_points_of_facets_lie_between_their_nodes():
-    x = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [1, 1, 5]])
-    points = {'point': np.array([[0, 1, 2], [1, 2, 3]]),
-              'weight': np.array([[1.0, 1, 1], [0, 3, 3]]) / np.array([[3.0], [6.0]])}
-    np.testing.assert_allclose(cube.places(x, points), [[1, 1, 0], [0.5, 2, 2.5]])
-
-
-def test_bodies_are_told_apart():
-    points, cells = fakes.block([0, 0, 0], [1, 1, 1], [2, 2, 2])
-    both = np.concatenate([cells, cells + len(points)])
-    label = cube.bodies(both, 2 * len(points))
-    assert len(set(label)) == 2
-    assert len(set(label[:len(cells)])) == 1
-
-
 def test_equivalent_stress_of_uniaxial_tension_and_shear():
     stress = np.array([[5.0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 2.0, 0], [3.0, 3.0, 3.0, 0, 0, 0]])
     np.testing.assert_allclose(cube.mises(stress), [5.0, 2.0 * np.sqrt(3.0), 0.0])

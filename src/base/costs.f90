@@ -6,7 +6,7 @@ module costs
   use kinds, only: wp
   implicit none
   private
-  public :: cost_t, begin_cost, end_cost, count_cost, cost_names, wall_seconds, n_costs
+  public :: cost_t, begin_cost, end_cost, count_cost, add_costs, cost_names, wall_seconds, n_costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
@@ -73,6 +73,16 @@ contains
     costs%count(what) = costs%count(what) + 1
     costs%seconds(what) = costs%seconds(what) + wall_seconds() - costs%started(what)
   end subroutine end_cost
+
+  !> Adds the counts and seconds of another table: what several threads did at the same time is
+  !! summed.
+  subroutine add_costs(costs, other)
+    type(cost_t), intent(inout) :: costs !! the table
+    type(cost_t), intent(in) :: other !! the other
+
+    costs%count = costs%count + other%count
+    costs%seconds = costs%seconds + other%seconds
+  end subroutine add_costs
 
   !> Counts work without a clock.
   subroutine count_cost(costs, what, n)

@@ -2,7 +2,7 @@
 !! (Fortran's stop prints to standard error).
 module process
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_null_char, c_funptr, c_funloc, c_ptr, &
-    c_null_ptr, c_associated
+    c_null_ptr, c_associated, c_loc
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use kinds, only: wp
   use errors, only: exit_resources
@@ -11,7 +11,7 @@ module process
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files
+  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files, wait_passively
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
@@ -57,6 +57,23 @@ module process
       integer(c_int), value :: status !! exit code
     end subroutine c_end_now
 
+    !> C's setenv.
+    integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
+      import :: c_int, c_char
+      implicit none
+      character(kind=c_char), intent(in) :: name(*) !! closed by a null character
+      character(kind=c_char), intent(in) :: value(*) !! closed by a null character
+      integer(c_int), value :: overwrite !! 0: what is set stays
+    end function c_setenv
+
+    !> C's execv: another program in this process; returns where that failed.
+    integer(c_int) function c_execv(path, arguments) bind(c, name='execv')
+      import :: c_int, c_char, c_ptr
+      implicit none
+      character(kind=c_char), intent(in) :: path(*) !! closed by a null character
+      type(c_ptr), intent(in) :: arguments(*) !! closed by a null pointer
+    end function c_execv
+
     !> glibc's mallopt: 1 when the option was taken.
     integer(c_int) function c_mallopt(option, value) bind(c, name='mallopt')
       import :: c_int
@@ -78,6 +95,44 @@ contains
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
+
+  !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
+  !! those that are waited for. The library of threads reads that before the first statement of the
+  !! program, so the program starts itself once more with it; unless the user has said what they do.
+  subroutine wait_passively()
+    character(*), parameter :: policy = 'OMP_WAIT_POLICY'
+    character(kind=c_char), allocatable, target :: text(:)
+    character(:), allocatable :: word
+    type(c_ptr), allocatable :: arguments(:)
+    integer :: i, k, n, length, filled, status
+    integer(c_int) :: ignored
+
+    call get_environment_variable(policy, status=status)
+    if (status == 0) return
+    n = command_argument_count()
+    filled = 0
+    do i = 0, n
+      call get_command_argument(i, length=length)
+      filled = filled + length + 1
+    end do
+    allocate (text(filled), arguments(0:n + 1))
+    text = c_null_char
+    arguments(n + 1) = c_null_ptr
+    filled = 0
+    do i = 0, n
+      call get_command_argument(i, length=length)
+      allocate (character(length) :: word)
+      call get_command_argument(i, word)
+      do k = 1, length
+        text(filled + k) = word(k:k)
+      end do
+      arguments(i) = c_loc(text(filled + 1))
+      filled = filled + length + 1
+      deallocate (word)
+    end do
+    ignored = c_setenv(policy//c_null_char, 'PASSIVE'//c_null_char, 0_c_int)
+    if (ignored == 0_c_int) ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
+  end subroutine wait_passively
 
   !> Opens /dev/null in place of standard input, output and error where they are closed: a file of
   !! the run must not get their numbers.

@@ -1,6 +1,7 @@
 !> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
 module assembly
   use kinds, only: wp
+  use threads, only: count_threads
   use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
     task_stick_shift_tangent, n_element_stress, status_stick, status_slip
@@ -14,7 +15,11 @@ module assembly
 
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads.
-  integer, parameter :: batch = 64
+  integer, parameter :: small_batch = 64
+  !> The same with several threads, which are called together for each batch.
+  integer, parameter :: large_batch = 1024
+  !> Lists that are worth more than one thread.
+  integer, parameter :: long_list = 256
   !> A point that carries the friction of its cone but for this share is on it.
   real(wp), parameter :: on_cone = 1.0e-6_wp
 
@@ -30,9 +35,13 @@ contains
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
     type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
     real(wp), intent(inout), optional :: s(:, :, :) !! (max_dofs, max_dofs, n) element matrices
-    type(element_t) :: elements(batch)
-    integer :: first, k, i
+    type(element_t), allocatable :: elements(:)
+    integer :: first, k, i, batch
 
+    batch = small_batch
+    if (count_threads() > 1 .and. list%n > long_list) batch = large_batch
+    batch = min(batch, max(1, list%n))
+    allocate (elements(batch))
     if (task == task_tangent) list%asymmetry = 0.0_wp
     do first = 1, list%n, batch
       call compute(list, task, x, u, first, elements)
@@ -59,11 +68,11 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     integer, intent(in) :: first !! first element of the batch
-    type(element_t), intent(inout) :: elements(batch) !! local data of each
+    type(element_t), intent(inout) :: elements(:) !! local data of each
     integer :: k, last
 
-    last = min(first + batch - 1, list%n)
-    !$omp parallel do if(list%n > batch) default(none) private(k) &
+    last = min(first + size(elements) - 1, list%n)
+    !$omp parallel do if(list%n > long_list) default(none) private(k) &
     !$omp& shared(list, task, x, u, first, last, elements)
     do k = first, last
       if (list%routine(k) == routine_none) cycle

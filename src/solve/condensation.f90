@@ -14,7 +14,8 @@ module condensation
   use condensed_types, only: condensed_body_t
   implicit none
   private
-  public :: condense_body, form_compliance, solve_body, spread_body, drop_live, free_body
+  public :: condense_body, prepare_body, factorise_body, form_compliance, &
+    solve_body, spread_body, drop_live, free_body
 
 contains
 
@@ -26,25 +27,51 @@ contains
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in cholmod_solver
-    integer :: ordered(3, size(equation, 2))
     type(csc_matrix_t) :: matrix
-    real(wp) :: left, needed
+    real(wp) :: promised
+
+    promised = 0.0_wp
+    call prepare_body(blocks, equation, candidate, body, matrix, promised, costs, outcome)
+    if (outcome == solver_done) call factorise_body(body, matrix, costs, outcome)
+  end subroutine condense_body
+
+  !> Orders the equations of a body, forms and analyses its matrix, and looks whether the factor
+  !! fits into the memory. METIS draws from one series of random numbers: one body at a time.
+  subroutine prepare_body(blocks, equation, candidate, body, matrix, promised, costs, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
+    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
+    type(csc_matrix_t), intent(out) :: matrix !! its lower triangle in the order of elimination
+    real(wp), intent(inout) :: promised !! memory of factors that are still to be made [byte]
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer :: ordered(3, size(equation, 2))
+    real(wp) :: needed
 
     call drop_compliance(body)
     call order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
-    if (outcome == solver_done) then
-      call build_pattern(blocks, ordered, matrix, lower=.true.)
-      call fill_values(blocks, ordered, matrix)
-      call add_pins(body, ordered, matrix)
-      call analyse_symmetric(body%solver, matrix, costs, outcome)
-    end if
-    if (outcome == solver_done) then
-      left = memory_left()
-      call estimate_bytes(body, needed)
-      if (needed > left) outcome = solver_out_of_memory
-    end if
-    if (outcome == solver_done) call factorise_symmetric(body%solver, matrix, costs, outcome)
-  end subroutine condense_body
+    if (outcome /= solver_done) return
+    call build_pattern(blocks, ordered, matrix, lower=.true.)
+    call fill_values(blocks, ordered, matrix)
+    call add_pins(body, ordered, matrix)
+    call analyse_symmetric(body%solver, matrix, costs, outcome)
+    if (outcome /= solver_done) return
+    call estimate_bytes(body, needed)
+    promised = promised + needed
+    if (promised > memory_left()) outcome = solver_out_of_memory
+  end subroutine prepare_body
+
+  !> The factor of a body that has been prepared; its matrix goes.
+  subroutine factorise_body(body, matrix, costs, outcome)
+    type(condensed_body_t), intent(inout) :: body !! analysed
+    type(csc_matrix_t), intent(inout) :: matrix !! as prepared
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in cholmod_solver
+
+    call factorise_symmetric(body%solver, matrix, costs, outcome)
+    matrix = csc_matrix_t()
+  end subroutine factorise_body
 
   !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
   !! so that displacements with them are exact but for a rigid motion (doc/theory, "Bodies that

@@ -3,13 +3,16 @@
 module condensed_bodies
   use kinds, only: wp
   use lapack_interface, only: dsymv, dgelss
+  use threads, only: count_threads
+  use costs, only: cost_t, add_costs
   use model_types, only: model_t
+  use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
-  use condensation, only: condense_body, form_compliance, solve_body, spread_body, drop_live, &
-    free_body
+  use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
+    drop_live, free_body
   use system_types, only: system_t
   implicit none
   private
@@ -20,40 +23,83 @@ module condensed_bodies
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
-  !! done before the next one has its own.
+  !! done before the next one has its own. With several threads all are prepared first, and then
+  !! have their factors at the same time.
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in cholmod_solver
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer, allocatable :: equation(:, :)
-    integer :: b, i, k, n
+    integer :: equation(3, size(system%node_body)), b, outcomes(system%bodies)
+    type(csc_matrix_t) :: matrices(system%bodies)
+    type(cost_t) :: own(system%bodies)
+    logical :: ready(system%bodies)
+    real(wp) :: promised
 
     outcome = solver_done
-    allocate (equation(3, size(system%node_body)))
+    outcomes = solver_done
+    ready = .false.
+    promised = 0.0_wp
     do b = 1, system%bodies
       if (.not. wanted(b)) cycle
-      equation = 0
-      n = 0
-      do i = 1, size(system%node_body)
-        if (system%node_body(i) /= b) cycle
-        do k = 1, 3
-          if (system%equation(k, i) == 0) cycle
-          n = n + 1
-          equation(k, i) = n
-        end do
-      end do
-      if (n == 0) cycle
+      call number_equations(system, b, equation)
+      if (all(equation == 0)) cycle
       call pin_body(system, b)
-      call condense_body(system%bulk_matrix, equation, system%condensed%candidate, &
-        system%condensed%bodies(b), system%costs, outcome)
-      if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, &
-        outcome)
-      if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), system%costs, &
-        outcome)
+      call prepare_body(system%bulk_matrix, equation, system%condensed%candidate, &
+        system%condensed%bodies(b), matrices(b), promised, system%costs, outcome)
+      if (outcome /= solver_done) return
+      ready(b) = .true.
+      if (count_threads() > 1) cycle
+      promised = 0.0_wp
+      call finish_body(system, b, matrices(b), system%costs, outcome, model)
       if (outcome /= solver_done) return
     end do
+    if (count_threads() == 1) return
+    !$omp parallel do schedule(dynamic) default(none) private(b) &
+    !$omp& shared(system, ready, matrices, own, outcomes, model)
+    do b = 1, system%bodies
+      if (ready(b)) call finish_body(system, b, matrices(b), own(b), outcomes(b), model)
+    end do
+    !$omp end parallel do
+    do b = 1, system%bodies
+      call add_costs(system%costs, own(b))
+    end do
+    outcome = maxval(outcomes)
   end subroutine condense_all
+
+  !> Numbers the free degrees of freedom of a body.
+  pure subroutine number_equations(system, b, equation)
+    type(system_t), intent(in) :: system !! equations, bodies
+    integer, intent(in) :: b !! the body
+    integer, intent(out) :: equation(:, :) !! (3, nodes) 0 elsewhere
+    integer :: i, k, n
+
+    equation = 0
+    n = 0
+    do i = 1, size(system%node_body)
+      if (system%node_body(i) /= b) cycle
+      do k = 1, 3
+        if (system%equation(k, i) == 0) cycle
+        n = n + 1
+        equation(k, i) = n
+      end do
+    end do
+  end subroutine number_equations
+
+  !> Factor, influence of the loads and compliance of a body.
+  subroutine finish_body(system, b, matrix, costs, outcome, model)
+    type(system_t), intent(inout) :: system !! its body of condensed is prepared
+    integer, intent(in) :: b !! the body
+    type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
+
+    call factorise_body(system%condensed%bodies(b), matrix, costs, outcome)
+    if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
+      outcome)
+    if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
+  end subroutine finish_body
 
   !> Prescribed displacements for a unit of each proportional load, and what its forces do to the
   !! rigid motions.
@@ -79,27 +125,33 @@ contains
     end associate
   end subroutine begin_influence
 
-  !> Displacements of a body for a unit of each proportional load, no contact.
-  subroutine find_influence(model, system, b, outcome)
+  !> Displacements of a body for a unit of each proportional load, no contact. Other bodies may be
+  !! at it at the same time.
+  subroutine find_influence(model, system, b, costs, outcome)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(inout) :: system !! factor of the body; gets its part of influence
     integer, intent(in) :: b !! the body
+    type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in cholmod_solver
-    real(wp), allocatable :: force(:, :)
+    real(wp), allocatable :: force(:, :), u(:, :), internal(:, :)
     integer :: k
 
     outcome = solver_done
-    allocate (force(3, model%mesh%nodes))
+    allocate (force(3, model%mesh%nodes), u(3, model%mesh%nodes), internal(3, model%mesh%nodes))
     associate (condensed => system%condensed, conditions => model%conditions)
       do k = 1, size(condensed%patterns)
-        associate (u => condensed%influence(:, :, k))
-          force = 0.0_wp
-          where (system%equation > 0 .and. conditions%load == condensed%patterns(k)) &
+        u = 0.0_wp
+        force = 0.0_wp
+        where (conditions%load == condensed%patterns(k))
+          where (system%equation == 0)
+            u = conditions%displacement
+          else where
             force = conditions%force
-          call multiply(system%bulk_matrix, u, system%trial)
-          force = force - system%trial
-          call solve_body(condensed%bodies(b), force, u, system%costs, outcome)
-        end associate
+          end where
+        end where
+        call multiply(system%bulk_matrix, u, internal)
+        force = force - internal
+        call solve_body(condensed%bodies(b), force, condensed%influence(:, :, k), costs, outcome)
         if (outcome /= solver_done) return
       end do
     end associate

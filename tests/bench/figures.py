@@ -20,7 +20,7 @@ def series(found, scene, x, y, smallest=0.0):
     """Curves {label: [(x, y)]} of the complete runs of a scene."""
     curves = {}
     for job, result in found.items():
-        if job.scene == scene and not job.limit and result['code'] == 0:
+        if job.scene == scene and job.threads == 1 and not job.limit and result['code'] == 0:
             points = x(job, result), y(job, result)
             if None not in points and min(points) > smallest:
                 curves.setdefault(label(job), []).append(points)

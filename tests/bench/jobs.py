@@ -22,6 +22,10 @@ MAKERS = {
     'cube_smooth': lambda n: scenes.sliding_cube(n, friction=0.0),
     'cube_neo': lambda n: scenes.sliding_cube(n, law='NEOHookean'),
     'cube_once': lambda n: scenes.sliding_cube(n, increments=(2, 1)),
+    'cube_rough': lambda n: scenes.sliding_cube(n, friction=0.9),
+    'cube_1000': lambda n: scenes.sliding_cube(n, increments=(2, 998)),
+    'plate': scenes.large_contact,
+    'field': scenes.small_contact,
     HERTZ: scenes.hertz,
     CANTILEVER: scenes.cantilever,
 }
@@ -36,6 +40,7 @@ class Job:
     mode: str               # a solver of mfec, or a key of CCX_MODES
     limit: int = 0
     method: str = 'NTOS'    # of mfec's contact
+    threads: int = 1        # of mfec
 
     def of_calculix(self):
         """Whether CalculiX runs it."""
@@ -105,6 +110,8 @@ def perform(job, programs, store, seconds, run=True):
         if scene.contact:
             scene.contact.own_method = job.method
         command, program = [programs.own, 'run.inp', '--quiet', '--solver', job.mode], programs.own
+        if job.threads > 1:
+            command += ['--threads', str(job.threads)]
         text = own_deck.deck(scene, job.limit)
     mesh = scene.mesh
     key = measure.digest(programs.digests[program], ' '.join(command[1:]), text, int(seconds),
@@ -142,12 +149,22 @@ def cube_jobs(solvers, other, sizes, largest):
     return jobs
 
 
+def other_scenes(sizes):
+    """What the plain cube leaves out, one cause each; sizes of plates and fields."""
+    jobs = [Job(CUBE, 12, 'AUTO', method=method) for method in ('GTOS', 'SEGMent')]
+    jobs += [Job('cube_smooth', 12, 'AUTO'), Job('cube_rough', 12, 'AUTO')]
+    jobs += [Job(CUBE, 12, 'AUTO', threads=2), Job('cube_1000', 8, 'AUTO')]
+    jobs += [Job('plate', n, mode) for n in sizes[0] for mode in ('AUTO', 'REDU')]
+    return jobs + [Job('field', n, 'AUTO') for n in sizes[1]]
+
+
 def quick_jobs(programs):
     """A few minutes at most."""
     other, solvers = bool(programs.other), programs.solvers
     jobs = cube_jobs(solvers, other, (4, 8), {
         'UMFP': 8, 'N2S default': 8, 'N2S iterative': 8, 'S2S default': 4, 'S2S iterative': 4})
     jobs += [Job('cube_smooth', 8, 'AUTO'), Job('cube_once', 8, 'AUTO'), Job(CUBE, 12, 'AUTO')]
+    jobs += other_scenes(((30,), (78, 82)))
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else [])
     jobs += [Job(CUBE, 12, 'N2S iterative')] if other else []
     jobs += [Job(HERTZ, h, mode) for h in (0.4, 0.3) for mode in modes]
@@ -169,6 +186,7 @@ def full_jobs(programs):
     if quadrature:
         jobs += [Job(CUBE, n, 'AUTO', method='GTOS') for n in (4, 8, 12)]
     jobs += [Job('cube_smooth', n, 'AUTO') for n in (8, 12, 16, 20)]
+    jobs += [job for job in other_scenes(((30, 44, 59), (78, 82, 90))) if job not in jobs]
     jobs += [Job('cube_once', n, 'AUTO') for n in (4, 8, 12)]
     if programs.accepts(MAKERS['cube_neo'](2)):
         jobs += [Job('cube_neo', n, mode, 1 if n > 12 and mode == 'UMFP' else 0)

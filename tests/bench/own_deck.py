@@ -57,5 +57,7 @@ def pair(contact):
     """CONTact."""
     friction = f'    FRICtion COULomb {contact.friction!r}\n' if contact.friction else ''
     method = f'{contact.own_method} {contact.slave} {contact.master}'
+    if contact.own_method == 'SEGMent':
+        method = f'GTOS {contact.slave} {contact.master} SEGMent'
     return (f'CONTact\n  PAIR 1 pair\n    {method}\n    PENAlty AREA {contact.penalty!r}\n'
             f'{friction}\n')

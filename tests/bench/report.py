@@ -36,7 +36,8 @@ def write(folder, measured):
     figures.draw(inner, measured.found)
     found = measured.found
     text = ''.join([head(measured), target_table(targets.rows(found, measured.started)),
-                    cube_table(found), scaling_table(found), hertz_table(found), tip_table(found),
+                    cube_table(found), other_table(found), scaling_table(found),
+                    hertz_table(found), tip_table(found),
                     where_it_goes(measured)])
     with open(os.path.join(folder, 'benchmark.md'), 'w', encoding='utf-8') as stream:
         stream.write(text.rstrip('\n') + '\n')
@@ -135,13 +136,47 @@ def cube_table(found):
     runs = targets.Runs(found)
     rows = [cube_row(runs, job, r)
             for job, r in sorted(found.items(), key=lambda item: (item[0].scene, item[0].size))
-            if job.scene in CUBES]
+            if job.scene in CUBES and job.threads == 1]
     return '''## Sliding cube
 
 An elastic cube of n cells an edge is pressed by 1/200 of its edge (2 increments) on an elastic block of 3 x 2 x 0.5 edges and moved by half an edge (20 increments), mu = 0.1. *T/N*: error of the mean of tangential over normal force from time 1.2 on, where the cube slides as a whole.
 
 ''' + table(('scene', 'n', 'dofs', 'program', 'CPU [s]', 'wall [s]', 'CPU an iteration [s]',
              'memory [MB]', 'iterations', 'cuts', 'T/N [%]', 'CPU against mfec AUTO'), rows)
+
+
+# Scene, method and threads of a row: what is different from the plain cube, whose size counts.
+OTHERS = {('cube', 'GTOS', 1): 'GTOS', ('cube', 'SEGMent', 1): 'SEGMent',
+          ('cube_smooth', 'NTOS', 1): 'no friction', ('cube_rough', 'NTOS', 1): 'mu = 0.9',
+          ('cube', 'NTOS', 2): '--threads 2', ('cube_1000', 'NTOS', 1): '1,000 increments',
+          ('plate', 'NTOS', 1): 'large contact', ('field', 'NTOS', 1): 'small contact, large body'}
+
+
+def other_table(found):
+    """Every other scene: mfec alone, against the plain cube of n = 12 (or of its own size)."""
+    runs = targets.Runs(found)
+    rows = []
+    for job, r in sorted(found.items(), key=lambda item: (item[0].scene, item[0].size)):
+        what = OTHERS.get((job.scene, job.method, job.threads))
+        if not what or r['code'] or (job.scene.startswith('cube') and job.size not in (8, 12)):
+            continue
+        if job.size == 8 and job.scene != 'cube_1000':
+            continue
+        plain = runs.get('cube', job.size if job.scene.startswith('cube') else 12, 'AUTO')
+        if job.mode not in ('AUTO', 'REDU') or not plain:
+            continue
+        rows.append((what, f'{job.size:g}', f'{r["dofs"]:,}', job.mode, f'{r["cpu"]:.3g}',
+                     f'{1000*r["cpu"]/max(1, r["increments"]):.3g}', f'{r["memory"]:.0f}',
+                     f'{r["iterations"]}', f'{r["cpu"]/plain["cpu"]:.2g}',
+                     f'{r["memory"]/plain["memory"]:.2g}'))
+    if not rows:
+        return ''
+    return '''## Other scenes
+
+Each differs from the plain cube in one thing. *plate*: two slabs of three cells, n cells an edge, all of the upper one in contact, 7 increments; *field*: a slab of 12 x 12 cells on a base of n x n. The last columns are against the plain cube, n = 12 (1,000 increments: n = 8).
+
+''' + table(('scene', 'n', 'dofs', 'solver', 'CPU [s]', 'CPU an increment [ms]', 'memory [MB]',
+             'iterations', 'CPU against the cube', 'memory'), rows)
 
 
 def scaling_table(found):

@@ -72,6 +72,42 @@ def sliding_cube(n, friction=0.1, increments=(2, 20), law='LINEar', way=0.5):
         known={'T/N': friction})
 
 
+def two_slabs(cells, spacing, height, base, start, layers=3):
+    """A slab of cells x cells over a base of base x base cells whose corner is at `start`."""
+    mesh = Mesh()
+    grid = spacing*np.arange(cells + 1)
+    under = start + 0.93*spacing*np.arange(base + 1)
+    slab = mesh.box('cube', grid, grid, np.linspace(0, height, layers + 1))
+    plate = mesh.box('base', under, under, np.linspace(-height, 0, layers + 1))
+    mesh.node_sets['top'] = slab.nodes[:, :, -1]
+    mesh.node_sets['ground'] = plate.nodes[:, :, 0]
+    mesh.surfaces['sole'] = slab.face(-1)
+    mesh.surfaces['track'] = plate.face(1)
+    return mesh
+
+
+def slid(name, size, mesh, height, way, friction=0.1, increments=(2, 5)):
+    """A slab is pressed by 1/100 of the heights and slides."""
+    return Scene(
+        name=name, size=size, mesh=mesh, young=1000.0, poisson=0.3, increments=increments,
+        fixed={'top': (1, 2, 3), 'ground': (1, 2, 3)},
+        moved=[('top', 3, -0.01*height, (1, 1)), ('top', 1, way, (0, 1))],
+        contact=Contact('sole', 'track', 2.5e4/height, friction), watched='top',
+        known={'T/N': friction})
+
+
+def large_contact(n):
+    """A slab of (n+1)^2 slave nodes in contact from the first increment on, three cells thick."""
+    height = 3/n
+    mesh = two_slabs(n, 1/n, height, round(1.2*n/0.93), -0.1)
+    return slid('plate', n, mesh, height, 1.5/n)
+
+
+def small_contact(n):
+    """A slab of 12 x 12 cells on a large base of n x n cells: the surface is large, contact not."""
+    return slid('field', n, two_slabs(12, 1/12, 0.25, n, -0.7), 0.25, 0.3)
+
+
 def graded(fine, inner, outer, growth):
     """Planes from 0 to outer: equal cells up to inner, from there on cells that grow."""
     cells = math.ceil(inner/fine - 1e-9)
