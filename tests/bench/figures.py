@@ -34,6 +34,8 @@ def label(job):
     if job.mode == 'bare CHOLMOD':
         return job.mode
     name = ('CalculiX ' if job.of_calculix() else 'mfec ') + job.mode
+    if job.threads > 1:
+        name += f' --threads {job.threads}'
     return name + (f' {job.method}' if job.method != 'NTOS' else '')
 
 
@@ -50,8 +52,15 @@ def read_csv(path):
         for line in csv.DictReader(stream):
             result = {name: number(value) for name, value in line.items()}
             found[Row(scene=line['scene'], program=line['program'], size=float(line['size']),
+                      threads=threads_of(line['program']),
                       limit=line['complete'] == 'no')] = result
     return found
+
+
+def threads_of(program):
+    """How many threads a row's program had."""
+    words = program.split()
+    return int(words[words.index('--threads') + 1]) if '--threads' in words else 1
 
 
 def number(text):
