@@ -70,6 +70,9 @@ module result_types
     ! The state before, from which first touches are foreseen
     real(wp) :: span_before = 0.0_wp !! length of the last increment, 0 if not known [time]
     real(wp), allocatable :: displacement_before(:, :) !! (3, nodes) at its start [length]
+    ! What it was in balance with
+    integer :: scene(4) = 0 !! sums over the scene and over the time, 0 if not known
+    real(wp) :: residual = 0.0_wp !! residual over the force scale
     ! Of the condensed form, if it is in use
     integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]

@@ -37,6 +37,8 @@ contains
       why = 'a displacement is not a number'
     else if (.not. all_finite(reshape(state%reaction, [size(state%reaction)]))) then
       why = 'a reaction is not a number'
+    else if (.not. all_finite([state%residual])) then
+      why = 'its residual is not a number'
     else if (allocated(state%candidate)) then
       if (any(state%candidate < 0 .or. state%candidate > 1)) then
         why = 'the nodes held for contact are not marked by 0 and 1'

@@ -1,7 +1,7 @@
 !> Reads the restart part of a results file, and refuses one that does not fit the deck.
 module state_reader
   use kinds, only: wp
-  use errors, only: error_t, raise, exit_deck
+  use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
@@ -15,6 +15,7 @@ module state_reader
   use state_fit, only: check_fit
   use cell_state, only: read_cells
   use path_state, only: read_before
+  use scene_state, only: read_scene
   implicit none
   private
   public :: read_state
@@ -41,7 +42,12 @@ contains
     call open_states(path, file, error)
     if (allocated(error)) return
     call find_state(file, step, slot, error)
-    if (.not. allocated(error)) call check_fit(file, model, error)
+    if (.not. allocated(error)) then
+      call check_fit(file, model, error)
+      if (allocated(error)) then
+        if (error%code == exit_resources) call raise_damaged(path, error)
+      end if
+    end if
     if (.not. allocated(error) .and. slot > 0) then
       call read_slot(file, model, slot, state, error)
       if (.not. allocated(error)) call check_sum(file, slot, state%step, error)
@@ -182,6 +188,7 @@ contains
     if (allocated(error)) return
     call read_block(file, root//'reaction', state%reaction, slot, error)
     if (.not. allocated(error)) call read_before(file, root, slot, state, error)
+    if (.not. allocated(error)) call read_scene(file, root, slot, state, error)
     if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)

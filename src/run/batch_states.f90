@@ -10,6 +10,7 @@ module batch_states
   use run_progress, only: run_state_t
   use result_types, only: saved_state_t
   use saved_states, only: keep_state, read_kept_state, take_state, note_passed
+  use restored_balance, only: check_time, check_balance
   implicit none
   private
   public :: run_save, run_rest
@@ -47,10 +48,13 @@ contains
 
     call read_kept_state(run%states, command%text, nint(command%v(1)), context%model, saved, &
       path, error)
+    if (.not. allocated(error)) call check_time(path, saved, error)
     if (allocated(error)) return
     run%position%clock = saved%time
     if (is_passing(run%position)) return
     call take_state(saved, context%model, context%system, context%state)
+    call check_balance(path, context%model, context%system, context%state, saved, error)
+    if (allocated(error)) return
     call log_line(context%files%log, '  back to the state of time '// &
       to_text(context%state%time, 12)//' in '//path, error)
   end subroutine run_rest

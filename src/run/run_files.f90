@@ -20,6 +20,8 @@ module run_files
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use frame_fields, only: fill_frame
   use text_files, only: make_folder
+  use scene_marks, only: mark_scene, mark_time
+  use restored_balance, only: residual_share_of
   implicit none
   private
   public :: contact_ending, run_files_t, create_files, recover_fields, write_row, fill_state, &
@@ -256,6 +258,8 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
+    saved%residual = residual_share_of(system)
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept

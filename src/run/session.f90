@@ -30,6 +30,7 @@ module session
   use check_report, only: print_check, report_gaps
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
+  use restored_balance, only: check_time, check_balance
   use result_types, only: saved_state_t
   use signals, only: begin_writing, end_writing
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
@@ -181,7 +182,11 @@ contains
     if (allocated(error)) return
     states%base = restart_base(states%base, options%restart)
     if (saved%step == 0) return
+    call check_time(options%restart, saved, error)
+    if (allocated(error)) return
     call take_state(saved, model, system, state)
+    call check_balance(options%restart, model, system, state, saved, error)
+    if (allocated(error)) return
     state%step = saved%step
     states%step = saved%step
     states%time = saved%time

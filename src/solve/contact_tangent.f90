@@ -26,6 +26,9 @@ module contact_tangent
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
+  !> Degrees of freedom of the whole form over the rows of the other, at most: there are several
+  !! rows for each of them where it is taken.
+  integer, parameter :: most_whole = 2
   !> Columns of the dense matrix that are formed at a time.
   integer, parameter :: block = 8
 
@@ -84,7 +87,8 @@ contains
       tangent%modes = condensed%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
-      if (condensed%n_live > tangent%most_dense .and. .not. tangent%dense) tangent%whole = .false.
+      if (condensed%n_live > most_whole*tangent%most_dense .and. .not. tangent%dense) &
+        tangent%whole = .false.
       if (.not. tangent%whole) call peel_elements(condensed, tangent)
       tangent%iterated = .not. (tangent%whole .or. tangent%dense) .and. tangent%rank > &
         tangent%most_dense

@@ -5,9 +5,8 @@ import meshing
 from half_spaces import graded, table
 
 LANDING = '../properties/decks/landing.inp'
-STEPS = (4, 16, 64)
-# What is wanted of the shear with so many increments, of the value that the mesh tends to.
-WANTED = {1: 0.05, 4: 0.05, 16: 0.03, 64: 0.015}
+# What is wanted of the shear with so many increments.
+WANTED = {4: 0.04, 16: 0.03, 64: 0.015}
 # Radial sum over Fn: axisymmetric finite elements, the scene of `Press`, and Spence's half-spaces.
 SCENE = {0.3: 0.0853, 0.1: 0.0746}
 
@@ -48,22 +47,25 @@ class Press:
     """A sphere of radius 200 on a block: quarter bodies, both far faces held, pressed by 6e-4.
 
     The mesh is polar, cut without a direction of its own; a cut along one direction is wrong by 10 %.
+    Cells of one size go down to 0.45 and grow slowly: with cells that grow by 1.35 below 0.2 the
+    radial sum tends to a value 1.3 % too small, whatever the facets and the increments are. A
+    penalty of 10 E/h takes another 1.5 %.
     """
 
     radius, approach = 200.0, 6e-4
 
-    def __init__(self, cell):
+    def __init__(self, cell, ratio=1.2):
         self.mesh, self.parts = meshing.Mesh(), {}
         self.add('upper', cell, (0.8, 0.6), 0.45, 1)
-        self.add('lower', 1.2*cell, (1.6, 1.0), 0.5, -1)
+        self.add('lower', ratio*cell, (1.6, 1.0), 0.5, -1)
         for k in (0, 1):
             self.parts[f'mirror{k + 1}'] = [n for n, x in enumerate(self.mesh.nodes, 1)
                                             if abs(x[k]) < 1e-9]
 
     def add(self, name, cell, size, fine, sign):
         """One body: radius and height, cells of one size up to the radius `fine`."""
-        line = graded(cell, fine, size[0], 1.35)
-        levels = graded(0.5*cell, 0.2, size[1], 1.35)
+        line = graded(cell, fine, size[0], 1.15)
+        levels = graded(0.5*cell, 0.45, size[1], 1.15)
         if sign < 0:
             levels = [-z for z in reversed(levels)]
 
@@ -97,6 +99,7 @@ class Press:
                 '  lower_far 1 1 1\n  mirror1 1 0 0\n  mirror2 0 1 0\n\n'
                 f'DISPlacement\n  upper_far 0 0 {-self.approach!r}\n\n' + table(1, ((0, 0), (1, 1))) +
                 f'CONTact\n  PAIR 1 caps\n    {side} above below ' + ' '.join(points) +
+                ('' if 'AUGM' in form else '\n    PENAlty AUTO 100') +
                 f'\n    FRICtion COULomb {mu!r}\n' + ''.join(f'    {option}\n' for option in options) +
                 f'\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n  EVERy {steps}\n\n'
                 f'END\nBATCh\n  DT,,1/{steps}\n  STEP,,{steps}\nEND\nSTOP\n')
@@ -113,18 +116,29 @@ class Press:
 
 
 def indentation(bench):
-    """Shear under a press over increments, on a mesh of 0.05 and on a finer one."""
-    coarse, fine = Press(0.05), Press(0.035)
-    for mu, forms in ((0.3, ('NTOS', 'GTOS', 'GTOS SEGMent', 'GTOS +SMOO')), (0.1, ('GTOS',))):
-        for form in forms:
-            values = [coarse.shear(bench, form, mu, steps) for steps in STEPS]
-            for steps, value in zip(STEPS[:2], values):
-                bench.compare(f'radial sum, mu {mu}, {steps} increments of 64', 'as with 64', values[-1],
-                              value, WANTED[steps], form=form)
-    for mu in SCENE:
-        at_16 = [press.shear(bench, 'NTOS', mu, 16) for press in (coarse, fine)]
-        limit = at_16[1] + (at_16[1] - at_16[0])*0.035/(0.05 - 0.035)
-        bench.compare(f'radial sum, mu {mu}, 16 increments, cells to 0', 'axisymmetric elements',
-                      SCENE[mu], limit, WANTED[16])
-        bench.remark(f'radial sum over Fn with mu {mu}, 16 increments, cells of 0.05 and 0.035: '
-                     f'{at_16[0]:.4f} and {at_16[1]:.4f}')
+    """Shear under a press in few and in many increments, against axisymmetric elements."""
+    press = Press(bench.draw('cell', 0.045, 0.055), bench.draw('cells below over above', 1.15, 1.25))
+    forms = ('NTOS', 'GTOS', 'GTOS SEGMent', 'NTOS +SMOO', 'GTOS +SMOO', 'NTOS +AUGM', 'GTOS +AUGM')
+    for mu, some in ((0.3, forms), (0.1, forms[:2])):
+        for form in some:
+            for steps, wanted in WANTED.items():
+                if bench.reduced and steps > 16:
+                    continue
+                known, why = misses(form, mu, steps)
+                bench.compare(f'radial sum, mu {mu}, {steps} increments', 'axisymmetric elements',
+                              SCENE[mu], press.shear(bench, form, mu, steps), wanted, form=form,
+                              known=known, why=why)
+
+
+def misses(form, mu, steps):
+    """How far a row may be off that is known to miss, and why."""
+    if mu < 0.3:
+        return 0.08, 'the ring that slips is one or two facets wide; neither the penalty (10 to ' \
+            '300 E/h: 0.5 %) nor the increments change it'
+    if steps == 4 and form.startswith('NTOS'):
+        return 0.06, 'of first order in the increment, with the largest constant for nodes: few of ' \
+            'them touch in each of four increments'
+    if form == 'GTOS +AUGM':
+        return 0.04, 'not found; the same with 16 and 64 increments, and NTOS with multipliers is ' \
+            'right to 0.4 %'
+    return None, ''

@@ -1,0 +1,124 @@
+!> Whether a state that was read is in balance: its numbers may be those of a run one by one, and
+!! yet not belong together (doc/manual, "Going on from a state").
+module restored_balance
+  use kinds, only: wp
+  use errors, only: error_t, raise, exit_deck
+  use text, only: to_text
+  use contact_parameters, only: first_raise
+  use contact_system, only: load_contact
+  use force_scales, only: force_scale
+  use increment_start, only: begin_at
+  use model_types, only: model_t
+  use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
+  use result_types, only: saved_state_t
+  use scene_marks, only: mark_scene, mark_time
+  use smooth_normals, only: renew_patches
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: check_time, check_balance, residual_share_of
+
+  !> What balance may lack over the force scale, where the run left less, with multipliers and
+  !! without.
+  real(wp), parameter :: least = 1.0e-7_wp
+  real(wp), parameter :: least_augmented = 1.0e-5_wp
+  !> The same over what the run left, and at most.
+  real(wp), parameter :: over_left = 100.0_wp
+  real(wp), parameter :: most = 1.0e-2_wp
+
+contains
+
+  !> Refuses a state whose time is not the one that it was written with.
+  subroutine check_time(path, saved, error)
+    character(*), intent(in) :: path !! the file it was read from
+    type(saved_state_t), intent(in) :: saved !! the state
+    type(error_t), allocatable, intent(out) :: error !! another time
+
+    if (all(saved%scene == 0) .or. all(saved%scene(3:4) == mark_time(saved%time))) return
+    call refuse(path, saved, 'it was not written at its time '//to_text(saved%time), error)
+  end subroutine check_time
+
+  !> Refuses a state that is not in balance with the loads, supports, materials and pairs that it
+  !! was written with. Where the deck has others now, nothing can be said.
+  subroutine check_balance(path, model, system, state, saved, error)
+    character(*), intent(in) :: path !! the file it was read from
+    type(model_t), intent(inout) :: model !! pairs with the points of the state
+    type(system_t), intent(inout) :: system !! residual and contact elements are overwritten
+    type(state_t), intent(in) :: state !! the state, taken
+    type(saved_state_t), intent(in) :: saved !! the same as read
+    type(error_t), allocatable, intent(out) :: error !! it is not in balance
+    real(wp) :: share, support
+    logical :: active
+    integer :: k
+
+    if (any(saved%scene(1:2) /= mark_scene(model, system, saved%time))) return
+    active = system%condensed%active
+    system%condensed%active = .false.
+    call form_state(model, system, state)
+    share = least
+    do k = 1, size(model%pairs)
+      if (.not. model%pairs(k)%augmented) cycle
+      share = max(share, least_augmented, over_left*model%pairs(k)%augment_tolerance)
+    end do
+    share = max(share, min(most, over_left*saved%residual))
+    share = share*computed_forces(system) + round_off_factor*system%round_off
+    support = norm2(merge(state%reaction - system%bulk_force - system%contact_force &
+      + system%external, 0.0_wp, system%equation == 0))
+    if (residual_norm(system) > share) then
+      call refuse(path, saved, 'its residual is '//to_text(residual_norm(system), 3)// &
+        ', where forces are '//to_text(computed_forces(system), 3), error)
+    else if (support > share) then
+      call refuse(path, saved, 'its reactions differ by '//to_text(support, 3)// &
+        ' from the forces of its displacements, '//to_text(computed_forces(system), 3), error)
+    end if
+    system%condensed%active = active
+  end subroutine check_balance
+
+  !> The residual at a state as it stands.
+  subroutine form_state(model, system, state)
+    type(model_t), intent(inout) :: model !! pairs: working points, patches
+    type(system_t), intent(inout) :: system !! gets residual, forces, round_off
+    type(state_t), intent(in) :: state !! the state
+    integer :: k
+
+    call begin_at(model, system, state, state%time)
+    system%u = state%u
+    system%x_now = model%mesh%x + state%u
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%smooth) call renew_patches(model%pairs(k), system%x_now)
+      model%pairs(k)%raise = 1.0_wp
+      if (model%pairs(k)%softened) model%pairs(k)%raise = first_raise(model%pairs(k))
+    end do
+    call load_contact(model, system)
+    call form_residual(system, model%mesh%x)
+    call estimate_round_off(system, model%mesh%x)
+  end subroutine form_state
+
+  !> Norm of loads, contact forces and forces of the supports as they follow from displacements.
+  pure real(wp) function computed_forces(system) result(norm)
+    type(system_t), intent(in) :: system !! residual formed
+
+    norm = norm2([norm2(system%external), norm2(system%contact_force), norm2(merge( &
+      system%bulk_force + system%contact_force, 0.0_wp, system%equation == 0))])
+  end function computed_forces
+
+  !> What the residual of an accepted state was, over the force scale.
+  pure real(wp) function residual_share_of(system) result(share)
+    type(system_t), intent(in) :: system !! as accepted
+
+    share = 0.0_wp
+    if (force_scale(system) > 0.0_wp) share = residual_norm(system)/force_scale(system)
+  end function residual_share_of
+
+  !> Says that a state cannot be taken, and why.
+  subroutine refuse(path, saved, why, error)
+    character(*), intent(in) :: path !! the file it was read from
+    type(saved_state_t), intent(in) :: saved !! the state
+    character(*), intent(in) :: why !! what is wrong
+    type(error_t), allocatable, intent(out) :: error !! the message
+
+    call raise(error, exit_deck, 'error: the state of step '//to_text(saved%step)//' in '//path// &
+      ' is not in balance with this deck, with which it was written: '//why//new_line('a')// &
+      '  something has changed the file; restart from an earlier --step')
+  end subroutine refuse
+end module restored_balance

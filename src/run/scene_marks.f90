@@ -1,0 +1,95 @@
+!> Sums over what the balance of a state rests on, by which a restart knows that the deck is still
+!! the one that the state was in balance with: loads and supports at its time, materials, pairs.
+module scene_marks
+  use, intrinsic :: iso_fortran_env, only: int32, int64
+  use kinds, only: wp
+  use checksums, only: block_sum
+  use contact_types, only: pair_t
+  use loads, only: load_factor
+  use model_types, only: model_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: mark_scene, mark_time
+
+contains
+
+  !> The sum over a scene at a time, in two words.
+  pure function mark_scene(model, system, time) result(mark)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! its degrees of freedom
+    real(wp), intent(in) :: time !! the time
+    integer(int32) :: mark(2)
+    integer(int64) :: sum
+    integer :: m, k
+
+    sum = ieor(sum_of('loads', reshape(loads_at(model, system, time), [3*model%mesh%nodes])), &
+      block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
+    sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
+      merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
+    sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
+      model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
+    do k = 1, size(model%pairs)
+      sum = ieor(sum, sum_of_pair(model%pairs(k)))
+    end do
+    mark = transfer(sum, mark)
+  end function mark_scene
+
+  !> The sum over a time, in two words.
+  pure function mark_time(time) result(mark)
+    real(wp), intent(in) :: time !! the time
+    integer(int32) :: mark(2)
+
+    mark = transfer(sum_of('time', [time]), mark)
+  end function mark_time
+
+  !> Prescribed displacements and applied forces.
+  pure function loads_at(model, system, time) result(values)
+    type(model_t), intent(in) :: model !! conditions and loads
+    type(system_t), intent(in) :: system !! its degrees of freedom
+    real(wp), intent(in) :: time !! the time
+    real(wp) :: values(3, model%mesh%nodes), factor
+    integer :: i, k, known
+
+    known = -1
+    factor = 0.0_wp
+    do i = 1, model%mesh%nodes
+      do k = 1, 3
+        if (model%conditions%load(k, i) /= known) then
+          known = model%conditions%load(k, i)
+          factor = load_factor(model%loads, known, time)
+        end if
+        values(k, i) = factor*merge(model%conditions%displacement(k, i), &
+          model%conditions%force(k, i), system%equation(k, i) == 0)
+      end do
+    end do
+  end function loads_at
+
+  !> The sum over what the forces of a pair depend on.
+  pure integer(int64) function sum_of_pair(pair) result(sum)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer :: flags(7)
+
+    flags = [merge(1, 0, [pair%segmented, pair%smooth, pair%augmented, pair%softened, &
+                          pair%convected]), pair%slip_rule, pair%direction]
+    sum = ieor(block_sum(pair%name//' form', flags), sum_of(pair%name//' friction', [pair%mu, &
+      pair%axis, pair%point, pair%angle]))
+    if (pair%segmented) then
+      sum = ieor(sum, sum_of(pair%name//' density', [pair%density]))
+    else
+      sum = ieor(sum, sum_of(pair%name//' penalty', pair%epsilon))
+    end if
+    if (allocated(pair%lay)) sum = ieor(sum, sum_of(pair%name//' lay', &
+      reshape(pair%lay, [size(pair%lay)])))
+    if (allocated(pair%facet_axis)) sum = ieor(sum, sum_of(pair%name//' field', &
+      reshape(pair%facet_axis, [size(pair%facet_axis)])))
+  end function sum_of_pair
+
+  !> The sum over numbers; zeros of either sign are the same.
+  pure integer(int64) function sum_of(name, values) result(sum)
+    character(*), intent(in) :: name !! of the block
+    real(wp), intent(in) :: values(:) !! the numbers
+
+    sum = block_sum(name, transfer(values + 0.0_wp, [integer(int32) ::]))
+  end function sum_of
+end module scene_marks
