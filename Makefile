@@ -194,8 +194,8 @@ build/venv-pictures/stamp: postproc/requirements-pictures.txt build/venv/stamp .
 test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
 	@python3 tests/package_test build/venv-pictures
 
-test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec ## what .ci/run adds to `make test`: package, manuals, installation, a stranger's path
-	@tests/more
+test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec ## what goes beyond `make test`: package, manuals, installation, a stranger's path, clean root (MORE=quick: without)
+	@tests/more $(MORE)
 
 verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
 	@rm -rf build/verification/seeds
