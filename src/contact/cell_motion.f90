@@ -13,7 +13,7 @@ module cell_motion
   public :: carry_tips, find_tips, have_stayed, lag_corners
 
   !> Points of cells that are cut anew are where they were, in shape functions.
-  real(wp), parameter :: at_place = 1.0e-4_wp
+  real(wp), parameter :: at_place = 1.0e-8_wp
   !> Elastic slip below this is none [shape functions].
   real(wp), parameter :: no_slip = 1.0e-12_wp
 
@@ -82,8 +82,8 @@ contains
     stay = size(cells) > 0
     if (.not. stay) return
     if (would_stay(cells, moved, fresh, host)) return
-    stay = abs(sum(cells%area) - sum(fresh%area)) <= limits(merge(2, 1, any(moved%status &
-      == status_stick)))*pair%slave_area(f) &
+    stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(merge(2, 1, &
+      any(moved%status == status_stick))))*pair%slave_area(f) &
       .and. (any(moved%host > 0) .eqv. any(host > 0))
     do p = 1, size(cells)
       if (.not. stay) return

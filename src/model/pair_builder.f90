@@ -296,7 +296,7 @@ contains
     if (pair%relative < 1.0_wp) depth = min(depth, 0.5_wp*huge(depth)*pair%relative)
     t = ', '//to_text(pair%relative, 3)//' E/h with h = '//to_text(pair%cell, 3)// &
       '; a pressure of E/1000 penetrates by '// &
-      to_text(1.0e-3_wp*pair%cell/pair%relative, 2)//' [length]'
+      to_text(depth/pair%relative, 2)//' [length]'
     if (pair%augmented) t = ', '//to_text(pair%relative, 3)//' E/h with h = '// &
       to_text(pair%cell, 3)//'; AUGMent closes the gap it leaves'
   end function expected_penetration

@@ -261,11 +261,22 @@ contains
       associate (pair => model%pairs(k))
         if (.not. (pair%segmented .and. any(system%touch%waits(:, k)))) cycle
         call cut_touched(pair, [(is_waiting(pair, system, k, p), p=1, count_points(pair))], &
-          system%x_old, system%x_now, changes)
+          system%x_old, meeting_place(system, k), changes)
       end associate
     end do
     if (changes > 0) call place_touches(model, system, .false.)
   end subroutine cut_where_touched
+
+  !> Where all nodes are when the first body of a pair touches.
+  pure function meeting_place(system, k) result(x)
+    type(system_t), intent(in) :: system !! touch known
+    integer, intent(in) :: k !! the pair
+    real(wp) :: x(3, size(system%x_old, 2))
+    real(wp) :: share
+
+    share = min(1.0_wp, minval(system%touch%start(:, k), system%touch%waits(:, k)))
+    x = system%x_old + share*(system%touch%x_free - system%x_old)
+  end function meeting_place
 
   !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
   !! from that as the bodies carried rigidly do.
