@@ -8,7 +8,7 @@ module condensed_motions
   implicit none
   private
   public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion
+    sum_forces, push_live, in_lengths, add_live_motion, slenderness
 
 contains
 
@@ -26,6 +26,23 @@ contains
         body%pin_node, body%pin_direction)
     end associate
   end subroutine pin_body
+
+  !> Largest ratio of the compliances at the candidates of a body that contact alone holds; 1 if
+  !! there is none.
+  pure real(wp) function slenderness(condensed)
+    type(condensed_t), intent(in) :: condensed !! bodies with their compliances
+    real(wp), allocatable :: softness(:)
+    integer :: b, i
+
+    slenderness = 1.0_wp
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0 .or. body%m == 0) cycle
+        softness = [(body%compliance(i, i), i=1, body%m)]
+        slenderness = max(slenderness, maxval(softness)/max(minval(softness), tiny(1.0_wp)))
+      end associate
+    end do
+  end function slenderness
 
   !> Work of nodal forces on the rigid motions that supports leave.
   pure subroutine push_bodies(system, force, push)

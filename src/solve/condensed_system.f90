@@ -2,6 +2,7 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
+  use text, only: to_text
   use element_types, only: max_dofs
   use elmlib, only: routine_none, routine_smooth
   use element_lists, only: master_nodes
@@ -14,7 +15,7 @@ module condensed_system
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
-  use condensed_motions, only: find_imbalance, add_motion_inside
+  use condensed_motions, only: find_imbalance, add_motion_inside, slenderness
   use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
@@ -24,13 +25,17 @@ module condensed_system
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
     recover_interior, keep_forces
 
+  !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
+  !! costs are missing where the body touches.
+  real(wp), parameter :: most_slender = 1.0e5_wp
+
 contains
 
   !> Condenses the system, or says why it cannot be.
   subroutine start_condensed(model, system, if_cheaper, why, share)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets condensed
-    logical, intent(in) :: if_cheaper !! not where sparse factors cost less
+    logical, intent(in) :: if_cheaper !! not where sparse factors cost less, or no digits
     character(:), allocatable, intent(out) :: why !! why not; empty if it is done
     real(wp), intent(out) :: share !! what it costs over what sparse factors do, estimated
     integer :: outcome
@@ -62,6 +67,12 @@ contains
       why = 'its factorisation failed'
       if (outcome == solver_not_definite) why = 'the stiffness of a body is not positive definite'
       if (outcome == solver_out_of_memory) why = 'its factors need more memory than there is'
+      call free_condensed(system)
+      return
+    end if
+    if (if_cheaper .and. slenderness(system%condensed) > most_slender) then
+      why = 'it would cost digits: a body that contact alone holds is '// &
+        to_text(slenderness(system%condensed), 2)//' times softer in one place than in another'
       call free_condensed(system)
       return
     end if
