@@ -2,6 +2,7 @@
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
   use kinds, only: wp
+  use gmres, only: gmres_t
   use cholmod_solver, only: cholmod_t
   use rigid_motions, only: motions_t
   implicit none
@@ -70,7 +71,8 @@ module condensed_types
     real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
     real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
     integer, allocatable :: border_pivot(:) !! (modes) of its factor
-    real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
+    type(gmres_t) :: iteration !! GMRES on the rest, (live) long
+    real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
     real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
   end type contact_tangent_t
 
