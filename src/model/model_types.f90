@@ -31,6 +31,7 @@ module model_types
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
     real(wp) :: density = 0.0_wp !! rho
+    logical :: has_density = .false. !! the deck gives it
     logical :: rigid = .false. !! its regions have no degrees of freedom of their own
   end type material_t
 

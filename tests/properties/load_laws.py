@@ -51,3 +51,45 @@ class LoadLaws:
                     for i in range(3):
                         self.near(f'{solver}: R{i + 1} of {name} in step {step}', sets[name][i],
                                   bare.rea[step][name][i] + more[i], 1e-9)
+
+    def test_weight_is_carried(self):
+        block, base = 2*0.79*0.66*0.6, 3*1.7*1.3*0.5
+        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId')
+        for solver in ('UMFP', 'REDU'):
+            for what, loads, changes, mass in (
+                    ('all', ('GRAVity 1 2 -10',), (), block + base),
+                    ('one region', ('GRAVity\n  1 2 -10 IN base',), (), base),
+                    ('twice', ('GRAVity 0.25 0.5 -2.5', 'GRAVity\n  0.5 1 -5 0 IN base\n'
+                               '  0.25 0.5 -2.5 IN base\n  0.75 1.5 -7.5 IN block'), (), block + base),
+                    ('rigid base', ('GRAVity 1 2 -10',), (rigid,), block + base)):
+                r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1',) + loads, '--solver',
+                                solver, changes=changes)
+                for step, sets in r.rea.items():
+                    for i, g in enumerate((1, 2, -10)):
+                        wanted = -0.5*step*g*mass
+                        self.near(f'{solver}, {what}: R{i + 1} in step {step}',
+                                  sets['top'][i] + sets['base'][i], wanted, 1e-9)
+
+    def test_pressure_and_traction_are_carried(self):
+        for solver in ('UMFP', 'REDU'):
+            for what, loads, wanted in (
+                    ('pressure on a free face', 'PRESsure\n  flank 3 2', (-3*0.66*0.6, 0, 0)),
+                    ('pressure on a support', 'PRESsure\n  lid 1 2\n  lid 2 2', (0, 0, 3*0.79*0.66)),
+                    ('traction', 'TRACtion\n  flank 1 -2 0.5 2', (-0.396, 0.792, -0.198))):
+                r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1', loads), '--solver', solver)
+                for step, sets in r.rea.items():
+                    for i in range(3):
+                        self.near(f'{solver}, {what}: R{i + 1} in step {step}', sets['top'][i] +
+                                  sets['bottom'][i], wanted[i]*max(0.5*step - 1, 0), 1e-10)
+
+    def test_loads_do_not_depend_on_the_solver(self):
+        loads = RAMPS + ('DISPlacement\n  top 0 0 -0.01 1\n  top 0.02 0.01 0 2', 'GRAVity 1 2 -3 2',
+                         'PRESsure\n  flank 0.5 1', 'TRACtion\n  flank 0 0.25 0 2')
+        runs = [self.loaded(loads, '--solver', solver, out=solver) for solver in ('UMFP', 'REDU')]
+        self.agree('all of them', runs[1], runs[0], 1e-10)
+
+    def test_pressure_all_around(self):
+        with open(self.run(os.path.join(DECKS, 'squeezed_body.inp')).base + '.his') as stream:
+            row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+        for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+            self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
