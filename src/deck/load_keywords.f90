@@ -12,8 +12,8 @@ contains
     type(keyword_table_t), intent(inout) :: t !! the table
     character(*), parameter :: acceleration = 'r:g1 r:g2 r:g3 n:table IN w:region '// &
       '| r:g1 r:g2 r:g3 IN w:region | r:g1 r:g2 r:g3 [n:table]'
-    character(*), parameter :: which = 'n: number of the PROPortional table that scales it, 0 (the '// &
-      'default) the sum of all.'
+    character(*), parameter :: which = &
+      'table: number of the PROPortional table, 0 (the default) for the sum of all.'
 
     call add_command(t, table_mesh, 'TRACtion', '', 'dead traction on surfaces')
     call add_data(t, 'w:surface r:t1 r:t2 r:t3 [n:table]')
@@ -36,8 +36,8 @@ contains
     call explain(t, 'region where they are, which the log notes; a load along them: exit code 2.')
     call add_command(t, table_mesh, 'GRAVity', '| '//acceleration, 'weight of regions')
     call add_data(t, acceleration)
-    call explain(t, 'Acceleration, times DENSity (which each material in it must have) a force per')
-    call explain(t, 'reference volume; on all regions, or one. In the head, or in records below it.')
+    call explain(t, 'An acceleration; each material needs its DENSity. On all regions,')
+    call explain(t, 'or one. In the head, or in records below it.')
     call explain(t, which)
     call explain(t, 'Example: GRAVity 0 0 -9.81')
   end subroutine add_load_keywords

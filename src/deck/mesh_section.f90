@@ -1,6 +1,5 @@
 !> Reads the mesh commands with their data.
 module mesh_section
-  use text, only: lower
   use deck_types, only: record_t, item_t, item_word
   use records, only: item_count
   use numbers, only: is_letter
@@ -74,10 +73,7 @@ contains
     if (scan(item%text, '+*/^()') > 0) return
     if (.not. names .and. index(item%text, '-') > 0) return
     kind = starts_command
-    number = find_keyword(reading%table, table_mesh, item)
-    if (number > 0 .and. names) then
-      if (.not. is_spelt(item%text, reading%table%commands(number)%name)) number = 0
-    end if
+    number = find_keyword(reading%table, table_mesh, item, spelt=names)
     if (number > 0) return
     kind = starts_data
     if (names) return
@@ -85,16 +81,6 @@ contains
       kind = starts_nothing
     end if
   end subroutine classify
-
-  !> Whether a word is spelt on as in the full name of a command: `forc` and `force` are FORCe,
-  !! `force_top` is not.
-  pure logical function is_spelt(word, name)
-    character(*), intent(in) :: word !! as written
-    character(*), intent(in) :: name !! in full
-
-    is_spelt = len(word) <= len_trim(name)
-    if (is_spelt) is_spelt = lower(word) == lower(name(:len(word)))
-  end function is_spelt
 
   !> Closes the open set and starts another.
   subroutine start_command(reading, number, record, diagnostics)

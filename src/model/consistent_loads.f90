@@ -18,7 +18,7 @@ contains
     areas = spread(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))/6.0_wp, 2, size(x, 2))
   end function facet_areas
 
-  !> Integrals of the shape functions over a reference cell: a load b per volume gives b times these.
+  !> Integrals of the shape functions over a reference cell: a load b per volume gives b times them.
   pure function cell_volumes(x) result(volumes)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) [length]
     real(wp) :: volumes(size(x, 2))
