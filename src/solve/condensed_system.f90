@@ -2,11 +2,10 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
-  use text, only: to_text
   use element_types, only: max_dofs
   use elmlib, only: routine_none, routine_smooth
   use element_lists, only: master_nodes
-  use loads, only: load_factor
+  use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
   use umfpack_solver, only: solver_done, solver_out_of_memory
@@ -15,8 +14,8 @@ module condensed_system
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
-  use condensed_motions, only: find_imbalance, add_motion_inside, slenderness
-  use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
+  use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
+  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
@@ -24,10 +23,6 @@ module condensed_system
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
     recover_interior, keep_forces
-
-  !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
-  !! costs are missing where the body touches.
-  real(wp), parameter :: most_slender = 1.0e5_wp
 
 contains
 
@@ -45,10 +40,9 @@ contains
     if (system%equations == 0) why = 'there are no unknowns'
     if (len(why) > 0) return
     associate (condensed => system%condensed)
-      call load_patterns(model, condensed%patterns)
       if (.not. allocated(condensed%candidate)) then
         allocate (condensed%candidate(model%mesh%nodes), source=.false.)
-        call foresee_candidates(model, system, condensed%patterns, condensed%candidate)
+        call foresee_candidates(model, system, condensed%candidate)
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
         share = dense_share(model, system)
         if (if_cheaper .and. share > 1.0_wp) then
@@ -67,12 +61,10 @@ contains
       why = 'its factorisation failed'
       if (outcome == solver_not_definite) why = 'the stiffness of a body is not positive definite'
       if (outcome == solver_out_of_memory) why = 'its factors need more memory than there is'
-      call free_condensed(system)
-      return
+    else if (if_cheaper) then
+      why = lost_digits(system%condensed)
     end if
-    if (if_cheaper .and. slenderness(system%condensed) > most_slender) then
-      why = 'it would cost digits: a body that contact alone holds is '// &
-        to_text(slenderness(system%condensed), 2)//' times softer in one place than in another'
+    if (len(why) > 0) then
       call free_condensed(system)
       return
     end if
@@ -86,11 +78,9 @@ contains
     type(system_t), intent(inout) :: system !! gets loaded
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    integer :: i
 
     associate (condensed => system%condensed)
-      condensed%factors = [(load_factor(model%loads, condensed%patterns(i), time), i=1, &
-        size(condensed%patterns))]
+      condensed%factors = load_factors(model, time)
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
       if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
@@ -102,16 +92,17 @@ contains
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(inout) :: system !! gets kept of condensed
     type(state_t), intent(in) :: state !! last converged state
+    real(wp) :: force(3, model%mesh%nodes)
     integer :: i, k
 
     allocate (system%condensed%kept(3, model%mesh%nodes), source=0.0_wp)
     if (all(abs(state%u) <= 0.0_wp)) return
     call multiply(system%bulk_matrix, state%u, system%bulk_force)
+    call conditions_at(model, state%time, force=force)
     do i = 1, model%mesh%nodes
       do k = 1, 3
         if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
-        system%condensed%kept(k, i) = load_factor(model%loads, model%conditions%load(k, i), &
-          state%time)*model%conditions%force(k, i) - system%bulk_force(k, i)
+        system%condensed%kept(k, i) = force(k, i) - system%bulk_force(k, i)
       end do
     end do
   end subroutine find_forces
@@ -381,7 +372,7 @@ contains
 
     associate (condensed => system%condensed)
       call spread_yield(system, system%du)
-      do k = 1, size(condensed%patterns)
+      do k = 1, size(condensed%factors)
         system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
       end do
       if (condensed%modes > 0) call add_motion_inside(system)
