@@ -1,5 +1,6 @@
 !> What the keyword table is made of, and how it is filled and searched.
 module keyword_types
+  use text, only: lower
   use deck_types, only: item_t
   use records, only: is_word, four_letters
   use signatures, only: signature_t, compile_signature, token_t, kind_name
@@ -115,17 +116,24 @@ contains
     call move_alloc(more, table%commands(table%count)%help)
   end subroutine explain
 
-  !> Index of the command an item names, 0 if it names none.
-  pure integer function find_keyword(table, which, item) result(number)
+  !> Index of the command an item names, 0 if it names none. Where names may stand it must be spelt
+  !! on as in full: `forc` and `force` are FORCe, `force_top` is not.
+  pure integer function find_keyword(table, which, item, spelt) result(number)
     type(keyword_table_t), intent(in) :: table !! the table
     integer, intent(in) :: which !! table_mesh or table_batch
     type(item_t), intent(in) :: item !! the item
+    logical, intent(in), optional :: spelt !! its letters behind the fourth count, too
 
     do number = 1, table%count
       if (table%commands(number)%table /= which) cycle
-      if (is_word(item, table%commands(number)%key)) return
+      if (is_word(item, table%commands(number)%key)) exit
     end do
-    number = 0
+    if (number > table%count) number = 0
+    if (number == 0 .or. .not. present(spelt)) return
+    if (.not. spelt) return
+    associate (name => table%commands(number)%name)
+      if (lower(item%text) /= lower(name(:min(len(name), len(item%text))))) number = 0
+    end associate
   end function find_keyword
 
   !> Index of the own word an item names, 0 if it names none.

@@ -2,7 +2,8 @@
 module keywords
   use keyword_types, only: keyword_table_t
   use mesh_keywords, only: add_structure_keywords, add_mesh_keywords, add_selection_keywords, &
-    add_condition_keywords, add_coordinate_keywords, add_load_keywords
+    add_condition_keywords, add_coordinate_keywords
+  use load_keywords, only: add_load_keywords
   use contact_keywords, only: add_contact_keywords
   use study_keywords, only: add_study_keywords
   use batch_keywords, only: add_solution_keywords, add_report_keywords

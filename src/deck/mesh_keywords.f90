@@ -4,7 +4,7 @@ module mesh_keywords
   implicit none
   private
   public :: add_structure_keywords, add_mesh_keywords, add_selection_keywords, &
-    add_condition_keywords, add_coordinate_keywords, add_load_keywords
+    add_condition_keywords, add_coordinate_keywords
 
 contains
 
@@ -141,15 +141,17 @@ contains
     call explain(t, '    bottom  1 1 1')
     call explain(t, '    17 0    0 0 1')
     call add_command(t, table_mesh, 'DISPlacement', '', 'prescribed displacements by node or set')
-    call add_data(t, 'w:set r:u1 r:u2 r:u3 | p:node n:inc r:u1 r:u2 r:u3')
+    call add_data(t, 'w:set r:u1 r:u2 r:u3 [n:table] | p:node n:inc r:u1 r:u2 r:u3 [n:table]')
     call explain(t, 'Values of restrained dofs, times their proportional load; the last one wins.')
+    call explain(t, 'Records that end with the number of a table (0: the sum of all) add.')
     call explain(t, 'Example:')
     call explain(t, '  DISPlacement')
     call explain(t, '    top  0 0 -0.01')
     call add_command(t, table_mesh, 'FORCe', '', 'nodal forces by node or set')
-    call add_data(t, 'w:set r:f1 r:f2 r:f3 | p:node n:inc r:f1 r:f2 r:f3')
+    call add_data(t, 'w:set r:f1 r:f2 r:f3 [n:table] | p:node n:inc r:f1 r:f2 r:f3 [n:table]')
     call explain(t, 'Dead forces, times their proportional load; the last one wins.')
-    call explain(t, 'A set called force_top begins like FORCe: in quotes where it starts a record.')
+    call explain(t, 'Records that end with the number of a table (0: the sum of all) add.')
+    call explain(t, 'A set called force is spelt like FORCe: in quotes where it starts a record.')
     call explain(t, 'Example:')
     call explain(t, '  FORCe')
     call explain(t, '    8 0  0 0 -100')
@@ -180,10 +182,10 @@ contains
     call explain(t, edge)
     call explain(t, 'Example: 3 0.0  1 1 1')
     call add_command(t, table_mesh, 'EDISplacement', '', 'displacements by coordinate plane')
-    call add_data(t, 'd:direction r:coordinate r:u1 r:u2 r:u3')
+    call add_data(t, 'd:direction r:coordinate r:u1 r:u2 r:u3 [n:table]')
     call explain(t, edge)
     call add_command(t, table_mesh, 'EFORce', '', 'nodal forces by coordinate plane')
-    call add_data(t, 'd:direction r:coordinate r:f1 r:f2 r:f3')
+    call add_data(t, 'd:direction r:coordinate r:f1 r:f2 r:f3 [n:table]')
     call explain(t, edge)
     call add_command(t, table_mesh, 'EPROportional', '', 'load numbers by coordinate plane')
     call add_data(t, 'd:direction r:coordinate n:p1 n:p2 n:p3')
@@ -193,30 +195,15 @@ contains
     call explain(t, point)
     call explain(t, 'Example: NODE 0 0 0  1 1 1')
     call add_command(t, table_mesh, 'CDISplacement', '', 'displacements by coordinates')
-    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:u1 r:u2 r:u3', 'point and values')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:u1 r:u2 r:u3 [n:table]', &
+                  'point and values')
     call explain(t, point)
     call add_command(t, table_mesh, 'CFORce', '', 'nodal forces by coordinates')
-    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:f1 r:f2 r:f3', 'point and values')
+    call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 r:f1 r:f2 r:f3 [n:table]', &
+                  'point and values')
     call explain(t, point)
     call add_command(t, table_mesh, 'CPROportional', '', 'load numbers by coordinates')
     call add_word(t, 'NODE', 'r:x1 r:x2 r:x3 n:p1 n:p2 n:p3', 'point and numbers')
     call explain(t, point)
   end subroutine add_coordinate_keywords
-
-  !> Distributed loads.
-  subroutine add_load_keywords(t)
-    type(keyword_table_t), intent(inout) :: t !! the table
-
-    call add_command(t, table_mesh, 'TRACtion', 'w:surface r:t1 r:t2 r:t3', &
-                     'dead traction on a surface', available=.false.)
-    call add_command(t, table_mesh, 'PRESsure', 'w:surface r:p', &
-                     'pressure that follows a surface', available=.false.)
-    call add_command(t, table_mesh, 'HOLD', '', 'regions whose free rigid motions are held')
-    call add_data(t, 'w:region')
-    call explain(t, 'A body that only contact holds, and that slides or spins without resistance,')
-    call explain(t, 'has no unique place: a warning names the motion. HOLD keeps such motions of a')
-    call explain(t, 'region where they are, which the log notes; a load along them: exit code 2.')
-    call add_command(t, table_mesh, 'GRAVity', 'r:g1 r:g2 r:g3', 'acceleration', &
-                     available=.false.)
-  end subroutine add_load_keywords
 end module mesh_keywords

@@ -73,7 +73,7 @@ contains
     if (scan(item%text, '+*/^()') > 0) return
     if (.not. names .and. index(item%text, '-') > 0) return
     kind = starts_command
-    number = find_keyword(reading%table, table_mesh, item)
+    number = find_keyword(reading%table, table_mesh, item, spelt=names)
     if (number > 0) return
     kind = starts_data
     if (names) return

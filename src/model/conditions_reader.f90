@@ -2,12 +2,13 @@
 module conditions_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use deck_types, only: deck_t, data_set_t, location_t, item_number
+  use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number
   use records, only: item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
   use model_types, only: model_t
   use loads, only: has_load
-  use condition_draft, only: condition_draft_t, start_draft, quantity_restraint, &
+  use condition_draft, only: condition_draft_t, start_draft, finish_draft, &
+    quantity_restraint, &
     quantity_displacement, quantity_force, quantity_load
   use numbered_conditions, only: read_numbered_conditions
   use located_conditions, only: read_edge_conditions, read_point_conditions
@@ -41,7 +42,7 @@ contains
       quantity = quantity_of(deck%mesh(i)%command)
       if (quantity == 0) cycle
       associate (set => deck%mesh(i))
-        if (quantity == quantity_load) call check_load_numbers(set, model, diagnostics)
+        call check_tables(set, quantity, model, diagnostics)
         select case (set%command(1:1))
         case ('e')
           call read_edge_conditions(set, quantity, model%mesh, diagnostics, draft)
@@ -55,7 +56,7 @@ contains
     call restrain_rigid_nodes(model, draft)
     call restrain_loose_nodes(deck, model, diagnostics, draft)
     call check_displacements(draft, diagnostics)
-    model%conditions = draft%conditions
+    call finish_draft(draft, model%conditions)
   end subroutine read_conditions
 
   !> What a command prescribes, 0 if it is none of these.
@@ -76,28 +77,59 @@ contains
     end select
   end function quantity_of
 
-  !> Each load number must be 0 or have a table.
-  subroutine check_load_numbers(set, model, diagnostics)
-    type(data_set_t), intent(in) :: set !! an FPRO, EPRO or CPRO data set
-    type(model_t), intent(in) :: model !! has the load tables
+  !> Each number of a table must be 0 or have one.
+  subroutine check_tables(set, quantity, model, diagnostics)
+    type(data_set_t), intent(in) :: set !! a data set of conditions
+    integer, intent(in) :: quantity !! what it prescribes
+    type(model_t), intent(in) :: model !! has the tables
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    integer :: i, k, n, number
+    integer :: i, k, n, before
+    logical :: good
 
     do i = 1, set%count
       n = item_count(set%records(i))
-      do k = max(1, n - 2), n
-        associate (item => set%records(i)%items(k))
-          if (item%kind /= item_number) cycle
-          number = nint(item%value)
-          if (has_load(model%loads, number)) cycle
-          call report_error(diagnostics, item%at, 'proportional load '//to_text(number)// &
-            ' has no table', 'define it with PROPortional '//to_text(number)// &
-            ', or write 0 for the sum of all tables')
-          exit
-        end associate
-      end do
+      before = items_before(set, i)
+      select case (quantity)
+      case (quantity_load)
+        do k = max(1, n - 2), n
+          call check_table(set%records(i)%items(k), model, diagnostics, good)
+          if (.not. good) exit
+        end do
+      case (quantity_force, quantity_displacement)
+        do k = before + 4, n
+          call check_table(set%records(i)%items(k), model, diagnostics, good)
+        end do
+      end select
     end do
-  end subroutine check_load_numbers
+  end subroutine check_tables
+
+  !> Items of a record before its three values.
+  pure integer function items_before(set, i) result(before)
+    type(data_set_t), intent(in) :: set !! a data set of conditions
+    integer, intent(in) :: i !! number of the record
+
+    before = 2
+    if (set%command(1:1) == 'c') then
+      before = 4
+    else if (item_count(set%records(i)) > 0) then
+      if (set%records(i)%items(1)%kind /= item_number) before = 1
+    end if
+  end function items_before
+
+  !> A number must be 0 or that of a table.
+  subroutine check_table(item, model, diagnostics, good)
+    type(item_t), intent(in) :: item !! the number
+    type(model_t), intent(in) :: model !! has the tables
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    logical, intent(out) :: good !! it is right
+
+    good = item%kind /= item_number
+    if (.not. good) good = has_load(model%tables, nint(item%value))
+    if (good) return
+    call report_error(diagnostics, item%at, 'proportional load '//to_text(nint(item%value))// &
+      ' has no table', 'define it with PROPortional '//to_text(nint(item%value))// &
+      ', or write 0 for the sum of all tables')
+  end subroutine check_table
 
   !> Nodes of rigid materials have no degrees of freedom of their own.
   subroutine restrain_rigid_nodes(model, draft)
@@ -111,7 +143,7 @@ contains
       if (.not. model%materials(m)%rigid) cycle
       do k = 1, size(model%mesh%ix, 1)
         if (model%mesh%ix(k, e) == 0) exit
-        draft%conditions%restrained(:, model%mesh%ix(k, e)) = .true.
+        draft%restrained(:, model%mesh%ix(k, e)) = .true.
       end do
     end do
   end subroutine restrain_rigid_nodes
@@ -128,7 +160,7 @@ contains
     n = 0
     do i = 1, model%mesh%nodes
       if (model%mesh%used(i)) cycle
-      draft%conditions%restrained(:, i) = .true.
+      draft%restrained(:, i) = .true.
       if (.not. model%mesh%defined(i)) cycle
       if (first == 0) first = i
       n = n + 1
@@ -143,13 +175,22 @@ contains
     type(condition_draft_t), intent(in) :: draft !! the conditions
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(loose_t) :: loose(max_loose)
+    logical :: moved(3, size(draft%displacement_at, 2))
     integer :: i, k, n
 
+    moved = abs(draft%displacement) > 0.0_wp
+    do i = 1, size(draft%added)
+      associate (values => draft%added(i)%displacement)
+        do k = 1, values%n
+          moved(values%dof(k), values%node(k)) = .true.
+        end do
+      end associate
+    end do
     n = 0
     do i = 1, size(draft%displacement_at, 2)
       do k = 1, 3
-        if (draft%conditions%restrained(k, i)) cycle
-        if (abs(draft%conditions%displacement(k, i)) <= 0.0_wp) cycle
+        if (draft%restrained(k, i)) cycle
+        if (.not. moved(k, i)) cycle
         call gather_loose(draft%displacement_at(k, i), i, k, loose, n)
       end do
     end do

@@ -1,12 +1,126 @@
-!> Proportional loads: the factor of a load number at a time.
+!> Loads: the factor of a table at a time, and what all loads prescribe then (doc/theory, "Loads").
 module loads
   use kinds, only: wp
-  use model_types, only: load_table_t
+  use model_types, only: model_t, load_t, load_table_t, nodal_values_t
   implicit none
   private
-  public :: load_factor, has_load
+  public :: load_factor, load_factors, has_load, conditions_at, add_displacement, add_force, &
+    add_values, append_values, join_load, list_loads
 
 contains
+
+  !> Prescribed displacements and applied forces at `time`, all loads added up.
+  pure subroutine conditions_at(model, time, displacement, force)
+    type(model_t), intent(in) :: model !! loads and their tables
+    real(wp), intent(in) :: time !! the time
+    real(wp), intent(out), optional :: displacement(:, :) !! (3, nodes) 0 where none is [length]
+    real(wp), intent(out), optional :: force(:, :) !! (3, nodes) also where restrained [force]
+    real(wp) :: factors(size(model%conditions%loads))
+    integer :: k
+
+    factors = load_factors(model, time)
+    if (present(displacement)) displacement = 0.0_wp
+    if (present(force)) force = 0.0_wp
+    do k = 1, size(factors)
+      associate (load => model%conditions%loads(k))
+        if (present(displacement)) call add_displacement(load, factors(k), displacement)
+        if (present(force)) call add_force(load, factors(k), force)
+      end associate
+    end do
+  end subroutine conditions_at
+
+  !> Factors of all loads at `time`.
+  pure function load_factors(model, time) result(factors)
+    type(model_t), intent(in) :: model !! loads and their tables
+    real(wp), intent(in) :: time !! the time
+    real(wp) :: factors(size(model%conditions%loads))
+    integer :: k
+
+    factors = [(load_factor(model%tables, model%conditions%loads(k)%table, time), &
+      k=1, size(factors))]
+  end function load_factors
+
+  !> Adds what a load prescribes.
+  pure subroutine add_displacement(load, factor, u)
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(in) :: factor !! its factor
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
+
+    call scatter(load%displacement, factor, u)
+  end subroutine add_displacement
+
+  !> Adds the forces of a load.
+  pure subroutine add_force(load, factor, force)
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(in) :: factor !! its factor
+    real(wp), intent(inout) :: force(:, :) !! (3, nodes) forces [force]
+
+    call scatter(load%force, factor, force)
+  end subroutine add_force
+
+  !> Adds values at their places.
+  pure subroutine scatter(values, factor, field)
+    type(nodal_values_t), intent(in) :: values !! the values
+    real(wp), intent(in) :: factor !! times this
+    real(wp), intent(inout) :: field(:, :) !! (3, nodes)
+    integer :: j
+
+    do j = 1, values%n
+      associate (there => field(values%dof(j), values%node(j)))
+        there = there + factor*values%value(j)
+      end associate
+    end do
+  end subroutine scatter
+
+  !> Adds the values of a node to a pattern; zeros are left out.
+  pure subroutine add_values(values, node, value)
+    type(nodal_values_t), intent(inout) :: values !! gets them
+    integer, intent(in) :: node !! the node
+    real(wp), intent(in) :: value(3) !! one for each of its degrees of freedom
+    integer :: k
+
+    if (.not. allocated(values%value)) allocate (values%node(8), values%dof(8), values%value(8))
+    if (values%n + 3 > size(values%value)) call double_room(values)
+    do k = 1, 3
+      if (abs(value(k)) <= 0.0_wp) cycle
+      values%n = values%n + 1
+      values%node(values%n) = node
+      values%dof(values%n) = k
+      values%value(values%n) = value(k)
+    end do
+  end subroutine add_values
+
+  !> Twice the room.
+  pure subroutine double_room(values)
+    type(nodal_values_t), intent(inout) :: values !! grows
+    type(nodal_values_t) :: more
+    integer :: n
+
+    n = values%n
+    allocate (more%node(2*n + 8), more%dof(2*n + 8), more%value(2*n + 8))
+    more%node(:n) = values%node(:n)
+    more%dof(:n) = values%dof(:n)
+    more%value(:n) = values%value(:n)
+    call move_alloc(more%node, values%node)
+    call move_alloc(more%dof, values%dof)
+    call move_alloc(more%value, values%value)
+  end subroutine double_room
+
+  !> Place of the load with this table, which is added to the list if there is none.
+  pure subroutine join_load(loads, table, place)
+    type(load_t), allocatable, intent(inout) :: loads(:) !! the list
+    integer, intent(in) :: table !! number of a table
+    integer, intent(out) :: place !! where it is
+    type(load_t), allocatable :: more(:)
+
+    do place = 1, size(loads)
+      if (loads(place)%table == table) return
+    end do
+    allocate (more(place))
+    more(:place - 1) = loads
+    more(place)%table = table
+    call move_alloc(more, loads)
+  end subroutine join_load
 
   !> Factor of load `number` at `time`: number 0 is the sum of all tables, 1 if there is none.
   pure real(wp) function load_factor(tables, number, time) result(factor)
@@ -23,6 +137,47 @@ contains
       end if
     end do
   end function load_factor
+
+  !> Loads from displacements, forces and tables of all degrees of freedom: one for each table, in
+  !! the order in which nodes ask for them.
+  pure subroutine list_loads(displacement, force, table, loads)
+    real(wp), intent(in) :: displacement(:, :) !! (3, nodes) prescribed [length]
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) applied [force]
+    integer, intent(in) :: table(:, :) !! (3, nodes) numbers of tables
+    type(load_t), allocatable, intent(out) :: loads(:) !! the list
+    integer :: i, k, place
+
+    allocate (loads(0))
+    do i = 1, size(table, 2)
+      do k = 1, 3
+        if (abs(displacement(k, i)) <= 0.0_wp .and. abs(force(k, i)) <= 0.0_wp) cycle
+        call join_load(loads, table(k, i), place)
+        call add_values(loads(place)%displacement, i, along(k, displacement(k, i)))
+        call add_values(loads(place)%force, i, along(k, force(k, i)))
+      end do
+    end do
+  end subroutine list_loads
+
+  !> Appends one pattern to another.
+  pure subroutine append_values(more, values)
+    type(nodal_values_t), intent(in) :: more !! what to append
+    type(nodal_values_t), intent(inout) :: values !! grows
+    integer :: j
+
+    do j = 1, more%n
+      call add_values(values, more%node(j), along(more%dof(j), more%value(j)))
+    end do
+  end subroutine append_values
+
+  !> A vector along axis k.
+  pure function along(k, value) result(v)
+    integer, intent(in) :: k !! 1, 2 or 3
+    real(wp), intent(in) :: value !! its component
+    real(wp) :: v(3)
+
+    v = 0.0_wp
+    v(k) = value
+  end function along
 
   !> Whether a load number may be used: 0, or the number of a table.
   pure logical function has_load(tables, number)

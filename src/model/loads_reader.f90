@@ -13,14 +13,14 @@ module loads_reader
 
 contains
 
-  !> Fills model%loads.
+  !> Fills model%tables.
   subroutine read_loads(deck, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the loads
     integer :: i, next
 
-    allocate (model%loads(0))
+    allocate (model%tables(0))
     next = 1
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command == 'prop') call read_mesh_table(deck%mesh(i), diagnostics, model)
@@ -84,7 +84,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the table
 
-    if (has_load(model%loads, table%number)) then
+    if (has_load(model%tables, table%number)) then
       call report_error(diagnostics, head%at, 'proportional load '//to_text(table%number)// &
         ' has a table already', 'give the second table another number')
       return
@@ -94,7 +94,7 @@ contains
       table%t = [0.0_wp]
       table%p = [0.0_wp]
     end if
-    call append_table(table, model%loads)
+    call append_table(table, model%tables)
   end subroutine add_table
 
   !> Appends a table to the list.

@@ -70,6 +70,7 @@ contains
       material%rigid = .true.
     else if (is_word(record%items(1), 'density')) then
       material%density = item_real(record, 2)
+      material%has_density = .true.
     else if (is_word(record%items(1), 'elastic')) then
       if (elastic) then
         call report_error(diagnostics, record%at, 'elastic constants are given twice', &

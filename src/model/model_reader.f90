@@ -7,6 +7,7 @@ module model_reader
   use materials_reader, only: read_materials, assign_materials
   use loads_reader, only: read_loads
   use conditions_reader, only: read_conditions
+  use distributed_loads, only: read_distributed_loads
   use held_reader, only: read_held
   use contact_reader, only: read_pairs, pair_draft_t
   use pair_builder, only: build_pairs
@@ -41,6 +42,7 @@ contains
     end if
     call assign_materials(deck, diagnostics, model)
     call read_conditions(deck, diagnostics, model)
+    call read_distributed_loads(deck, diagnostics, model)
     call read_held(deck, diagnostics, model)
     call build_pairs(drafts, diagnostics, model)
     call read_output(deck, diagnostics, model)

@@ -7,7 +7,8 @@ module model_types
   use contact_types, only: pair_t
   implicit none
   private
-  public :: model_t, material_t, conditions_t, load_table_t, output_request_t, history_request_t
+  public :: model_t, material_t, conditions_t, load_t, nodal_values_t, load_table_t, &
+    output_request_t, history_request_t
   public :: law_linear, law_neohooke, law_svk
   public :: state_all, state_last, state_none
 
@@ -30,15 +31,28 @@ module model_types
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
     real(wp) :: density = 0.0_wp !! rho
+    logical :: has_density = .false. !! the deck gives it
     logical :: rigid = .false. !! its regions have no degrees of freedom of their own
   end type material_t
 
-  !> What is prescribed at the nodes.
+  !> Values at some degrees of freedom; those of one that stands twice add.
+  type :: nodal_values_t
+    integer :: n = 0 !! entries in use
+    integer, allocatable :: node(:), dof(:) !! (n or more) where
+    real(wp), allocatable :: value(:) !! (n or more) how much
+  end type nodal_values_t
+
+  !> A load: prescribed displacements and forces that grow with one table.
+  type :: load_t
+    integer :: table = 0 !! number of its table, 0 for the sum of all
+    type(nodal_values_t) :: displacement !! of restrained degrees of freedom, factor 1 [length]
+    type(nodal_values_t) :: force !! on any degree of freedom, factor 1 [force]
+  end type load_t
+
+  !> What is prescribed at the nodes; the loads of a degree of freedom add.
   type :: conditions_t
     logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
-    real(wp), allocatable :: displacement(:, :) !! (3, nodes) prescribed values, load factor 1
-    real(wp), allocatable :: force(:, :) !! (3, nodes) nodal forces before the load factor
-    integer, allocatable :: load(:, :) !! (3, nodes) proportional load number, 0 for the sum of all
+    type(load_t), allocatable :: loads(:) !! no two of one table
   end type conditions_t
 
   !> A proportional load: piecewise linear, or FEAP's type 1 function.
@@ -77,7 +91,7 @@ module model_types
     type(material_t), allocatable :: materials(:) !! materials in the order of the deck
     integer, allocatable :: element_material(:) !! (elements) index into materials
     type(conditions_t) :: conditions !! supports and loads
-    type(load_table_t), allocatable :: loads(:) !! proportional loads
+    type(load_table_t), allocatable :: tables(:) !! proportional loads
     type(pair_t), allocatable :: pairs(:) !! contact pairs in the order of the deck
     logical, allocatable :: held(:) !! (nodes) of regions whose free motions are held
     type(output_request_t) :: output !! what is written

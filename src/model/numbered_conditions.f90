@@ -7,8 +7,8 @@ module numbered_conditions
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use node_queries, only: node_exists, report_missing_node, nodes_of_item
-  use condition_draft, only: condition_draft_t, set_values, record_values, quantity_restraint, &
-    quantity_load
+  use condition_draft, only: condition_draft_t, set_values, record_values, record_table, &
+    quantity_restraint, quantity_load
   implicit none
   private
   public :: read_numbered_conditions
@@ -18,6 +18,7 @@ module numbered_conditions
     integer :: node = 0 !! its node, 0 when there is nothing to start from
     integer :: increment = 0 !! its increment, 0 for no generation
     real(wp) :: values(3) = 0.0_wp !! its values
+    integer :: table = 0 !! the table it names
   end type generation_t
 
 contains
@@ -78,6 +79,7 @@ contains
     end if
     this%increment = item_integer(record, 2)
     this%values = record_values(record, 2)
+    this%table = record_table(record, 2)
     if (quantity == quantity_restraint .and. previous%node > 0) then
       where (previous%values < 0.0_wp .and. abs(this%values) <= 0.0_wp) this%values = -1.0_wp
     end if
@@ -102,6 +104,11 @@ contains
 
     if (first%node == 0 .or. first%increment == 0) return
     if (abs(first%increment) >= abs(last%node - first%node)) return
+    if (first%table /= last%table) then
+      call report_error(diagnostics, item_location(record, 6), 'nodes are generated between '// &
+        'records that differ in their table', 'write the same table behind both records')
+      return
+    end if
     step = sign(first%increment, last%node - first%node)
     steps = (abs(last%node - first%node) + abs(step) - 1)/abs(step)
     do i = 1, steps - 1

@@ -5,7 +5,7 @@ module scene_marks
   use kinds, only: wp
   use checksums, only: block_sum
   use contact_types, only: pair_t
-  use loads, only: load_factor
+  use loads, only: conditions_at
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -23,7 +23,7 @@ contains
     integer(int64) :: sum
     integer :: m, k
 
-    sum = ieor(sum_of('loads', reshape(loads_at(model, system, time), [3*model%mesh%nodes])), &
+    sum = ieor(sum_of_loads(model, system, time), &
       block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
     sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
       merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
@@ -43,27 +43,22 @@ contains
     mark = transfer(sum_of('time', [time]), mark)
   end function mark_time
 
-  !> Prescribed displacements and applied forces.
-  pure function loads_at(model, system, time) result(values)
-    type(model_t), intent(in) :: model !! conditions and loads
+  !> The sum over prescribed displacements and applied forces; forces on supports count by
+  !! themselves, and only where there are such.
+  pure integer(int64) function sum_of_loads(model, system, time) result(sum)
+    type(model_t), intent(in) :: model !! conditions and tables
     type(system_t), intent(in) :: system !! its degrees of freedom
     real(wp), intent(in) :: time !! the time
-    real(wp) :: values(3, model%mesh%nodes), factor
-    integer :: i, k, known
+    real(wp), dimension(3, model%mesh%nodes) :: u, force
+    integer :: n
 
-    known = -1
-    factor = 0.0_wp
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (model%conditions%load(k, i) /= known) then
-          known = model%conditions%load(k, i)
-          factor = load_factor(model%loads, known, time)
-        end if
-        values(k, i) = factor*merge(model%conditions%displacement(k, i), &
-          model%conditions%force(k, i), system%equation(k, i) == 0)
-      end do
-    end do
-  end function loads_at
+    n = 3*model%mesh%nodes
+    call conditions_at(model, time, u, force)
+    sum = sum_of('loads', reshape(merge(u, force, system%equation == 0), [n]))
+    where (system%equation > 0) force = 0.0_wp
+    if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', &
+      reshape(force, [n])))
+  end function sum_of_loads
 
   !> The sum over what the forces of a pair depend on.
   pure integer(int64) function sum_of_pair(pair) result(sum)

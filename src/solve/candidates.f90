@@ -4,13 +4,13 @@ module candidates
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use loads, only: load_factor
+  use loads, only: load_factors, add_displacement
   use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
   use predictor, only: carry_bodies
   use system_types, only: system_t
   implicit none
   private
-  public :: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
+  public :: foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
 
   !> Slave nodes further from the master than this many search radii do not count.
@@ -29,44 +29,26 @@ module candidates
 
 contains
 
-  !> Numbers of the proportional loads that some condition uses.
-  subroutine load_patterns(model, patterns)
-    type(model_t), intent(in) :: model !! conditions
-    integer, allocatable, intent(out) :: patterns(:) !! load numbers, 0 for the sum of all
-    integer :: i, k
-
-    allocate (patterns(0))
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (abs(model%conditions%displacement(k, i)) <= 0.0_wp .and. &
-          abs(model%conditions%force(k, i)) <= 0.0_wp) cycle
-        if (any(patterns == model%conditions%load(k, i))) cycle
-        patterns = [patterns, model%conditions%load(k, i)]
-      end do
-    end do
-  end subroutine load_patterns
-
   !> Marks the slave nodes that come close to a master, and the facets below them with their
   !! neighbours, along the way on which the loads carry the bodies rigidly.
-  subroutine foresee_candidates(model, system, patterns, candidate)
+  subroutine foresee_candidates(model, system, candidate)
     type(model_t), intent(in) :: model !! pairs, conditions
     type(system_t), intent(in) :: system !! equations, bodies
-    integer, intent(in) :: patterns(:) !! load numbers in use
     logical, intent(inout) :: candidate(:) !! (nodes) marked
     real(wp), allocatable :: motion(:, :, :), times(:), from(:, :), to(:, :), x(:, :)
     real(wp) :: way
     type(facet_tree_t) :: tree
     integer :: k, c, part, parts
 
-    call rigid_motions(model, system, patterns, motion)
+    call rigid_motions(model, system, motion)
     call load_corners(model, times)
     allocate (x(3, model%mesh%nodes))
     do k = 1, size(model%pairs)
       call build_tree(tree, model%pairs(k)%facets, model%mesh%x)
-      from = moved(model, patterns, motion, times(1))
+      from = moved(model, motion, times(1))
       call mark_pair(model%pairs(k), tree, from, candidate)
       do c = 2, size(times)
-        to = moved(model, patterns, motion, times(c))
+        to = moved(model, motion, times(c))
         way = longest_way(model%pairs(k), from, to)
         parts = ceiling(way/max(model%pairs(k)%search_radius, way/real(most_positions, wp), &
                                 tiny(1.0_wp)))
@@ -128,20 +110,18 @@ contains
   end subroutine list_facets
 
   !> What a unit of each load does to the bodies if nothing resists.
-  subroutine rigid_motions(model, system, patterns, motion)
+  subroutine rigid_motions(model, system, motion)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
-    integer, intent(in) :: patterns(:) !! load numbers in use
-    real(wp), allocatable, intent(out) :: motion(:, :, :) !! (3, nodes, patterns) [length]
+    real(wp), allocatable, intent(out) :: motion(:, :, :) !! (3, nodes, loads) [length]
     real(wp), allocatable :: rest(:, :)
     integer :: k
 
-    allocate (motion(3, model%mesh%nodes, size(patterns)), rest(3, model%mesh%nodes), &
-      source=0.0_wp)
-    do k = 1, size(patterns)
-      where (system%equation == 0 .and. model%conditions%load == patterns(k))
-        motion(:, :, k) = model%conditions%displacement
-      end where
+    allocate (motion(3, model%mesh%nodes, size(model%conditions%loads)), &
+      rest(3, model%mesh%nodes), source=0.0_wp)
+    do k = 1, size(model%conditions%loads)
+      call add_displacement(model%conditions%loads(k), 1.0_wp, motion(:, :, k))
+      where (system%equation > 0) motion(:, :, k) = 0.0_wp
       call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, rest, &
         motion(:, :, k))
     end do
@@ -156,9 +136,9 @@ contains
     integer :: i, k
 
     allocate (all_times(1), source=0.0_wp)
-    do i = 1, size(model%loads)
-      associate (t => model%loads(i)%t)
-        if (model%loads(i)%function_form) then
+    do i = 1, size(model%tables)
+      associate (t => model%tables(i)%t)
+        if (model%tables(i)%function_form) then
           all_times = [all_times, [(t(1) + (t(2) - t(1))*real(k, wp)/real(function_parts, wp), &
             k=0, function_parts)]]
         else
@@ -175,17 +155,18 @@ contains
   end subroutine load_corners
 
   !> Positions at a time.
-  function moved(model, patterns, motion, time) result(x)
+  function moved(model, motion, time) result(x)
     type(model_t), intent(in) :: model !! mesh, loads
-    integer, intent(in) :: patterns(:) !! load numbers
-    real(wp), intent(in) :: motion(:, :, :) !! (3, nodes, patterns) unit motions [length]
+    real(wp), intent(in) :: motion(:, :, :) !! (3, nodes, loads) unit motions [length]
     real(wp), intent(in) :: time !! the time
     real(wp), allocatable :: x(:, :)
+    real(wp) :: factors(size(motion, 3))
     integer :: k
 
     x = model%mesh%x
-    do k = 1, size(patterns)
-      x = x + load_factor(model%loads, patterns(k), time)*motion(:, :, k)
+    factors = load_factors(model, time)
+    do k = 1, size(factors)
+      x = x + factors(k)*motion(:, :, k)
     end do
   end function moved
 

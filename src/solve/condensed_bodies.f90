@@ -5,6 +5,7 @@ module condensed_bodies
   use lapack_interface, only: dsymv, dgelss
   use threads, only: count_threads
   use costs, only: cost_t, add_costs
+  use loads, only: add_displacement, add_force
   use model_types, only: model_t
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
@@ -110,17 +111,15 @@ contains
     integer :: k
 
     allocate (force(3, model%mesh%nodes))
-    associate (condensed => system%condensed, conditions => model%conditions)
-      allocate (condensed%pushes(sum(system%motions%n), size(condensed%patterns)), source=0.0_wp)
-      allocate (condensed%influence(3, model%mesh%nodes, size(condensed%patterns)), source=0.0_wp)
-      do k = 1, size(condensed%patterns)
-        associate (mine => conditions%load == condensed%patterns(k))
-          where (system%equation == 0 .and. mine) condensed%influence(:, :, k) = &
-            conditions%displacement
-          force = 0.0_wp
-          where (system%equation > 0 .and. mine) force = conditions%force
-          call push_bodies(system, force, condensed%pushes(:, k))
-        end associate
+    associate (condensed => system%condensed, loads => model%conditions%loads)
+      allocate (condensed%pushes(sum(system%motions%n), size(loads)), source=0.0_wp)
+      allocate (condensed%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      do k = 1, size(loads)
+        call add_displacement(loads(k), 1.0_wp, condensed%influence(:, :, k))
+        force = 0.0_wp
+        call add_force(loads(k), 1.0_wp, force)
+        where (system%equation == 0) force = 0.0_wp
+        call push_bodies(system, force, condensed%pushes(:, k))
       end do
     end associate
   end subroutine begin_influence
@@ -138,17 +137,13 @@ contains
 
     outcome = solver_done
     allocate (force(3, model%mesh%nodes), u(3, model%mesh%nodes), internal(3, model%mesh%nodes))
-    associate (condensed => system%condensed, conditions => model%conditions)
-      do k = 1, size(condensed%patterns)
+    associate (condensed => system%condensed, loads => model%conditions%loads)
+      do k = 1, size(loads)
         u = 0.0_wp
         force = 0.0_wp
-        where (conditions%load == condensed%patterns(k))
-          where (system%equation == 0)
-            u = conditions%displacement
-          else where
-            force = conditions%force
-          end where
-        end where
+        call add_displacement(loads(k), 1.0_wp, u)
+        where (system%equation > 0) u = 0.0_wp
+        call add_force(loads(k), 1.0_wp, force)
         call multiply(system%bulk_matrix, u, internal)
         force = force - internal
         call solve_body(condensed%bodies(b), force, condensed%influence(:, :, k), costs, outcome)

@@ -7,7 +7,7 @@ module condensed_direction
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
-  use krylov, only: orthogonalise, rotate
+  use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading, add_leading
@@ -240,61 +240,52 @@ contains
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: iterations !! of GMRES
-    real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
-    real(wp) :: cosine(most_vectors), sine(most_vectors), pushed(condensed%modes)
-    real(wp) :: z(condensed%tangent%rank + condensed%modes + 1)
-    integer :: j, i
+    real(wp) :: z(condensed%tangent%rank + condensed%modes + 1), pushed(condensed%modes)
+    real(wp) :: rest(size(b))
+    real(wp), allocatable :: shares(:)
+    integer :: j
 
     call make_room(condensed%tangent, size(b))
-    associate (tangent => condensed%tangent, unknowns => condensed%tangent%rank + condensed%modes)
+    associate (tangent => condensed%tangent, iteration => condensed%tangent%iteration, &
+      unknowns => condensed%tangent%rank + condensed%modes)
       call answer_leading(tangent, b, push, z, t)
-      call apply_rest(tangent, t, tangent%base(:, 1))
+      call apply_rest(tangent, t, rest)
+      call begin_gmres(rest, most_vectors, iteration)
       y = 0.0_wp
-      h = 0.0_wp
-      g = 0.0_wp
-      g(1) = norm2(tangent%base(:, 1))
-      arrived = g(1) <= floor
-      j = 0
-      if (.not. arrived) tangent%base(:, 1) = tangent%base(:, 1)/g(1)
-      do while (.not. arrived .and. j < most)
-        j = j + 1
-        call apply_compliance(condensed, tangent%base(:, j), y)
-        call push_live(condensed, tangent%base(:, j), pushed)
+      do while (iteration%rest > floor .and. iteration%n < most)
+        j = iteration%n + 1
+        call apply_compliance(condensed, iteration%base(:, j), y)
+        call push_live(condensed, iteration%base(:, j), pushed)
         call answer_leading(tangent, y, pushed, tangent%shares(:, j), tangent%moved(:, j))
-        call apply_rest(tangent, tangent%moved(:, j), tangent%base(:, j + 1))
-        tangent%base(:, j + 1) = tangent%base(:, j + 1) + tangent%base(:, j)
-        call orthogonalise(tangent%base(:, 1:j + 1), h(1:j + 1, j))
-        call rotate(j, h, g, cosine, sine)
-        arrived = abs(g(j + 1)) <= floor
+        call apply_rest(tangent, tangent%moved(:, j), rest)
+        call add_image(rest + iteration%base(:, j), iteration)
       end do
-      iterations = j
+      arrived = iteration%rest <= floor
+      iterations = iteration%n
+      shares = gmres_shares(iteration)
       y = 0.0_wp
-      if (j > 0) then
-        if (abs(h(j, j)) <= 0.0_wp) j = j - 1
-      end if
-      do i = j, 1, -1
-        g(i) = (g(i) - dot_product(h(i, i + 1:j), g(i + 1:j)))/h(i, i)
-        y = y + g(i)*tangent%base(:, i)
-        t = t - g(i)*tangent%moved(:, i)
-        z(:unknowns) = z(:unknowns) - g(i)*tangent%shares(:unknowns, i)
+      do j = iterations, 1, -1
+        y = y + shares(j)*iteration%base(:, j)
+        t = t - shares(j)*tangent%moved(:, j)
+        z(:unknowns) = z(:unknowns) - shares(j)*tangent%shares(:unknowns, j)
       end do
       call add_leading(tangent, z, y)
       condensed%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
   end subroutine answer_by_factor
 
-  !> Room for the vectors of GMRES.
+  !> Room for what the vectors of GMRES become.
   subroutine make_room(tangent, n)
-    type(contact_tangent_t), intent(inout) :: tangent !! gets base, moved, shares
+    type(contact_tangent_t), intent(inout) :: tangent !! gets moved, shares
     integer, intent(in) :: n !! their length
 
-    if (allocated(tangent%base)) then
-      if (size(tangent%base, 1) == n .and. size(tangent%shares, 1) >= &
+    if (allocated(tangent%moved)) then
+      if (size(tangent%moved, 1) == n .and. size(tangent%shares, 1) >= &
         tangent%rank + tangent%modes) return
-      deallocate (tangent%base, tangent%moved, tangent%shares)
+      deallocate (tangent%moved, tangent%shares)
     end if
-    allocate (tangent%base(n, most_vectors + 1), tangent%moved(n, most_vectors), &
-      tangent%shares(max(1, size(tangent%small, 1)), most_vectors))
+    allocate (tangent%moved(n, most_vectors), tangent%shares(max(1, size(tangent%small, 1)), &
+      most_vectors))
   end subroutine make_room
 
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.

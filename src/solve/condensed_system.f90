@@ -5,7 +5,7 @@ module condensed_system
   use element_types, only: max_dofs
   use elmlib, only: routine_none, routine_smooth
   use element_lists, only: master_nodes
-  use loads, only: load_factor
+  use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
   use umfpack_solver, only: solver_done, solver_out_of_memory
@@ -15,7 +15,7 @@ module condensed_system
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside
-  use candidates, only: load_patterns, foresee_candidates, dense_share, list_facets, add_ring, &
+  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
   implicit none
@@ -40,10 +40,9 @@ contains
     if (system%equations == 0) why = 'there are no unknowns'
     if (len(why) > 0) return
     associate (condensed => system%condensed)
-      call load_patterns(model, condensed%patterns)
       if (.not. allocated(condensed%candidate)) then
         allocate (condensed%candidate(model%mesh%nodes), source=.false.)
-        call foresee_candidates(model, system, condensed%patterns, condensed%candidate)
+        call foresee_candidates(model, system, condensed%candidate)
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
         share = dense_share(model, system)
         if (if_cheaper .and. share > 1.0_wp) then
@@ -75,11 +74,9 @@ contains
     type(system_t), intent(inout) :: system !! gets loaded
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    integer :: i
 
     associate (condensed => system%condensed)
-      condensed%factors = [(load_factor(model%loads, condensed%patterns(i), time), i=1, &
-        size(condensed%patterns))]
+      condensed%factors = load_factors(model, time)
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
       if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
@@ -91,16 +88,17 @@ contains
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(inout) :: system !! gets kept of condensed
     type(state_t), intent(in) :: state !! last converged state
+    real(wp) :: force(3, model%mesh%nodes)
     integer :: i, k
 
     allocate (system%condensed%kept(3, model%mesh%nodes), source=0.0_wp)
     if (all(abs(state%u) <= 0.0_wp)) return
     call multiply(system%bulk_matrix, state%u, system%bulk_force)
+    call conditions_at(model, state%time, force=force)
     do i = 1, model%mesh%nodes
       do k = 1, 3
         if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
-        system%condensed%kept(k, i) = load_factor(model%loads, model%conditions%load(k, i), &
-          state%time)*model%conditions%force(k, i) - system%bulk_force(k, i)
+        system%condensed%kept(k, i) = force(k, i) - system%bulk_force(k, i)
       end do
     end do
   end subroutine find_forces
@@ -370,7 +368,7 @@ contains
 
     associate (condensed => system%condensed)
       call spread_yield(system, system%du)
-      do k = 1, size(condensed%patterns)
+      do k = 1, size(condensed%factors)
         system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
       end do
       if (condensed%modes > 0) call add_motion_inside(system)

@@ -2,6 +2,7 @@
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
   use kinds, only: wp
+  use gmres, only: gmres_t
   use cholmod_solver, only: cholmod_t
   use rigid_motions, only: motions_t
   implicit none
@@ -70,7 +71,8 @@ module condensed_types
     real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
     real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
     integer, allocatable :: border_pivot(:) !! (modes) of its factor
-    real(wp), allocatable :: base(:, :), moved(:, :) !! (live, most) vectors of GMRES
+    type(gmres_t) :: iteration !! GMRES on the rest, (live) long
+    real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
     real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
   end type contact_tangent_t
 
@@ -82,9 +84,8 @@ module condensed_types
     integer :: n = 0 !! candidate degrees of freedom
     integer, allocatable :: place(:, :) !! (3, nodes) candidate number, 0 for none
     integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
-    integer, allocatable :: patterns(:) !! numbers of the proportional loads in use
-    real(wp), allocatable :: factors(:) !! (patterns) their factors at the end of the increment
-    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of unit loads [length]
+    real(wp), allocatable :: factors(:) !! (loads) their factors at the end of the increment
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
@@ -96,7 +97,7 @@ module condensed_types
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
     integer :: modes = 0 !! rigid motions of all bodies
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if there are such [length]
-    real(wp), allocatable :: pushes(:, :) !! (modes, patterns) work of unit loads on them [force]
+    real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
     real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
     real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
     real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]

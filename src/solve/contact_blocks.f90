@@ -9,7 +9,7 @@ module contact_blocks
   use system_types, only: system_t
   implicit none
   private
-  public :: form_blocks, apply_blocks, precondition
+  public :: form_blocks, precondition
 
   !> Rows of a block without its overlap: one in forty of all, within these bounds.
   integer, parameter :: fewest_rows = 64, most_rows = 256, share_of_rows = 40

@@ -8,7 +8,7 @@ module contact_iteration
   use condensed_motions, only: push_live, add_live_motion
   use contact_blocks, only: precondition
   use contact_tangent, only: apply_rest, add_leading, take_shares
-  use krylov, only: orthogonalise, rotate
+  use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   implicit none
   private
   public :: answer_by_blocks
@@ -50,7 +50,7 @@ contains
       if (start == 1 .and. most == 0) goal = rough*norm
       arrived = norm <= goal
       if (arrived .or. start == most_starts .or. iterations > most) exit
-      call correct(condensed, weight, 0.5_wp*goal, r, norm, x, iterations)
+      call correct(condensed, weight, 0.5_wp*goal, r, x, iterations)
       if (most == 0) iterations = 1
     end do
     condensed%alpha_next = x(condensed%tangent%rank + 1:n)
@@ -113,49 +113,35 @@ contains
   end subroutine find_rest
 
   !> One course of GMRES from a residual, preconditioned on the right.
-  subroutine correct(condensed, weight, goal, r, norm, x, iterations)
+  subroutine correct(condensed, weight, goal, r, x, iterations)
     type(condensed_t), intent(in) :: condensed !! tangent with its blocks
     real(wp), intent(in) :: weight(:) !! (rank+modes+live) from residuals to forces
     real(wp), intent(in) :: goal !! residual to arrive at [force]
     real(wp), intent(in) :: r(:) !! (rank+modes+live) weighted residual [force]
-    real(wp), intent(in) :: norm !! of it [force]
     real(wp), intent(inout) :: x(:) !! (rank+modes+live) is corrected
     integer, intent(inout) :: iterations !! counts on
-    real(wp) :: h(most_vectors + 1, most_vectors), g(most_vectors + 1)
-    real(wp) :: cosine(most_vectors), sine(most_vectors)
-    real(wp), allocatable :: base(:, :)
-    real(wp) :: d(size(x)), zero(condensed%n_live)
+    type(gmres_t) :: course
+    real(wp) :: d(size(x)), image(size(x)), zero(condensed%n_live)
     real(wp) :: y(condensed%n_live), t(condensed%n_live)
-    integer :: i, j, n
+    integer :: n
 
     n = condensed%tangent%rank + condensed%modes
-    allocate (base(size(x), most_vectors + 1))
     zero = 0.0_wp
-    h = 0.0_wp
-    g = 0.0_wp
-    g(1) = norm
-    base(:, 1) = r/norm
-    do j = 1, most_vectors
-      d = base(:, j)/weight
-      call precondition(condensed%tangent, base(:n, j)/weight(:n), d(:n))
-      call find_rest(condensed, zero, zero(:condensed%modes), d, y, t, base(:, j + 1))
-      base(:, j + 1) = -weight*base(:, j + 1)
-      call orthogonalise(base(:, 1:j + 1), h(1:j + 1, j))
-      call rotate(j, h, g, cosine, sine)
-      iterations = iterations + 1
-      if (abs(g(j + 1)) <= goal) exit
+    call begin_gmres(r, most_vectors, course)
+    do
+      d = course%base(:, course%n + 1)/weight
+      y = d(n + 1:)
+      call precondition(condensed%tangent, d(:n), image(:n))
+      d = [image(:n), y]
+      call find_rest(condensed, zero, zero(:condensed%modes), d, y, t, image)
+      call add_image(-weight*image, course)
+      if (course%rest <= goal .or. course%n == most_vectors) exit
     end do
-    j = min(j, most_vectors)
-    d = 0.0_wp
-    do i = j, 1, -1
-      if (abs(h(i, i)) <= 0.0_wp) cycle
-      g(i) = (g(i) - dot_product(h(i, i + 1:j), g(i + 1:j)))/h(i, i)
-      d = d + g(i)*base(:, i)
-    end do
+    iterations = iterations + course%n
+    call gmres_solution(course, d)
     d = d/weight
-    y = d(n + 1:)
-    call precondition(condensed%tangent, d(:n), base(:n, 1))
-    x(:n) = x(:n) + base(:n, 1)
-    x(n + 1:) = x(n + 1:) + y
+    call precondition(condensed%tangent, d(:n), image(:n))
+    x(:n) = x(:n) + image(:n)
+    x(n + 1:) = x(n + 1:) + d(n + 1:)
   end subroutine correct
 end module contact_iteration

@@ -2,7 +2,7 @@
 !! were, hosts and residual there.
 module increment_start
   use kinds, only: wp
-  use loads, only: load_factor
+  use loads, only: conditions_at
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
@@ -45,25 +45,9 @@ contains
     type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    real(wp) :: factor
-    integer :: i, k, known
 
-    system%u = state%u
-    known = -1
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (model%conditions%load(k, i) /= known) then
-          known = model%conditions%load(k, i)
-          factor = load_factor(model%loads, known, time)
-        end if
-        if (system%equation(k, i) == 0) then
-          system%u(k, i) = factor*model%conditions%displacement(k, i)
-          system%external(k, i) = 0.0_wp
-        else
-          system%external(k, i) = factor*model%conditions%force(k, i)
-        end if
-      end do
-    end do
+    call conditions_at(model, time, displacement=system%u, force=system%external)
+    where (system%equation > 0) system%u = state%u
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the

@@ -3,7 +3,7 @@
 module rigid_joints
   use kinds, only: wp
   use vectors, only: cross
-  use loads, only: load_factor
+  use loads, only: conditions_at
   use facet_geometry, only: project_on_facet, facet_normal, corners
   use facet_tree, only: facet_tree_t, fit_tree, nearest_facet
   use contact_types, only: pair_t
@@ -73,18 +73,16 @@ contains
     type(system_t), intent(in) :: system !! positions, equations
     real(wp), intent(in) :: time !! their time
     type(assembly_t), intent(in) :: parts !! weak bodies
-    real(wp) :: loads(6*size(parts%body)), force(3)
-    integer :: i, k, m
+    real(wp) :: loads(6*size(parts%body)), force(3, size(system%node_body))
+    integer :: i, k
 
     loads = 0.0_wp
+    call conditions_at(model, time, force=force)
+    where (system%equation == 0) force = 0.0_wp
     do i = 1, size(system%node_body)
       k = part_of(parts, system%node_body(i))
       if (k == 0) cycle
-      do m = 1, 3
-        force(m) = load_factor(model%loads, model%conditions%load(m, i), time)* &
-          merge(model%conditions%force(m, i), 0.0_wp, system%equation(m, i) /= 0)
-      end do
-      loads(6*k - 5:6*k) = loads(6*k - 5:6*k) + wrench(parts, k, system%x_old(:, i), force)
+      loads(6*k - 5:6*k) = loads(6*k - 5:6*k) + wrench(parts, k, system%x_old(:, i), force(:, i))
     end do
   end function loads_on
 

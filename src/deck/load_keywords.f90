@@ -1,0 +1,44 @@
+!> Rows of the keyword table: loads on volumes, surfaces and bodies.
+module load_keywords
+  use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, explain
+  implicit none
+  private
+  public :: add_load_keywords
+
+contains
+
+  !> Distributed loads, and what holds bodies.
+  subroutine add_load_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+    character(*), parameter :: acceleration = 'r:g1 r:g2 r:g3 n:table IN w:region '// &
+      '| r:g1 r:g2 r:g3 IN w:region | r:g1 r:g2 r:g3 [n:table]'
+    character(*), parameter :: which = &
+      'table: number of the PROPortional table, 0 (the default) for the sum of all.'
+
+    call add_command(t, table_mesh, 'TRACtion', '', 'dead traction on surfaces')
+    call add_data(t, 'w:surface r:t1 r:t2 r:t3 [n:table]')
+    call explain(t, 'Force per reference area, constant in direction. Tractions add.')
+    call explain(t, which)
+    call explain(t, 'Example:')
+    call explain(t, '  TRACtion')
+    call explain(t, '    flank  0 0.5 0')
+    call add_command(t, table_mesh, 'PRESsure', '', 'pressure on surfaces')
+    call add_data(t, 'w:surface r:p [n:table]')
+    call explain(t, 'Positive inwards, on the reference facets (small strain). Pressures add.')
+    call explain(t, which)
+    call explain(t, 'Example:')
+    call explain(t, '  PRESsure')
+    call explain(t, '    lid  2.5  1')
+    call add_command(t, table_mesh, 'HOLD', '', 'regions whose free rigid motions are held')
+    call add_data(t, 'w:region')
+    call explain(t, 'A body that only contact holds, and that slides or spins without resistance,')
+    call explain(t, 'has no unique place: a warning names the motion. HOLD keeps such motions of a')
+    call explain(t, 'region where they are, which the log notes; a load along them: exit code 2.')
+    call add_command(t, table_mesh, 'GRAVity', '| '//acceleration, 'weight of regions')
+    call add_data(t, acceleration)
+    call explain(t, 'An acceleration; each material needs its DENSity. On all regions,')
+    call explain(t, 'or one. In the head, or in records below it.')
+    call explain(t, which)
+    call explain(t, 'Example: GRAVity 0 0 -9.81')
+  end subroutine add_load_keywords
+end module load_keywords

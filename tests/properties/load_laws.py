@@ -1,0 +1,95 @@
+"""What mechanics says of loads: tests of tests/properties/run, which mixes this class in.
+
+Block and base of decks/loaded_block.inp; a test adds its loads, and what they come to is known.
+"""
+import os
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DECKS = os.path.join(HERE, 'decks')
+RAMPS = ('PROPortional 1\n  0 0\n  1 1\n  2 1\n', 'PROPortional 2\n  0 0\n  1 0\n  2 1\n')
+
+
+class LoadLaws:
+    """Tests of loads; self.run, self.edited, self.near, self.true and self.agree come from Suite."""
+
+    def loaded(self, loads, *arguments, out='out', changes=()):
+        """A run of the block with these data sets added."""
+        sets = '\n\n'.join(loads) + '\n\nOUTPut'
+        deck = self.edited('loaded_block', (r'OUTPut', lambda m: sets), *changes, source=DECKS)
+        return self.run(deck, *arguments, out=out)
+
+    def test_loads_of_several_tables_add(self):
+        split = self.loaded(RAMPS + (
+            'DISPlacement\n  top 0 0 -0.006 1\n  top 0.15 0.07 0 2\n  top 0 0 -0.004 1\n'
+            '  top 0.001 0 0 1\n  top 0 0 -0.001 2',
+            'FORCe\n  edge 0 0 -0.5 1\n  edge 0.25 0 0 2\n  edge 0 0 -0.5 2'), '--solver', 'UMFP')
+        plain = self.loaded((
+            'PROPortional 3\n  0 0\n  1 0.001\n  2 0.151\n',
+            'PROPortional 4\n  0 0\n  1 0\n  2 0.07\n', 'PROPortional 5\n  0 0\n  1 -0.01\n  2 -0.011\n',
+            'PROPortional 6\n  0 0\n  1 0\n  2 0.25\n', 'PROPortional 7\n  0 0\n  1 -0.5\n  2 -1\n',
+            'DISPlacement\n  top 1 1 1', 'FORCe\n  edge 1 0 1',
+            'FPROportional\n  top 3 4 5\n  edge 6 0 7'), '--solver', 'UMFP', out='plain')
+        self.agree('one table for each sum', split, plain, 1e-10)
+        condensed = self.loaded(RAMPS + (
+            'DISPlacement\n  top 0 0 -0.006 1\n  top 0.15 0.07 0 2\n  top 0 0 -0.004 1\n'
+            '  top 0.001 0 0 1\n  top 0 0 -0.001 2',
+            'FORCe\n  edge 0 0 -0.5 1\n  edge 0.25 0 0 2\n  edge 0 0 -0.5 2'), '--solver', 'REDU',
+            out='condensed')
+        self.true('solved condensed', b'solver: REDUced' in condensed.text('.log'))
+        self.agree('condensed', condensed, split, 1e-10)
+
+    def test_forces_on_supports_are_reactions(self):
+        for solver in ('UMFP', 'REDU'):
+            bare = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1',), '--solver', solver)
+            forced = self.loaded(RAMPS + (
+                'DISPlacement\n  top 0 0 -0.01 1', 'FORCe\n  bottom 0 2 -3 1\n  top 1 0 0 2'),
+                '--solver', solver, out='forced')
+            for step, sets in forced.rea.items():
+                t = 0.5*step
+                wanted = {'bottom': (0, -2*min(t, 1)*20, 3*min(t, 1)*20), 'top': (-max(t - 1, 0)*9, 0, 0)}
+                for name, more in wanted.items():
+                    for i in range(3):
+                        self.near(f'{solver}: R{i + 1} of {name} in step {step}', sets[name][i],
+                                  bare.rea[step][name][i] + more[i], 1e-9)
+
+    def test_weight_is_carried(self):
+        block, base = 2*0.79*0.66*0.6, 3*1.7*1.3*0.5
+        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId')
+        for solver in ('UMFP', 'REDU'):
+            for what, loads, changes, mass in (
+                    ('all', ('GRAVity 1 2 -10',), (), block + base),
+                    ('one region', ('GRAVity\n  1 2 -10 IN base',), (), base),
+                    ('twice', ('GRAVity 0.25 0.5 -2.5', 'GRAVity\n  0.5 1 -5 0 IN base\n'
+                               '  0.25 0.5 -2.5 IN base\n  0.75 1.5 -7.5 IN block'), (), block + base),
+                    ('rigid base', ('GRAVity 1 2 -10',), (rigid,), block + base)):
+                r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1',) + loads, '--solver',
+                                solver, changes=changes)
+                for step, sets in r.rea.items():
+                    for i, g in enumerate((1, 2, -10)):
+                        wanted = -0.5*step*g*mass
+                        self.near(f'{solver}, {what}: R{i + 1} in step {step}',
+                                  sets['top'][i] + sets['base'][i], wanted, 1e-9)
+
+    def test_pressure_and_traction_are_carried(self):
+        for solver in ('UMFP', 'REDU'):
+            for what, loads, wanted in (
+                    ('pressure on a free face', 'PRESsure\n  flank 3 2', (-3*0.66*0.6, 0, 0)),
+                    ('pressure on a support', 'PRESsure\n  lid 1 2\n  lid 2 2', (0, 0, 3*0.79*0.66)),
+                    ('traction', 'TRACtion\n  flank 1 -2 0.5 2', (-0.396, 0.792, -0.198))):
+                r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1', loads), '--solver', solver)
+                for step, sets in r.rea.items():
+                    for i in range(3):
+                        self.near(f'{solver}, {what}: R{i + 1} in step {step}', sets['top'][i] +
+                                  sets['bottom'][i], wanted[i]*max(0.5*step - 1, 0), 1e-10)
+
+    def test_loads_do_not_depend_on_the_solver(self):
+        loads = RAMPS + ('DISPlacement\n  top 0 0 -0.01 1\n  top 0.02 0.01 0 2', 'GRAVity 1 2 -3 2',
+                         'PRESsure\n  flank 0.5 1', 'TRACtion\n  flank 0 0.25 0 2')
+        runs = [self.loaded(loads, '--solver', solver, out=solver) for solver in ('UMFP', 'REDU')]
+        self.agree('all of them', runs[1], runs[0], 1e-10)
+
+    def test_pressure_all_around(self):
+        with open(self.run(os.path.join(DECKS, 'squeezed_body.inp')).base + '.his') as stream:
+            row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+        for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+            self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
