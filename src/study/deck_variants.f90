@@ -11,8 +11,7 @@ module deck_variants
   use records, only: is_word, item_count
   implicit none
   private
-  public :: variant_t, read_variant, set_value, find_difference, place_contact, place_modulus, &
-    place_load, place_other, place_mesh
+  public :: variant_t, read_variant, set_value, find_difference, place_other, place_mesh
 
   !> What of a deck a value goes into.
   integer, parameter :: place_contact = 1 !! friction, angle of the lay, penalty
@@ -132,7 +131,8 @@ contains
       end if
     case ('mate')
       if (is_word(record%items(1), 'elastic') .and. j == 3) place = place_modulus
-    case ('disp', 'forc', 'prop')
+      if (is_word(record%items(1), 'density')) place = place_load
+    case ('disp', 'forc', 'prop', 'trac', 'pres', 'grav')
       place = place_load
     case ('edis', 'efor')
       if (j > 2) place = place_load

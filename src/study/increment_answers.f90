@@ -14,7 +14,7 @@ module increment_answers
   use system_types, only: system_t
   implicit none
   private
-  public :: solve_all, find_factors
+  public :: solve_all, factor_change
 
 contains
 
@@ -89,15 +89,21 @@ contains
           c(i, j) = force(condensed%direction(i), condensed%node(i))
         end do
         associate (slope => s%slopes(j))
-          do k = 1, size(s%patterns)
-            call find_factors(model, slope, s%patterns(k), time, factor, change)
+          do k = 1, size(slope%loads)
+            factor = load_factor(model%tables, slope%loads(k)%table, time)
+            do i = 1, condensed%n
+              loaded(i, j) = loaded(i, j) + factor*slope%influence(condensed%direction(i), &
+                condensed%node(i), k)
+            end do
+          end do
+          do k = 1, size(model%conditions%loads)
+            factor = load_factor(model%tables, model%conditions%loads(k)%table, time)
+            change = factor_change(slope, model%conditions%loads(k)%table, time)
             do i = 1, condensed%n
               associate (m => condensed%direction(i), node => condensed%node(i))
                 stiffer = slope%stiffness(system%node_body(node))
-                if (slope%loads) loaded(i, j) = loaded(i, j) + factor*slope%influence(m, node, k)
-                if (k <= size(condensed%patterns)) loaded(i, j) = loaded(i, j) &
-                  + change*condensed%influence(m, node, k)
-                loaded(i, j) = loaded(i, j) + (slope%forces - stiffer)*factor*s%pushed(m, node, k)
+                loaded(i, j) = loaded(i, j) + change*condensed%influence(m, node, k) &
+                  + (slope%forces - stiffer)*factor*s%pushed(m, node, k)
               end associate
             end do
           end do
@@ -152,20 +158,16 @@ contains
     end do
   end subroutine yield_everywhere
 
-  !> Factor of a proportional load, and its derivative by a parameter.
-  subroutine find_factors(model, slope, number, time, factor, change)
-    type(model_t), intent(in) :: model !! proportional loads
+  !> Derivative of the factor of a proportional load by a parameter.
+  real(wp) function factor_change(slope, table, time) result(change)
     type(slope_t), intent(in) :: slope !! the parameter
-    integer, intent(in) :: number !! number of the load
+    integer, intent(in) :: table !! number of the proportional load
     real(wp), intent(in) :: time !! time
-    real(wp), intent(out) :: factor !! the factor
-    real(wp), intent(out) :: change !! its derivative
     integer :: i
 
-    factor = load_factor(model%loads, number, time)
     change = 0.0_wp
     do i = 1, size(slope%variants)
-      change = change + slope%variants(i)%weight*load_factor(slope%variants(i)%tables, number, time)
+      change = change + slope%variants(i)%weight*load_factor(slope%variants(i)%tables, table, time)
     end do
-  end subroutine find_factors
+  end function factor_change
 end module increment_answers

@@ -1,5 +1,6 @@
 !> The contact elements of an increment that has been accepted: their slopes, what parameters and
-!! the last increment do to them, and what they make of it (doc/theory, "Derivatives along the path").
+!! the last increment do to them, and what they make of it (doc/theory, "Derivatives along the
+!! path").
 module increment_elements
   use kinds, only: wp
   use element_types, only: element_t, status_open

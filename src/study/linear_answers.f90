@@ -9,7 +9,7 @@ module linear_answers
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, add_leading, &
     take_shares
-  use krylov, only: orthogonalise, rotate
+  use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use system_types, only: system_t
   implicit none
   private
@@ -97,61 +97,50 @@ contains
     real(wp), intent(out) :: t(:, :) !! (live, columns) [length]
     logical, intent(out) :: arrived !! all columns
     integer, intent(inout) :: iterations !! counts on
-    real(wp) :: h(most_vectors + 1, most_vectors, size(b, 2)), g(most_vectors + 1, size(b, 2))
-    real(wp) :: cosine(most_vectors, size(b, 2)), sine(most_vectors, size(b, 2))
-    real(wp), allocatable :: base(:, :, :), moved(:, :, :), shares(:, :, :), z(:, :), r(:, :)
+    type(gmres_t) :: iteration(size(b, 2))
+    real(wp), allocatable :: moved(:, :, :), shares(:, :, :), z(:, :), r(:, :), x(:, :), share(:)
     real(wp) :: floor(size(b, 2))
-    integer :: length(size(b, 2)), j, k, i
+    integer :: j, k, i
     logical :: going(size(b, 2))
 
     associate (n => size(b, 1), columns => size(b, 2), rank => condensed%tangent%rank)
-      allocate (base(n, columns, 1), z(rank, columns), r(n, columns))
+      allocate (z(rank, columns), r(n, columns), x(n, columns))
       call answer_leading_block(condensed%tangent, b, z, t)
+      call apply_rest_block(condensed%tangent, t, r)
       do k = 1, columns
         y(:, k) = 0.0_wp
         call add_leading(condensed%tangent, z(:, k), y(:, k))
         floor(k) = accuracy*norm2(y(:, k))
+        call begin_gmres(r(:, k), most_vectors, iteration(k))
+        going(k) = iteration(k)%rest > floor(k)
       end do
-      call apply_rest_block(condensed%tangent, t, r)
-      h = 0.0_wp
-      g = 0.0_wp
-      do k = 1, columns
-        g(1, k) = norm2(r(:, k))
-        going(k) = g(1, k) > floor(k)
-        if (going(k)) r(:, k) = r(:, k)/g(1, k)
-      end do
-      length = 0
       allocate (moved(n, columns, 0), shares(rank, columns, 0))
-      base(:, :, 1) = r
       j = 0
       do while (any(going) .and. j < most_vectors)
         j = j + 1
-        call widen(base, j + 1)
         call widen(moved, j)
         call widen(shares, j)
-        call apply_compliance_block(condensed, base(:, :, j), r)
+        do k = 1, columns
+          x(:, k) = merge(1.0_wp, 0.0_wp, going(k))*iteration(k)%base(:, iteration(k)%n + 1)
+        end do
+        call apply_compliance_block(condensed, x, r)
         call answer_leading_block(condensed%tangent, r, shares(:, :, j), moved(:, :, j))
-        call apply_rest_block(condensed%tangent, moved(:, :, j), base(:, :, j + 1))
-        base(:, :, j + 1) = base(:, :, j + 1) + base(:, :, j)
+        call apply_rest_block(condensed%tangent, moved(:, :, j), r)
         do k = 1, columns
           if (.not. going(k)) cycle
-          call orthogonalise(base(:, k, 1:j + 1), h(1:j + 1, j, k))
-          call rotate(j, h(:, :, k), g(:, k), cosine(:, k), sine(:, k))
-          length(k) = j
-          going(k) = abs(g(j + 1, k)) > floor(k)
+          call add_image(r(:, k) + x(:, k), iteration(k))
+          going(k) = iteration(k)%rest > floor(k)
         end do
       end do
       iterations = iterations + j
       arrived = .not. any(going)
       do k = 1, columns
+        share = gmres_shares(iteration(k))
         y(:, k) = 0.0_wp
-        do i = length(k), 1, -1
-          if (abs(h(i, i, k)) <= 0.0_wp) cycle
-          g(i, k) = (g(i, k) - dot_product(h(i, i + 1:length(k), k), g(i + 1:length(k), k))) &
-            /h(i, i, k)
-          y(:, k) = y(:, k) + g(i, k)*base(:, k, i)
-          t(:, k) = t(:, k) - g(i, k)*moved(:, k, i)
-          z(:, k) = z(:, k) - g(i, k)*shares(:, k, i)
+        do i = iteration(k)%n, 1, -1
+          y(:, k) = y(:, k) + share(i)*iteration(k)%base(:, i)
+          t(:, k) = t(:, k) - share(i)*moved(:, k, i)
+          z(:, k) = z(:, k) - share(i)*shares(:, k, i)
         end do
         call add_leading(condensed%tangent, z(:, k), y(:, k))
       end do

@@ -5,10 +5,11 @@ module parameter_slopes
   use errors, only: error_t
   use deck_types, only: deck_t, override_t, location_t
   use diagnostics, only: diagnostics_t, report_error
-  use model_types, only: model_t
+  use model_types, only: model_t, load_t, nodal_values_t
+  use loads, only: join_load, add_values, add_displacement, add_force
   use deck_variants, only: variant_t, read_variant, set_value, find_difference, place_other, &
     place_mesh
-  use sensitivity_types, only: sensitivity_t, slope_t, new_slope, add_slope, start_loads
+  use sensitivity_types, only: sensitivity_t, slope_t, new_slope, add_slope
   implicit none
   private
   public :: reading_t, read_parameter
@@ -20,6 +21,8 @@ module parameter_slopes
   real(wp), parameter :: weights(4) = [8.0_wp, -8.0_wp, -1.0_wp, 1.0_wp]/12.0_wp
   !> A second difference that grows less than this with twice the change comes from a kink.
   real(wp), parameter :: kinked = 3.0_wp, hardly = 1.0e-9_wp
+  !> What round-off leaves of a difference of equal values.
+  real(wp), parameter :: round_off = 1.0e-14_wp
 
   !> How the deck has been read.
   type :: reading_t
@@ -84,10 +87,9 @@ contains
     integer :: k
 
     differs = a%mesh%nodes /= b%mesh%nodes .or. size(a%pairs) /= size(b%pairs) &
-      .or. size(a%loads) /= size(b%loads)
+      .or. size(a%tables) /= size(b%tables)
     if (differs) return
     differs = any(abs(a%mesh%x - b%mesh%x) > 0.0_wp) &
-      .or. any(a%conditions%load /= b%conditions%load) &
       .or. any(a%conditions%restrained .neqv. b%conditions%restrained)
     do k = 1, size(a%pairs)
       differs = differs .or. size(a%pairs(k)%epsilon) /= size(b%pairs(k)%epsilon)
@@ -109,7 +111,6 @@ contains
 
     slope = new_slope(name, model)
     slope%at = at
-    call start_loads(model, slope)
     kink = .false.
     do k = 1, size(model%pairs)
       do m = 1, 2
@@ -128,17 +129,11 @@ contains
       slope%modulus(m) = slope_of([(variants(v)%model%materials(m)%youngs_modulus, v=1, 4)], &
         model%materials(m)%youngs_modulus)/model%materials(m)%youngs_modulus
     end do
-    do v = 1, size(variants)
-      slope%displacement = slope%displacement + weights(v)/h*variants(v)%model%conditions% &
-        displacement
-      slope%force = slope%force + weights(v)/h*variants(v)%model%conditions%force
-    end do
-    call clean(model%conditions%displacement, slope%displacement)
-    call clean(model%conditions%force, slope%force)
+    call change_of_loads(h, variants, model, slope)
     deallocate (slope%variants)
     allocate (slope%variants(size(variants)))
     do v = 1, size(variants)
-      slope%variants(v)%tables = variants(v)%model%loads
+      slope%variants(v)%tables = variants(v)%model%tables
       slope%variants(v)%weight = weights(v)/h
     end do
     if (kink) then
@@ -162,13 +157,56 @@ contains
       far = abs(values(3) - 2.0_wp*middle + values(4))
       if (far > hardly*maxval(abs(values)) .and. far < kinked*near) kink = .true.
     end function slope_of
-
-    !> Takes off what round-off has left of a field that does not change.
-    subroutine clean(field, change)
-      real(wp), intent(in) :: field(:, :) !! the field
-      real(wp), intent(inout) :: change(:, :) !! its derivative
-
-      where (abs(change)*h <= 1.0e-14_wp*abs(field)) change = 0.0_wp
-    end subroutine clean
   end subroutine take_differences
+
+  !> Differences of prescribed values and forces, load by load.
+  subroutine change_of_loads(h, variants, model, slope)
+    real(wp), intent(in) :: h !! change of the parameter
+    type(variant_t), intent(in) :: variants(:) !! the readings
+    type(model_t), intent(in) :: model !! the problem
+    type(slope_t), intent(inout) :: slope !! gets loads
+    type(load_t), allocatable :: loads(:)
+    real(wp) :: displacement(3, model%mesh%nodes), force(3, model%mesh%nodes), size_of(2)
+    integer :: k, v, place, node
+
+    allocate (loads(0))
+    do v = 1, size(variants)
+      associate (more => variants(v)%model%conditions%loads)
+        do k = 1, size(more)
+          call join_load(loads, more(k)%table, place)
+        end do
+      end associate
+    end do
+    do k = 1, size(loads)
+      displacement = 0.0_wp
+      force = 0.0_wp
+      size_of = 0.0_wp
+      do v = 1, size(variants)
+        associate (more => variants(v)%model%conditions%loads)
+          do place = 1, size(more)
+            if (more(place)%table /= loads(k)%table) cycle
+            call add_displacement(more(place), weights(v)/h, displacement)
+            call add_force(more(place), weights(v)/h, force)
+            size_of = max(size_of, [largest(more(place)%displacement), &
+              largest(more(place)%force)])
+          end do
+        end associate
+      end do
+      where (abs(displacement)*h <= round_off*size_of(1)) displacement = 0.0_wp
+      where (abs(force)*h <= round_off*size_of(2)) force = 0.0_wp
+      do node = 1, model%mesh%nodes
+        call add_values(loads(k)%displacement, node, displacement(:, node))
+        call add_values(loads(k)%force, node, force(:, node))
+      end do
+    end do
+    slope%loads = loads
+  end subroutine change_of_loads
+
+  !> Largest of some values.
+  pure real(wp) function largest(values)
+    type(nodal_values_t), intent(in) :: values !! the values
+
+    largest = 0.0_wp
+    if (values%n > 0) largest = maxval(abs(values%value(:values%n)))
+  end function largest
 end module parameter_slopes

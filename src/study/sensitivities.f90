@@ -1,17 +1,19 @@
 !> Direct differentiation of an increment that has been accepted: derivatives of tips,
-!! displacements, contact forces and reactions by all parameters (doc/theory, "Derivatives along the path").
+!! displacements, contact forces and reactions by all parameters (doc/theory, "Derivatives along the
+!! path").
 module sensitivities
   use kinds, only: wp
   use element_types, only: status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
+  use loads, only: load_factor, add_displacement, add_force
   use model_types, only: model_t
   use contact_points, only: count_points
   use facet_geometry, only: facet_size
   use host_slopes, only: projection_slope
   use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
     element_motion, add_forces
-  use increment_answers, only: solve_all, find_factors
+  use increment_answers, only: solve_all, factor_change
   use sensitivity_start, only: start_scene
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t, state_t
@@ -33,7 +35,8 @@ contains
     character(:), allocatable, intent(out) :: trouble !! empty if all went well
     type(work_t) :: work
     real(wp), allocatable :: du(:, :, :), right(:), contact_force(:, :)
-    integer :: n
+    real(wp) :: force(3, size(state%u, 2))
+    integer :: n, j
 
     trouble = ''
     if (.not. system%condensed%active) then
@@ -50,7 +53,10 @@ contains
     call load_elements(model, system, work)
     call find_causes(model, system, s, work)
     allocate (du(3, model%mesh%nodes, n), source=0.0_wp)
-    call prescribe(model, system, state%time, s, du)
+    do j = 1, n
+      call change_loads(model, s%slopes(j), state%time, du(:, :, j), force)
+      where (system%equation > 0) du(:, :, j) = 0.0_wp
+    end do
     call solve_all(model, system, state%time, s, work, du, trouble)
     if (len(trouble) > 0) return
     s%du = du
@@ -61,25 +67,32 @@ contains
     system%contact_force = contact_force
   end subroutine follow_increment
 
-  !> Derivatives of the prescribed displacements.
-  subroutine prescribe(model, system, time, s, du)
-    type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(in) :: system !! equations
+  !> Derivatives of the prescribed displacements, and of the applied forces.
+  subroutine change_loads(model, slope, time, displacement, force)
+    type(model_t), intent(in) :: model !! loads and their tables
+    type(slope_t), intent(in) :: slope !! the parameter
     real(wp), intent(in) :: time !! end of the increment
-    type(sensitivity_t), intent(in) :: s !! slopes
-    real(wp), intent(inout) :: du(:, :, :) !! (3, nodes, n) set where prescribed [length]
-    integer :: j, k
-    real(wp) :: factor, slope
+    real(wp), intent(out) :: displacement(:, :) !! (3, nodes) [length]
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
+    real(wp) :: factor, change
+    integer :: k
 
-    do j = 1, size(s%slopes)
-      if (.not. s%slopes(j)%loads) cycle
-      do k = 1, size(s%patterns)
-        call find_factors(model, s%slopes(j), s%patterns(k), time, factor, slope)
-        where (model%conditions%load == s%patterns(k) .and. system%equation == 0) &
-          du(:, :, j) = factor*s%slopes(j)%displacement + slope*model%conditions%displacement
-      end do
+    displacement = 0.0_wp
+    force = 0.0_wp
+    do k = 1, size(slope%loads)
+      factor = load_factor(model%tables, slope%loads(k)%table, time)
+      call add_displacement(slope%loads(k), factor, displacement)
+      call add_force(slope%loads(k), factor, force)
     end do
-  end subroutine prescribe
+    do k = 1, size(model%conditions%loads)
+      associate (load => model%conditions%loads(k))
+        change = factor_change(slope, load%table, time)
+        call add_displacement(load, change, displacement)
+        call add_force(load, change + slope%forces*load_factor(model%tables, load%table, time), &
+          force)
+      end associate
+    end do
+  end subroutine change_loads
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
   subroutine collect_forces(model, system, s, work)
@@ -187,6 +200,7 @@ contains
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
     real(wp) :: stiffer(3, size(state%u, 2)), given(3, size(state%u, 2))
+    real(wp) :: prescribed(3, size(state%u, 2))
     integer :: i, k, j, node
 
     do j = 1, size(s%slopes)
@@ -195,7 +209,7 @@ contains
         if (system%node_body(node) > 0) stiffer(:, node) = &
           s%slopes(j)%stiffness(system%node_body(node))
       end do
-      call find_forces(model, s%patterns, state%time, s%slopes(j), given)
+      call change_loads(model, s%slopes(j), state%time, prescribed, given)
       given = s%force(:, :, j) - given
       do i = 1, size(s%sets)
         do k = 1, 3
@@ -215,27 +229,4 @@ contains
       + s%reaction(:, :, j) - s%total))/maxval(abs(s%total))
     s%worst = max(s%worst, s%euler)
   end subroutine add_reactions
-
-  !> Derivatives of the applied forces.
-  subroutine find_forces(model, patterns, time, slope, force)
-    type(model_t), intent(in) :: model !! conditions
-    integer, intent(in) :: patterns(:) !! numbers of proportional loads
-    real(wp), intent(in) :: time !! end of the increment
-    type(slope_t), intent(in) :: slope !! the parameter
-    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
-    real(wp) :: factor, change
-    integer :: k
-
-    force = 0.0_wp
-    if (.not. slope%loads .and. abs(slope%forces) <= 0.0_wp) return
-    do k = 1, size(patterns)
-      call find_factors(model, slope, patterns(k), time, factor, change)
-      where (model%conditions%load == patterns(k)) force = &
-        (change + slope%forces*factor)*model%conditions%force
-      if (slope%loads) then
-        where (model%conditions%load == patterns(k)) force = force &
-          + factor*slope%force
-      end if
-    end do
-  end subroutine find_forces
 end module sensitivities

@@ -2,7 +2,7 @@
 !! (doc/theory, "Parameters of a deck").
 module sensitivity_reader
   use kinds, only: wp
-  use text, only: to_text, lower
+  use text, only: to_text, lower, count_noun
   use deck_types, only: deck_t, record_t, override_t, location_t
   use records, only: item_count, item_name, item_integer, item_location, is_word
   use hints, only: word_list_t, add_candidate, did_you_mean
@@ -10,8 +10,9 @@ module sensitivity_reader
   use friction_return, only: has_friction
   use model_types, only: model_t
   use mesh_names, only: find_nodes
+  use loads, only: join_load, add_values
   use parameter_slopes, only: reading_t, read_parameter
-  use sensitivity_types, only: sensitivity_t, slope_t, new_slope, add_slope, start_loads
+  use sensitivity_types, only: sensitivity_t, slope_t, new_slope, add_slope
   implicit none
   private
   public :: read_sensitivities
@@ -226,20 +227,19 @@ contains
     integer :: i, n
 
     n = item_integer(record, 2)
-    if (all(model%loads%number /= n)) then
+    if (all(model%tables%number /= n)) then
       call report_error(diagnostics, item_location(record, 2), 'there is no proportional load '// &
         to_text(n), 'name a PROPortional of the deck')
       return
     end if
     slope = new_slope('load:'//to_text(n), model)
     slope%at = record%at
-    call start_loads(model, slope)
     deallocate (slope%variants)
     allocate (slope%variants(1))
-    slope%variants(1)%tables = model%loads
+    slope%variants(1)%tables = model%tables
     slope%variants(1)%weight = 1.0_wp
-    do i = 1, size(model%loads)
-      if (model%loads(i)%number == n) cycle
+    do i = 1, size(model%tables)
+      if (model%tables(i)%number == n) cycle
       associate (table => slope%variants(1)%tables(i))
         if (table%function_form) then
           table%p(1:3) = 0.0_wp
@@ -260,7 +260,8 @@ contains
     type(slope_t) :: slope
     type(word_list_t) :: list
     integer, allocatable :: nodes(:)
-    integer :: i, dof
+    real(wp) :: unit(3)
+    integer :: i, k, dof
     logical :: found
 
     dof = item_integer(record, 3)
@@ -273,17 +274,30 @@ contains
         item_name(record, 2)//'''', did_you_mean(list, item_name(record, 2), 'name a SET'))
       return
     end if
-    if (.not. any(model%conditions%restrained(dof, nodes))) then
-      call report_error(diagnostics, item_location(record, 2), 'no node of '''// &
-        item_name(record, 2)//''' is restrained in direction '//to_text(dof), &
-        'name a set whose displacement the deck prescribes')
-      return
-    end if
     slope = new_slope('way:'//item_name(record, 2)//':'//to_text(dof), model)
     slope%at = record%at
-    call start_loads(model, slope)
-    slope%displacement(dof, nodes) = merge(1.0_wp, 0.0_wp, &
-      model%conditions%restrained(dof, nodes))
+    unit = 0.0_wp
+    unit(dof) = 1.0_wp
+    do k = 1, size(model%conditions%loads)
+      associate (way => model%conditions%loads(k)%displacement)
+        found = .false.
+        do i = 1, way%n
+          if (way%dof(i) == dof .and. any(nodes == way%node(i))) found = .true.
+        end do
+        if (found) call join_load(slope%loads, model%conditions%loads(k)%table, i)
+      end associate
+    end do
+    if (size(slope%loads) /= 1) then
+      call report_error(diagnostics, item_location(record, 2), 'the displacement of '''// &
+        item_name(record, 2)//''' in direction '//to_text(dof)//' is that of '// &
+        count_noun(size(slope%loads), 'load')//', not of one', 'name a PARAmeter that its '// &
+        'DISPlacement has')
+      return
+    end if
+    do i = 1, size(nodes)
+      if (model%conditions%restrained(dof, nodes(i))) call add_values(slope%loads(1)% &
+        displacement, nodes(i), unit)
+    end do
     call add_slope(slope, s)
   end subroutine read_way
 end module sensitivity_reader

@@ -4,7 +4,8 @@ module sensitivity_start
   use kinds, only: wp
   use text, only: to_text
   use errors, only: error_t, raise, exit_deck
-  use model_types, only: model_t
+  use model_types, only: model_t, load_t
+  use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use contact_points, only: count_points
   use contact_parameters, only: is_stiff
@@ -155,57 +156,50 @@ contains
         where (system%equation > 0) s%hold(:, :, k, i) = 0.0_wp
       end do
     end do
-    call list_patterns(model, system, s)
-    associate (patterns => s%patterns, conditions => model%conditions)
-      allocate (s%pushed(3, model%mesh%nodes, size(patterns)), source=0.0_wp)
-      do k = 1, size(patterns)
-        u = 0.0_wp
-        force = 0.0_wp
-        where (conditions%load == patterns(k) .and. system%equation > 0) force = conditions%force
-        call find_displacements(system, force, u)
-        s%pushed(:, :, k) = u
-      end do
-      do j = 1, size(s%slopes)
-        if (.not. s%slopes(j)%loads) cycle
-        allocate (s%slopes(j)%influence(3, model%mesh%nodes, size(patterns)), source=0.0_wp)
-        do k = 1, size(patterns)
-          u = 0.0_wp
-          force = 0.0_wp
-          where (conditions%load == patterns(k))
-            where (system%equation == 0)
-              u = s%slopes(j)%displacement
-            else where
-              force = s%slopes(j)%force
-            end where
-          end where
-          call find_displacements(system, force, u)
-          s%slopes(j)%influence(:, :, k) = u
-        end do
+    associate (loads => model%conditions%loads)
+      allocate (s%pushed(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      do k = 1, size(loads)
+        call push_bodies(system, loads(k), s%pushed(:, :, k))
       end do
     end associate
+    do j = 1, size(s%slopes)
+      associate (slope => s%slopes(j))
+        allocate (slope%influence(3, model%mesh%nodes, size(slope%loads)), source=0.0_wp)
+        do k = 1, size(slope%loads)
+          call load_bodies(system, slope%loads(k), slope%influence(:, :, k))
+        end do
+      end associate
+    end do
     s%started = .true.
   end subroutine start_scene
 
-  !> Numbers of the proportional loads: those of the system first.
-  subroutine list_patterns(model, system, s)
-    type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(in) :: system !! patterns of condensed
-    type(sensitivity_t), intent(inout) :: s !! slopes given; gets patterns
-    integer :: i, k, j
+  !> Displacements of all bodies for a unit of the forces of a load.
+  subroutine push_bodies(system, load, u)
+    type(system_t), intent(in) :: system !! factors of the bodies
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
+    real(wp) :: force(3, size(u, 2))
 
-    s%patterns = system%condensed%patterns
-    do j = 1, size(s%slopes)
-      if (.not. s%slopes(j)%loads) cycle
-      do i = 1, model%mesh%nodes
-        do k = 1, 3
-          if (abs(s%slopes(j)%displacement(k, i)) <= 0.0_wp .and. &
-            abs(s%slopes(j)%force(k, i)) <= 0.0_wp) cycle
-          if (any(s%patterns == model%conditions%load(k, i))) cycle
-          s%patterns = [s%patterns, model%conditions%load(k, i)]
-        end do
-      end do
-    end do
-  end subroutine list_patterns
+    u = 0.0_wp
+    force = 0.0_wp
+    call add_force(load, 1.0_wp, force)
+    call find_displacements(system, force, u)
+  end subroutine push_bodies
+
+  !> Displacements of all bodies for a unit of a load.
+  subroutine load_bodies(system, load, u)
+    type(system_t), intent(in) :: system !! factors of the bodies
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
+    real(wp) :: force(3, size(u, 2))
+
+    u = 0.0_wp
+    force = 0.0_wp
+    call add_displacement(load, 1.0_wp, u)
+    where (system%equation > 0) u = 0.0_wp
+    call add_force(load, 1.0_wp, force)
+    call find_displacements(system, force, u)
+  end subroutine load_bodies
 
   !> Displacements of all bodies under forces and prescribed values.
   subroutine find_displacements(system, force, u)

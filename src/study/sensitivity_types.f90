@@ -3,10 +3,10 @@ module sensitivity_types
   use kinds, only: wp
   use text, only: string_t
   use deck_types, only: location_t
-  use model_types, only: model_t, load_table_t
+  use model_types, only: model_t, load_t, load_table_t
   implicit none
   private
-  public :: sensitivity_t, slope_t, tables_t, new_slope, add_slope, start_loads
+  public :: sensitivity_t, slope_t, tables_t, new_slope, add_slope
 
   !> The proportional loads of one variant of the deck.
   type :: tables_t
@@ -24,13 +24,10 @@ module sensitivity_types
     real(wp), allocatable :: penalty(:) !! (pairs) penalty, over itself
     real(wp), allocatable :: modulus(:) !! (materials) Young's modulus, over itself
     real(wp) :: forces = 0.0_wp !! all applied forces, over themselves
-    logical :: loads = .false. !! prescribed values, forces or proportional loads
-    real(wp), allocatable :: displacement(:, :) !! (3, nodes) prescribed values, if loads [length]
-    real(wp), allocatable :: force(:, :) !! (3, nodes) applied forces, if loads [force]
-    type(tables_t), allocatable :: variants(:) !! whose factors add up to those of the derivative
+    type(load_t), allocatable :: loads(:) !! prescribed values and forces, with their tables
+    type(tables_t), allocatable :: variants(:) !! tables whose factors add up to the derivative
     real(wp), allocatable :: stiffness(:) !! (bodies) stiffness, over itself
-    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, patterns) u of these changes, for a
-    !! factor of 1, if loads
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
   end type slope_t
 
   !> Parameters, and the derivatives of the state by them.
@@ -49,9 +46,7 @@ module sensitivity_types
     real(wp), allocatable :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements for a unit
     !! motion of the set, and
     real(wp), allocatable :: hold(:, :, :, :) !! (3, nodes, 3, sets) what it takes at the supports
-    integer, allocatable :: patterns(:) !! numbers of the proportional loads: those that the system
-    !! has, and those that only parameters use
-    real(wp), allocatable :: pushed(:, :, :) !! (3, nodes, patterns) u of the applied forces alone
+    real(wp), allocatable :: pushed(:, :, :) !! (3, nodes, loads) u of the applied forces alone
     real(wp), allocatable :: reaction(:, :, :) !! (3, sets, n) derivatives of reactions [force]
     real(wp), allocatable :: contact(:, :, :) !! (3, pairs, n) and of contact sums [force]
     real(wp), allocatable :: total(:, :) !! (3, sets) the reactions themselves [force]
@@ -77,7 +72,7 @@ contains
         source=0.0_wp)
     end associate
     allocate (slope%modulus(size(model%materials)), source=0.0_wp)
-    allocate (slope%variants(0))
+    allocate (slope%loads(0), slope%variants(0))
   end function new_slope
 
   !> Adds a parameter.
@@ -93,14 +88,4 @@ contains
     longer(n + 1) = slope
     call move_alloc(longer, s%slopes)
   end subroutine add_slope
-
-  !> A slope of loads, of nothing so far.
-  subroutine start_loads(model, slope)
-    type(model_t), intent(in) :: model !! the problem
-    type(slope_t), intent(inout) :: slope !! gets fields of zeros
-
-    slope%loads = .true.
-    allocate (slope%displacement(3, model%mesh%nodes), slope%force(3, model%mesh%nodes), &
-      source=0.0_wp)
-  end subroutine start_loads
 end module sensitivity_types
