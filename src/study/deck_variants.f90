@@ -124,8 +124,9 @@ contains
     place = place_other
     select case (name)
     case ('cont', 'pair')
-      if (is_word(record%items(1), 'penalty') .or. is_word(record%items(1), 'friction')) &
+      if (is_word(record%items(1), 'penalty') .or. is_word(record%items(1), 'friction')) then
         place = place_contact
+      end if
       if (is_word(record%items(1), 'direction')) then
         if (is_word(record%items(j - 1), 'angle')) place = place_contact
       end if

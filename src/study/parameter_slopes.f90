@@ -58,8 +58,9 @@ contains
       call set_value(overrides, name, value + real(changes(v), wp)*h)
       call read_variant(reading%path, overrides, variants(v), error)
       worst = 0
-      if (allocated(variants(v)%deck%mesh) .and. allocated(variants(v)%deck%batch)) &
+      if (allocated(variants(v)%deck%mesh) .and. allocated(variants(v)%deck%batch)) then
         call find_difference(deck, variants(v)%deck, worst, where, command)
+      end if
       if (allocated(error) .and. worst /= place_other) then
         call report_error(diagnostics, at, 'the deck cannot be read with a '''//name// &
           ''' next to its value', 'choose a value that is not at the end of what is allowed')
