@@ -13,6 +13,7 @@ module system_building
   use block_matrix, only: build_graph, locate_elements
   use assembly, only: assemble
   use contact_hosts, only: start_pair
+  use springs, only: start_springs, add_springs
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
   implicit none
@@ -40,6 +41,7 @@ contains
       system%bulk_matrix)
     call end_cost(system%costs, cost_bulk_tangent)
     if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
+    call add_springs(system)
   end subroutine build_system
 
   !> Bodies, equations, and the first hosts of the contact points.
@@ -52,6 +54,7 @@ contains
 
     call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
     call number_equations(model%conditions%restrained, system)
+    call start_springs(model, system)
     call find_weak_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)

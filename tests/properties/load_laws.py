@@ -93,3 +93,33 @@ class LoadLaws:
             row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
         for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
             self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
+
+    def test_springs_take_their_share(self):
+        runs = [self.input('manual/sprung_post', '--solver', solver, out=solver)
+                for solver in ('UMFP', 'REDU')]
+        self.true('solved condensed', b'solver: REDUced' in runs[1].text('.log'))
+        self.agree('REDUced', runs[1], runs[0], 1e-10)
+        for step, sets in runs[0].rea.items():
+            self.near(f'R1 in step {step}', sets['plate'][0] + sets['back'][0],
+                      -0.6*max(0.5*step - 1, 0), 1e-10)
+        for step in (11, 12):
+            self.near(f'friction in step {step}', runs[0].rea[step]['plate'][0], -0.3*2.4525, 1e-3)
+
+    def test_springs_follow_their_nodes(self):
+        spring = ('SET knot\n  NODEs 10', 'SPRIng\n  knot 5 0 4\n  knot 0 7 7\n  bottom 100 100 100')
+        change = ((r'REACtions', 'REACtions knot'), (r'FIELds    contact', 'HISTory NODE 10 1\n'
+                  '  HISTory NODE 10 2\n  HISTory NODE 10 3'))
+        for solver in ('UMFP', 'REDU'):
+            r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1\n  top 0.1 0.05 0 2',) + spring,
+                            '--solver', solver, changes=change)
+            with open(r.base + '.his', encoding='ascii') as stream:
+                moved = [line.split() for line in stream if line[0] != '#']
+            for words in moved:
+                for i, k in enumerate((5, 7, 11)):
+                    self.near(f'{solver}: spring {i + 1} in step {words[0]}',
+                              r.rea[int(words[0])]['knot'][i], -k*float(words[2 + i]), 1e-11)
+            for step, sets in r.rea.items():
+                c = r.only(step)
+                for i in range(3):
+                    self.near(f'{solver}: balance {i + 1} in step {step}', sets['top'][i] +
+                              sets['knot'][i], -c[f'F{i + 1}'], 1e-10)
