@@ -3,7 +3,7 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: cross, dyad
+  public :: cross, dyad, invert
 
 contains
 
@@ -27,4 +27,17 @@ contains
       m(:, j) = a*b(j)
     end do
   end function dyad
+
+  !> Inverse and determinant of a matrix of three rows.
+  pure subroutine invert(a, inverse, determinant)
+    real(wp), intent(in) :: a(3, 3) !! the matrix, not singular
+    real(wp), intent(out) :: inverse(3, 3) !! its inverse
+    real(wp), intent(out) :: determinant !! its determinant
+
+    inverse(1, :) = cross(a(:, 2), a(:, 3))
+    inverse(2, :) = cross(a(:, 3), a(:, 1))
+    inverse(3, :) = cross(a(:, 1), a(:, 2))
+    determinant = dot_product(a(:, 1), inverse(1, :))
+    inverse = inverse/determinant
+  end subroutine invert
 end module vectors

@@ -49,9 +49,9 @@ contains
     call explain(t, '    1 1  0.0 0.0 0.0')
     call explain(t, '    5 0  1.0 0.0 0.0')
     call add_command(t, table_mesh, 'ELEMents', '', 'nodes of elements')
-    call add_data(t, 'p:element n:inc p:material p:n1 p:n2 p:n3 p:n4'// &
-                  '| p:element n:inc p:material p:n1 p:n2 p:n3 p:n4 ~p:n5...')
-    call explain(t, 'Four corner nodes: linear tetrahedron. A left-handed one is reordered.')
+    call add_data(t, 'p:element n:inc p:material p:n1 p:n2 p:n3 p:n4 [n:n5...]')
+    call explain(t, 'Four corner nodes: linear tetrahedron; ten: quadratic, nodes 5 to 10 in the')
+    call explain(t, 'middle of the edges 12, 23, 31, 14, 24, 34. A left-handed one is reordered.')
     call explain(t, 'Elements between two records are generated: node numbers grow by inc.')
     call explain(t, 'Example:')
     call explain(t, '  ELEMents')
@@ -59,8 +59,8 @@ contains
     call add_command(t, table_mesh, 'BLOCk', '[w:name]', 'a block of cells; its name is a region')
     call add_data(t, 'p:point r:x1 r:x2 r:x3')
     call add_word(t, 'CARTesian', 'p:n1 p:n2 p:n3 MATErial p:material TET4'// &
-                  '| p:n1 p:n2 p:n3 TET4 | p:n1 p:n2 p:n3 MATErial p:material ~TET10'// &
-                  '| p:n1 p:n2 p:n3 ~TET10 | p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
+                  '| p:n1 p:n2 p:n3 TET4 | p:n1 p:n2 p:n3 MATErial p:material TET10'// &
+                  '| p:n1 p:n2 p:n3 TET10 | p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
                   '11:btype', 'cells along the three edges, material, element type')
     call explain(t, 'Data records: the 8 master points, 1-4 the lower face, 5-8 above.')
     call explain(t, 'Example:')
@@ -70,12 +70,17 @@ contains
     call explain(t, '    2  1 0 0')
     call explain(t, '    ...')
     call add_command(t, table_mesh, 'MATErial', 'p:number [a:label]', 'a material')
-    call add_word(t, 'SOLId', '| LINEar | ~NEOHookean | ~SVK', 'constitutive law')
-    call add_word(t, 'ELAStic', 'ISOTropic q:E r:nu | ~NEOHookean q:E r:nu', &
+    call add_word(t, 'SOLId', '[c:LINEar,NEOHookean,SVK,MEAN,FULL] [c:MEAN,FULL] '// &
+                  '| c:LINEar,NEOHookean,SVK ~NODAl | ~NODAl', 'constitutive law')
+    call add_word(t, 'ELAStic', 'ISOTropic q:E r:nu | NEOHookean q:E r:nu', &
                   'Young''s modulus and Poisson''s ratio')
     call add_word(t, 'DENSity', 'z:rho', 'density')
     call add_word(t, 'RIGId', '', 'nodes of its regions follow DISPlacement')
-    call add_word(t, 'FINIte', '', 'finite deformation', available=.false.)
+    call add_word(t, 'FINIte', '', 'finite strain, for ELAStic NEOHookean')
+    call explain(t, 'LINEar: small strain (the default). NEOHookean, SVK (Saint-Venant-')
+    call explain(t, 'Kirchhoff): finite strain. MEAN: the volumetric part goes with the mean')
+    call explain(t, 'dilatation of each element of ten nodes, which keeps it from locking:')
+    call explain(t, 'their default from nu 0.45 on (not with SVK); FULL: without.')
     call explain(t, 'Example:')
     call explain(t, '  MATErial 1 steel')
     call explain(t, '    SOLId LINEar')
@@ -83,7 +88,8 @@ contains
     call add_command(t, table_mesh, 'MESH', 'f:file | f:file AS w:name', &
                      'reads a Gmsh or Abaqus mesh')
     call explain(t, 'Gmsh MSH 4.1 or 2.2, text or binary, or an Abaqus/CalculiX .inp mesh; of')
-    call explain(t, 'tetrahedra with 4 nodes. The path is relative to the file that names it.')
+    call explain(t, 'tetrahedra with 4 or 10 nodes. The path is relative to the file that names')
+    call explain(t, 'it.')
     call explain(t, 'Nodes (those of tetrahedra) and elements get the numbers behind the highest')
     call explain(t, 'so far, in the order of the file. Physical volumes and ELSETs become regions,')
     call explain(t, 'physical surfaces and SURFACEs surfaces, physical curves and points and NSETs')

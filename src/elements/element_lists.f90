@@ -1,57 +1,84 @@
-!> A list of elements: what the assembly loop runs over, bulk and contact alike.
+!> Lists of elements: what the assembly loops run over.
 module element_lists
   use kinds, only: wp
   use element_types, only: max_slaves, n_element_history
+  use solid_types, only: n_solid_parameters
   use elmlib, only: n_parameters, routine_none
   implicit none
   private
-  public :: element_list_t, allocate_list, slave_point, master_nodes, side_nodes
+  public :: node_list_t, bulk_list_t, element_list_t, allocate_bulk, allocate_list, slave_point, &
+    master_nodes, side_nodes
 
-  !> Elements with their routine, nodes, parameters and history.
-  type :: element_list_t
+  !> Elements with their routine and nodes: what the graph of a matrix asks for.
+  type :: node_list_t
     integer :: n = 0 !! number of elements
     integer, allocatable :: routine(:) !! (n) number in elmlib, routine_none to skip
     integer, allocatable :: nel(:) !! (n) nodes of the element
-    integer, allocatable :: slaves(:) !! (n) of a contact element: its first nodes, the slaves
     integer, allocatable :: ix(:, :) !! (most nodes, n) node numbers
-    real(wp), allocatable :: weight(:, :) !! (max_slaves, n) of the slaves, in lists that have it
+    integer, allocatable :: block(:, :, :) !! (most nodes, most nodes, n) places in a block matrix
+  end type node_list_t
+
+  !> Bulk elements.
+  type, extends(node_list_t) :: bulk_list_t
+    logical :: linear = .true. !! forces are the tangent times displacements, and it never changes
     integer, allocatable :: set(:) !! (n) column of d
-    real(wp), allocatable :: d(:, :) !! (n_parameters, sets) parameters
+    real(wp), allocatable :: d(:, :) !! (n_solid_parameters, sets) parameters
+  end type bulk_list_t
+
+  !> Contact elements, each with parameters and history of its own.
+  type, extends(node_list_t) :: element_list_t
+    integer, allocatable :: slaves(:) !! (n) its first nodes, the slaves
+    real(wp), allocatable :: weight(:, :) !! (max_slaves, n) of the slaves, in lists that have it
+    real(wp), allocatable :: d(:, :) !! (n_parameters, n) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
-    real(wp), allocatable :: shift(:, :) !! (3, n) shift of the gap of contact elements [length]
-    integer, allocatable :: status(:) !! (n) status of contact elements
-    real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap of contact elements [length]
+    real(wp), allocatable :: shift(:, :) !! (3, n) shift of the gap [length]
+    integer, allocatable :: status(:) !! (n) status
+    real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
-    logical, allocatable :: hold(:) !! (n) contact elements that stick in the next tangent
+    logical, allocatable :: hold(:) !! (n) elements that stick in the next tangent
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
     real(wp), allocatable :: keep(:) !! (n) shift that makes open ones closed in it, or 0 [length]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
-    integer, allocatable :: block(:, :, :) !! (most nodes, most nodes, n) places in a block matrix
   end type element_list_t
-
-  !> Nodes of the elements of a list where nothing else is said.
-  integer, parameter :: usual_nodes = 4
 
 contains
 
-  !> Allocates a list of n elements that take no part.
-  pure subroutine allocate_list(list, n, sets, nodes)
-    type(element_list_t), intent(out) :: list !! the list
+  !> Allocates what all lists have, for n elements that take no part.
+  pure subroutine allocate_nodes(list, n, most)
+    class(node_list_t), intent(inout) :: list !! the list
+    integer, intent(in) :: n !! number of elements
+    integer, intent(in) :: most !! most nodes of an element
+
+    list%n = n
+    allocate (list%routine(n), source=routine_none)
+    allocate (list%nel(n), source=0)
+    allocate (list%ix(most, n), source=0)
+  end subroutine allocate_nodes
+
+  !> Allocates a list of n bulk elements that take no part.
+  pure subroutine allocate_bulk(list, n, sets, most)
+    type(bulk_list_t), intent(out) :: list !! the list
     integer, intent(in) :: n !! number of elements
     integer, intent(in) :: sets !! number of parameter sets
-    integer, intent(in), optional :: nodes !! most nodes of an element, else 4
-    integer :: most
+    integer, intent(in) :: most !! most nodes of an element
 
-    most = usual_nodes
-    if (present(nodes)) most = nodes
-    list%n = n
-    allocate (list%routine(n), list%nel(n), list%set(n), list%status(n), source=0)
-    list%routine = routine_none
+    call allocate_nodes(list, n, most)
+    allocate (list%set(n), source=0)
+    allocate (list%d(n_solid_parameters, sets), source=0.0_wp)
+  end subroutine allocate_bulk
+
+  !> Allocates a list of n contact elements that take no part.
+  pure subroutine allocate_list(list, n, most)
+    type(element_list_t), intent(out) :: list !! the list
+    integer, intent(in) :: n !! number of elements
+    integer, intent(in) :: most !! most nodes of an element
+
+    call allocate_nodes(list, n, most)
+    allocate (list%status(n), source=0)
     allocate (list%slaves(n), source=1)
-    allocate (list%ix(most, n), source=0)
-    if (most > usual_nodes) allocate (list%weight(max_slaves, n), source=0.0_wp)
-    allocate (list%d(n_parameters, sets), source=0.0_wp)
+    if (most > 4) allocate (list%weight(max_slaves, n), source=0.0_wp)
+    allocate (list%d(n_parameters, n), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
     allocate (list%hold(n), list%slide(n), source=.false.)

@@ -7,7 +7,7 @@ module element_types
   implicit none
   private
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
-  public :: task_shift_tangent, task_stick_shift_tangent
+  public :: task_shift_tangent, task_stick_shift_tangent, task_reach
   public :: status_off, status_open, status_stick, status_slip
   public :: max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
 
@@ -21,6 +21,7 @@ module element_types
   !! (transposed), 7 to 9 its derivative by the shift.
   integer, parameter :: task_shift_tangent = 9
   integer, parameter :: task_stick_shift_tangent = 10 !! the same of an element that sticks
+  integer, parameter :: task_reach = 11 !! how far a bulk element can go along a way
 
   !> Status of a contact point. Off: no facet lies under it.
   integer, parameter :: status_off = -1

@@ -4,23 +4,28 @@
 module elmlib
   use kinds, only: wp
   use element_types, only: element_t
+  use solid_types, only: solid_t
   use elmt01, only: elmt01_t4
+  use elmt02, only: elmt02_small
   use elmt03, only: elmt03_mfec
   use elmt04, only: elmt04_smooth, d04_size
+  use elmt05, only: elmt05_finite
   implicit none
   private
-  public :: element_routine, routine_none, routine_t4, routine_mfec, routine_smooth, &
-    n_parameters
+  public :: element_routine, solid_routine, routine_none, routine_t4, routine_small, routine_mfec, &
+    routine_smooth, routine_finite, n_parameters
 
   integer, parameter :: routine_none = 0 !! an element that takes no part
-  integer, parameter :: routine_t4 = 1 !! linear tetrahedron
+  integer, parameter :: routine_t4 = 1 !! linear tetrahedron, small strain
+  integer, parameter :: routine_small = 2 !! tetrahedron of any shape, small strain
   integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
   integer, parameter :: routine_smooth = 4 !! the same on a curved patch with continuous normals
-  integer, parameter :: n_parameters = d04_size !! room for the parameters d of any routine
+  integer, parameter :: routine_finite = 5 !! tetrahedron of any shape, finite strain
+  integer, parameter :: n_parameters = d04_size !! room for the parameters d of contact elements
 
 contains
 
-  !> Calls the element routine with the given number.
+  !> Calls the routine of a contact element.
   pure subroutine element_routine(number, task, d, e)
     integer, intent(in) :: number !! which routine
     integer, intent(in) :: task !! what it is to do (element_types)
@@ -28,8 +33,6 @@ contains
     type(element_t), intent(inout) :: e !! local data
 
     select case (number)
-    case (routine_t4)
-      call elmt01_t4(task, d, e)
     case (routine_mfec)
       call elmt03_mfec(task, d, e)
     case (routine_smooth)
@@ -38,4 +41,23 @@ contains
       ! routine_none: a contact element that is switched off adds nothing.
     end select
   end subroutine element_routine
+
+  !> Calls the routine of a bulk element.
+  pure subroutine solid_routine(number, task, d, e)
+    integer, intent(in) :: number !! which routine
+    integer, intent(in) :: task !! what it is to do (element_types)
+    real(wp), intent(in) :: d(:) !! its parameters (solid_types)
+    type(solid_t), intent(inout) :: e !! local data
+
+    select case (number)
+    case (routine_t4)
+      call elmt01_t4(task, d, e)
+    case (routine_small)
+      call elmt02_small(task, d, e)
+    case (routine_finite)
+      call elmt05_finite(task, d, e)
+    case default
+      ! routine_none: an element of a rigid region.
+    end select
+  end subroutine solid_routine
 end module elmlib

@@ -1,55 +1,48 @@
 !> Element 1: linear tetrahedron (T4), small strain, isotropic linear elastic.
 !!
-!! Constant strain; the matrix is exact (doc/theory, "Bulk elements"). Parameters d: E, nu.
-!! task_stress gives the stress as xx yy zz xy yz zx in stress(1:6), and in stress(7:9) the rotation
-!! vector, half the curl of the displacements.
+!! Constant strain; the matrix is exact (doc/theory, "Bulk elements"). The rotation vector of its
+!! state is half the curl of the displacements.
 module elmt01
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: element_t, task_tangent, task_residual, task_stress, max_dofs
+  use element_types, only: task_tangent, task_residual, task_stress
+  use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, &
+    state_stress, state_rotation, state_strain, state_energy
+  use law_linear, only: lame, linear_stress
   implicit none
   private
-  public :: elmt01_t4, d01_youngs_modulus, d01_poissons_ratio, d01_size
-
-  integer, parameter :: d01_youngs_modulus = 1 !! place of E in d [force/length^2]
-  integer, parameter :: d01_poissons_ratio = 2 !! place of nu in d
-  integer, parameter :: d01_size = 2 !! length of d
+  public :: elmt01_t4
 
 contains
 
   !> Does one task for one element.
   pure subroutine elmt01_t4(task, d, e)
     integer, intent(in) :: task !! one of the tasks of element_types
-    real(wp), intent(in) :: d(:) !! (d01_size) parameters
-    type(element_t), intent(inout) :: e !! local data
-    real(wp) :: gradient(3, 4), volume, lambda, g
+    real(wp), intent(in) :: d(:) !! (n_solid_parameters) parameters
+    type(solid_t), intent(inout) :: e !! local data
+    real(wp) :: gradient(3, 4), volume, lambda, g, strain(6), stress(6)
 
     call shape_gradients(e%xl(:, 1:4), gradient, volume)
-    call lame(d(d01_youngs_modulus), d(d01_poissons_ratio), lambda, g)
+    call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
+    strain = strain_of(gradient, e%ul(:, 1:4))
+    stress = linear_stress(lambda, g, strain)
+    e%energy = 0.5_wp*volume*(dot_product(stress(1:3), strain(1:3)) &
+      + 2.0_wp*dot_product(stress(4:6), strain(4:6)))
     select case (task)
     case (task_tangent)
       call stiffness(gradient, volume, lambda, g, e%s(:, 1:12))
-      call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
+      call internal_force(gradient, volume, stress, e%r)
     case (task_residual)
-      call internal_force(gradient, volume, stress_of(gradient, e%ul(:, 1:4), lambda, g), e%r)
+      call internal_force(gradient, volume, stress, e%r)
     case (task_stress)
-      e%stress(1:6) = stress_of(gradient, e%ul(:, 1:4), lambda, g)
-      e%stress(7:9) = rotation_of(gradient, e%ul(:, 1:4))
+      e%state(state_stress) = stress
+      e%state(state_strain) = strain
+      e%state(state_energy) = e%energy
+      e%state(state_rotation) = rotation_of(gradient, e%ul(:, 1:4))
     case default
-      ! What other routines know (task_stick_tangent) is nothing here.
+      ! task_reach: small strain never turns an element inside out.
     end select
   end subroutine elmt01_t4
-
-  !> Lame's constants.
-  pure subroutine lame(youngs_modulus, nu, lambda, g)
-    real(wp), intent(in) :: youngs_modulus !! E [force/length^2]
-    real(wp), intent(in) :: nu !! Poisson's ratio
-    real(wp), intent(out) :: lambda !! first constant [force/length^2]
-    real(wp), intent(out) :: g !! shear modulus [force/length^2]
-
-    lambda = youngs_modulus*nu/((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu))
-    g = 0.5_wp*youngs_modulus/(1.0_wp + nu)
-  end subroutine lame
 
   !> Gradients of the four shape functions, and the volume.
   pure subroutine shape_gradients(x, gradient, volume)
@@ -76,7 +69,7 @@ contains
     real(wp), intent(in) :: volume !! [length^3]
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(inout) :: s(max_dofs, 12) !! its first 12 rows: tangent [force/length]
+    real(wp), intent(inout) :: s(most_solid_dofs, 12) !! its first 12 rows: tangent [force/length]
     integer :: a, b, i, j
     real(wp) :: product_ab
 
@@ -94,18 +87,16 @@ contains
     end do
   end subroutine stiffness
 
-  !> Stress of the constant strain, as xx yy zz xy yz zx.
-  pure function stress_of(gradient, ul, lambda, g) result(stress)
+  !> Strain xx yy zz xy yz zx, shear half of gamma.
+  pure function strain_of(gradient, ul) result(strain)
     real(wp), intent(in) :: gradient(3, 4) !! dN_a/dx [1/length]
     real(wp), intent(in) :: ul(3, 4) !! displacements [length]
-    real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
-    real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp) :: stress(6), h(3, 3)
+    real(wp) :: strain(6), h(3, 3)
 
     h = matmul(ul, transpose(gradient))
-    stress(1:3) = lambda*(h(1, 1) + h(2, 2) + h(3, 3)) + 2.0_wp*g*[h(1, 1), h(2, 2), h(3, 3)]
-    stress(4:6) = g*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
-  end function stress_of
+    strain(1:3) = [h(1, 1), h(2, 2), h(3, 3)]
+    strain(4:6) = 0.5_wp*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
+  end function strain_of
 
   !> Rotation vector of the constant displacement gradient.
   pure function rotation_of(gradient, ul) result(w)

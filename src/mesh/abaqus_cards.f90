@@ -158,13 +158,25 @@ contains
     t = t(:n)
   end function squeezed
 
-  !> Corners of an element type that can be read; 0 if it cannot.
-  pure integer function abaqus_shape(name) result(corners)
+  !> Nodes and corners of an element type that can be read; 0 if it cannot.
+  pure subroutine abaqus_shape(name, nodes, corners)
     character(*), intent(in) :: name !! TYPE= of the card, any case
+    integer, intent(out) :: nodes !! all its nodes, 0 if it cannot be read
+    integer, intent(out) :: corners !! 2 line, 3 triangle, 4 tetrahedron
 
+    nodes = 0
     select case (lower(name))
     case ('c3d4', 'c3d4h')
       corners = 4
+    case ('c3d10', 'c3d10h', 'c3d10m', 'c3d10mh', 'c3d10hs', 'c3d10t')
+      corners = 4
+      nodes = 10
+    case ('s6', 'cps6', 'cpe6', 'cax6', 'm3d6', 'stri65', 'ds6')
+      corners = 3
+      nodes = 6
+    case ('b32', 'b32h', 't3d3')
+      corners = 2
+      nodes = 3
     case ('s3', 's3r', 'stri3', 'cps3', 'cpe3', 'cax3', 'm3d3', 'sfm3d3', 'r3d3', 'ds3')
       corners = 3
     case ('t3d2', 't2d2', 'b31', 'b31h', 'b21', 'r2d2', 'rb3d2', 'dc1d2')
@@ -172,5 +184,6 @@ contains
     case default
       corners = 0
     end select
-  end function abaqus_shape
+    if (nodes == 0) nodes = corners
+  end subroutine abaqus_shape
 end module abaqus_cards

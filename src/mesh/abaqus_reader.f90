@@ -3,6 +3,7 @@ module abaqus_reader
   use kinds, only: wp
   use text, only: to_text, upper
   use file_cursor, only: cursor_t, start_cursor, fail, number_of, real_of
+  use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, start_file_mesh, add_node, add_cell, add_group, &
     add_member, add_remark, find_group, group_nodes, group_cells
   use abaqus_cards, only: card_t, next_card, next_data, next_item, card_parameter, has_parameter, &
@@ -126,10 +127,10 @@ contains
     type(card_t), intent(in) :: card !! the card
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
-    integer :: corners, group, start, end, at, first, last, n, numbers(0:4)
+    integer :: nodes, corners, group, start, end, at, first, last, n, numbers(0:most_nodes)
     logical :: found
 
-    corners = abaqus_shape(card_parameter(card, 'type'))
+    call abaqus_shape(card_parameter(card, 'type'), nodes, corners)
     if (corners == 0) then
       call refuse_type(card_parameter(card, 'type'), card%at, cursor)
       return
@@ -143,21 +144,21 @@ contains
       do while (.not. cursor%failed)
         call next_item(text, at, end, first, last, found)
         if (.not. found) exit
-        if (n > corners) call fail(cursor, first, 'element '//to_text(numbers(0))// &
-          ' has more than '//to_text(corners)//' nodes', 'do type and data of *ELEMENT agree?')
+        if (n > nodes) call fail(cursor, first, 'element '//to_text(numbers(0))// &
+          ' has more than '//to_text(nodes)//' nodes', 'do type and data of *ELEMENT agree?')
         if (cursor%failed) return
         call number_of(text, first, last, cursor, numbers(n), 'the number of an element or node')
         if (numbers(n) < 1) call fail(cursor, first, 'number '//to_text(numbers(n)), &
           'numbers start at 1')
         n = n + 1
       end do
-      if (n <= corners .or. cursor%failed) cycle
-      call add_cell(file, numbers(0), numbers(1:corners), 0, start)
+      if (n <= nodes .or. cursor%failed) cycle
+      call add_cell(file, numbers(0), numbers(1:nodes), corners, 0, start)
       if (group > 0) call add_member(file%group(group), file%cells, 0)
       n = 0
     end do
     if (n > 0) call fail(cursor, min(cursor%at, cursor%last), 'the last element of '// &
-      'this *ELEMENT has not all of its '//to_text(corners)//' nodes', &
+      'this *ELEMENT has not all of its '//to_text(nodes)//' nodes', &
       'is the file complete? write it again')
   end subroutine read_elements
 
@@ -169,12 +170,9 @@ contains
 
     if (name == '') then
       call fail(cursor, at, '*ELEMENT without TYPE=', 'TYPE=C3D4 is the tetrahedron of 4 nodes')
-    else if (index(upper(name), 'C3D10') == 1) then
-      call fail(cursor, at, 'elements of type '//name//', tetrahedra of 10 nodes, are not '// &
-        'available in this version', 'write the mesh with C3D4')
     else
       call fail(cursor, at, 'elements of type '//name//' cannot be read', 'this version reads '// &
-        'first order: C3D4, and triangles (S3, CPS3, ...) and lines (T3D2, B31, ...) on them')
+        'tetrahedra (C3D4, C3D10), and triangles (S3, S6, ...) and lines (T3D2, B31, ...) on them')
     end if
   end subroutine refuse_type
 

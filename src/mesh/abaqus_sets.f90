@@ -302,6 +302,10 @@ contains
               place = find_tag(nodes, file%corners(k, cell))
               if (place > 0) call add_member(group, place, 0)
             end do
+            do k = 1, count(file%middles(:, cell) /= 0)
+              place = find_tag(nodes, file%middles(k, cell))
+              if (place > 0) call add_member(group, place, 0)
+            end do
           end associate
         end do
       else if (request%name_at > 0) then

@@ -9,8 +9,9 @@ module block_reader
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element, max_nodes, max_elements, max_coordinate
-  use mesh_generation, only: block_t, block_nodes, block_elements, block_point, block_cell, &
-    cell_tetrahedra, block_fits, check_block, orientation_left, orientation_bad
+  use mesh_generation, only: block_t, block_nodes, block_elements, block_point, &
+    block_tetrahedron, block_fits, check_block, orientation_left, orientation_bad
+  use cells, only: mirrored
   use coordinates_reader, only: report_second_place
   implicit none
   private
@@ -90,13 +91,14 @@ contains
     request%first_node = numbers(4)
     request%first_element = numbers(5)
     request%material = numbers(6)
+    if (is_word(record%items(item_count(record)), 'tet10')) request%block%order = 2
     do k = n + 2, item_count(record) - 1
       if (is_word(record%items(k), 'mate')) request%material = item_integer(record, k + 1)
     end do
     if (any(numbers(:3) < 1)) then
       call refuse(record%at, 'a block needs at least one cell along each edge', &
         'say CART n1 n2 n3', diagnostics, request)
-    else if (.not. block_fits(numbers(:3), max_nodes, max_elements)) then
+    else if (.not. block_fits(request%block, max_nodes, max_elements)) then
       call refuse(record%at, 'the block is too large', 'a mesh has at most '// &
         to_text(max_nodes)//' nodes and '//to_text(max_elements)//' elements', diagnostics, &
         request)
@@ -159,7 +161,7 @@ contains
     real(wp) :: apart
 
     if (request%first_node == 0) request%first_node = mesh%nodes + 1
-    count = block_nodes(request%block%cells)
+    count = block_nodes(request%block)
     ! request%first_node <= 2**31 - 1 - count is not sure yet
     call reserve_nodes(mesh, min(request%first_node, max_nodes + 1) + count - 1, error)
     if (allocated(error)) then
@@ -189,7 +191,8 @@ contains
     type(element_origin_t), intent(inout) :: origin !! where its elements come from
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(error_t), allocatable :: error
-    integer :: c, t, e, count, cell(8), nodes(4)
+    integer :: c, t, e, count
+    integer, allocatable :: nodes(:)
     logical :: twice
 
     if (request%first_element == 0) request%first_element = mesh%elements + 1
@@ -202,11 +205,10 @@ contains
       return
     end if
     do c = 1, product(request%block%cells)
-      cell = block_cell(request%block%cells, c) + request%first_node - 1
       do t = 1, 6
         e = e + 1
-        nodes = cell(cell_tetrahedra(:, t))
-        if (reorder) nodes(3:4) = nodes([4, 3])
+        nodes = block_tetrahedron(request%block, c, t) + request%first_node - 1
+        if (reorder) nodes = mirrored(nodes)
         call place_element(mesh, origin, e, nodes, request%material, index, request%record, twice)
         if (twice) then
           call report_error(diagnostics, set%records(request%record)%at, 'element '// &

@@ -5,6 +5,7 @@ module elements_reader
   use deck_types, only: data_set_t, record_t
   use records, only: item_integer, item_count
   use diagnostics, only: diagnostics_t, report_error
+  use cells, only: shapes, most_nodes
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, reserve_elements, place_element, max_nodes
   implicit none
@@ -16,12 +17,12 @@ module elements_reader
   integer, parameter :: longest_gap = 100000
   integer, parameter :: longest_jump = 1000000
 
-  !> What one record says: `element increment material n1 n2 n3 n4`.
+  !> What one record says: `element increment material n1 n2 n3 n4 [n5 .. n10]`.
   type :: element_record_t
     integer :: number = 0 !! element number, 0 if the record cannot be used
     integer :: increment = 1 !! step of the node numbers for elements generated behind this one
     integer :: material = 0 !! material number
-    integer :: nodes(4) = 0 !! corner nodes
+    integer :: nodes(most_nodes) = 0 !! its nodes, zeros behind the last
   end type element_record_t
 
 contains
@@ -61,19 +62,20 @@ contains
     now%increment = item_integer(record, 2)
     if (now%increment == 0) now%increment = 1
     now%material = item_integer(record, 3)
-    do k = 1, 4
-      now%nodes(k) = item_integer(record, 3 + k)
-    end do
     extra = 0
-    do k = 8, item_count(record)
-      if (item_integer(record, k) /= 0) extra = k
+    do k = 4, item_count(record)
+      if (item_integer(record, k) == 0) cycle
+      extra = k
+      if (k <= 3 + most_nodes) now%nodes(k - 3) = item_integer(record, k)
     end do
     if (number < 1) then
       call report_error(diagnostics, record%items(1)%at, 'element number '//to_text(number), &
         'element numbers start at 1; a blank line ends the data set')
-    else if (extra > 0) then
-      call report_error(diagnostics, record%items(extra)%at, 'element '//to_text(number)// &
-        ' has more than 4 nodes', 'this version knows the tetrahedron of 4 nodes')
+    else if (all(extra - 3 /= shapes%nodes) .or. any(now%nodes(:min(extra - 3, most_nodes)) == 0)) &
+      then
+      call report_error(diagnostics, record%items(max(extra, 1))%at, 'element '//to_text(number)// &
+        ' has neither 4 nor 10 nodes', 'a tetrahedron has four corners, and ten nodes with '// &
+        'those in the middle of its edges; zeros may follow')
     else if (now%material < 1) then
       call report_error(diagnostics, record%items(min(3, item_count(record)))%at, &
         'material number '//to_text(now%material), &
@@ -142,7 +144,7 @@ contains
     integer :: room
 
     room = max_nodes - maxval(before%nodes)
-    if (before%increment < 0) room = minval(before%nodes) - 1
+    if (before%increment < 0) room = minval(before%nodes, before%nodes > 0) - 1
     made = before
     do while (made%number < next - 1)
       if (room < abs(made%increment)) then
@@ -154,7 +156,7 @@ contains
       end if
       room = room - abs(made%increment)
       made%number = made%number + 1
-      made%nodes = made%nodes + made%increment
+      where (made%nodes > 0) made%nodes = made%nodes + made%increment
       call put_element(record, index, i, made, mesh, origin, diagnostics)
     end do
   end subroutine generate

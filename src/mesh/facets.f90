@@ -1,16 +1,14 @@
 !> Facets of tetrahedra: which are exterior, which way they look, and how they hang together.
 module facets
   use kinds, only: wp
+  use cells, only: tet4
   use mesh_types, only: mesh_t
   use key_sorting, only: sort_columns, ascending
   use tetrahedra, only: facet_vector
   implicit none
   private
   public :: facet_table_t, exterior_facets, find_facet, find_key, facet_neighbours, node_facets, &
-    tributary_areas, tet_facets
-
-  !> Corners of the four facets of a tetrahedron, counter-clockwise seen from outside.
-  integer, parameter :: tet_facets(3, 4) = reshape([1, 3, 2, 1, 2, 4, 2, 3, 4, 1, 4, 3], [3, 4])
+    tributary_areas
 
   !> All exterior facets of a mesh, ordered by their ascending corner numbers.
   type :: facet_table_t
@@ -34,7 +32,7 @@ contains
     allocate (keys(3, n))
     do e = 1, mesh%elements
       do k = 1, 4
-        keys(:, 4*(e - 1) + k) = ascending(mesh%ix(tet_facets(:, k), e))
+        keys(:, 4*(e - 1) + k) = ascending(mesh%ix(tet4%facet(:3, k), e))
       end do
     end do
     call sort_columns(keys, order)
@@ -50,7 +48,7 @@ contains
         element = (order(first) - 1)/4 + 1
         k = order(first) - 4*(element - 1)
         table%count = table%count + 1
-        table%corners(:, table%count) = mesh%ix(tet_facets(:, k), element)
+        table%corners(:, table%count) = mesh%ix(tet4%facet(:3, k), element)
         table%keys(:, table%count) = keys(:, order(first))
         table%elements(table%count) = element
       else if (last > first + 1 .and. table%crowded(1) == 0) then

@@ -219,6 +219,7 @@ contains
         call mark_nodes(place%node(c:c), chosen)
       else
         call mark_nodes(place%node(file%corners(:file%size(c), c)), chosen)
+        call mark_nodes(place%node(pack(file%middles(:, c), file%middles(:, c) > 0)), chosen)
       end if
     end do
     at = place_in_file(diagnostics%source, place%file, group%at)

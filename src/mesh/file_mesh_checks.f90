@@ -9,6 +9,7 @@ module file_mesh_checks
   use mesh_file_types, only: file_mesh_t
   use tag_table, only: tag_table_t, build_table, find_tag
   use key_sorting, only: sort_columns
+  use cells, only: mirrored, most_nodes
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
@@ -103,6 +104,14 @@ contains
           'is the file complete? write it again', wrong, diagnostics)
         file%corners(k, c) = n
       end do
+      do k = 1, size(file%middles, 1)
+        if (file%middles(k, c) == 0) exit
+        n = find_tag(table, file%middles(k, c))
+        if (n == 0) call report(place, file%cell_at(c), 'element '//to_text(file%cell_tag(c))// &
+          ' has node '//to_text(max(0, file%middles(k, c)))//', which the file does not define', &
+          'is the file complete? write it again', wrong, diagnostics)
+        file%middles(k, c) = n
+      end do
     end do
   end subroutine resolve_nodes
 
@@ -129,13 +138,24 @@ contains
             if (turned == 1) first = c
           end if
         end associate
-        if (relative_volume(file%x(:, corners)) < 0.0_wp) corners(3:4) = corners([4, 3])
+        if (relative_volume(file%x(:, corners)) < 0.0_wp) call turn_round(file, c)
       end associate
     end do
     if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
       file%cell_at(first)), to_text(turned)//' left-handed tetrahedra reordered, '// &
       'the first is element '//to_text(file%cell_tag(first)))
   end subroutine check_tetrahedra
+
+  !> Gives a tetrahedron the order of nodes of its mirror image.
+  pure subroutine turn_round(file, c)
+    type(file_mesh_t), intent(inout) :: file !! what the file holds
+    integer, intent(in) :: c !! the cell
+    integer :: nodes(most_nodes)
+
+    nodes = mirrored([file%corners(:, c), file%middles(:, c)])
+    file%corners(:, c) = nodes(:4)
+    file%middles(:, c) = nodes(5:)
+  end subroutine turn_round
 
   !> Finds element numbers that come twice and tetrahedra with the same nodes.
   subroutine check_doubles(place, file, diagnostics)
@@ -188,7 +208,9 @@ contains
     integer :: c, n, lost, first
 
     do c = 1, file%cells
-      if (file%size(c) == 4) place%node(file%corners(:, c)) = 1
+      if (file%size(c) < 4) cycle
+      place%node(file%corners(:, c)) = 1
+      place%node(pack(file%middles(:, c), file%middles(:, c) > 0)) = 1
     end do
     call note_coincident(place, file, diagnostics)
     lost = count(place%node == 0)

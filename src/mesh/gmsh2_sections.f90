@@ -3,8 +3,9 @@ module gmsh2_sections
   use kinds, only: wp
   use text, only: to_text
   use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, skip_blanks
+  use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
-  use gmsh_groups, only: gmsh_shape
+  use gmsh_groups, only: from_gmsh, gmsh_shape
   implicit none
   private
   public :: read_nodes2, read_elements2
@@ -94,14 +95,13 @@ contains
     integer, intent(in) :: at !! character of the file where it stands
     type(file_mesh_t), intent(inout) :: file !! takes the cell
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the element
-    integer :: corners, i, number, group, nodes(4)
+    integer :: n, corners, i, number, group, nodes(most_nodes)
     character(:), allocatable :: name
 
     if (cursor%failed) return
-    call gmsh_shape(kind, corners, name)
+    call gmsh_shape(kind, n, corners, name)
     if (corners == 0) call fail(cursor, at, 'element '//to_text(tag)//' is one of the '//name, &
-      'this version reads elements of first order: tetrahedra, and triangles, lines and '// &
-      'points on them')
+      'this version reads tetrahedra of 4 and 10 nodes, and triangles, lines and points on them')
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
     group = 0
@@ -111,10 +111,10 @@ contains
       call read_number(text, cursor, number, 'a tag of an element')
       if (i == 1 .and. number > -huge(number)) group = abs(number)
     end do
-    do i = 1, corners
+    do i = 1, n
       call read_number(text, cursor, nodes(i), 'a node of an element')
     end do
-    if (.not. cursor%failed) call add_cell(file, tag, nodes(:corners), group, at)
+    if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:n)), corners, group, at)
   end subroutine read_element
 
   !> Where a message about the item at hand points to: in a binary file, the head of its section.

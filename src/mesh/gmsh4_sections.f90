@@ -3,8 +3,9 @@ module gmsh4_sections
   use kinds, only: wp
   use text, only: to_text
   use file_cursor, only: cursor_t, fail, read_number, read_size, read_real, skip_blanks
+  use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
-  use gmsh_groups, only: physical_t, add_membership, gmsh_shape
+  use gmsh_groups, only: from_gmsh, physical_t, add_membership, gmsh_shape
   implicit none
   private
   public :: read_entities4, read_nodes4, read_elements4
@@ -137,7 +138,7 @@ contains
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(physical_t), intent(inout) :: physical !! takes the blocks
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
-    integer :: blocks, items, dimension, entity, kind, n, corners, b, at
+    integer :: blocks, items, dimension, entity, kind, n, nodes, corners, b, at
     integer, allocatable :: block(:, :)
     character(:), allocatable :: name
 
@@ -153,12 +154,12 @@ contains
       call read_number(text, cursor, kind, 'the type of a block of elements')
       call read_size(text, cursor, n, 'the number of elements of a block')
       if (cursor%failed) exit
-      call gmsh_shape(kind, corners, name)
+      call gmsh_shape(kind, nodes, corners, name)
       if (corners == 0) call fail(cursor, at, name//' in entity '//to_text(entity)// &
-        ' of dimension '//to_text(dimension), 'this version reads elements of first '// &
-        'order: tetrahedra, and triangles, lines and points on them')
+        ' of dimension '//to_text(dimension), 'this version reads tetrahedra of 4 and 10 '// &
+        'nodes, and triangles, lines and points on them')
       call keep_block(b, [dimension, entity], block)
-      call read_element_block(text, n, corners, b, file, cursor)
+      call read_element_block(text, n, [nodes, corners, b], file, cursor)
     end do
     physical%blocks = b
     call move_alloc(block, physical%block)
@@ -183,14 +184,13 @@ contains
   end subroutine keep_block
 
   !> The elements of one block.
-  subroutine read_element_block(text, n, corners, block, file, cursor)
+  subroutine read_element_block(text, n, shape, file, cursor)
     character(*), intent(in) :: text !! the file
     integer, intent(in) :: n !! elements of the block
-    integer, intent(in) :: corners !! nodes of each
-    integer, intent(in) :: block !! number of the block
+    integer, intent(in) :: shape(3) !! nodes of each, corners of each, number of the block
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the block
-    integer :: i, k, tag, nodes(4), at
+    integer :: i, k, tag, nodes(most_nodes), at
 
     i = 0
     do while (i < n .and. .not. cursor%failed)
@@ -199,10 +199,11 @@ contains
       at = block_start(cursor)
       call read_size(text, cursor, tag, 'the tag of an element')
       if (tag < 1) call fail(cursor, at, 'an element with tag 0', 'tags start at 1')
-      do k = 1, corners
+      do k = 1, shape(1)
         call read_size(text, cursor, nodes(k), 'a node of an element')
       end do
-      if (.not. cursor%failed) call add_cell(file, tag, nodes(:corners), block, at)
+      if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:shape(1))), shape(2), &
+        shape(3), at)
     end do
   end subroutine read_element_block
 

@@ -1,10 +1,11 @@
 !> Physical groups of Gmsh files: their names, and which cells belong to them.
 module gmsh_groups
   use text, only: to_text
+  use cells, only: tet10
   use mesh_file_types, only: file_mesh_t, add_group, add_member, add_remark, group_cells
   implicit none
   private
-  public :: physical_t, add_physical, add_membership, gather_groups, gmsh_shape
+  public :: physical_t, add_physical, add_membership, gather_groups, gmsh_shape, from_gmsh
 
   !> A name of a physical group.
   type :: physical_name_t
@@ -140,21 +141,27 @@ contains
     end do
   end subroutine remark_nameless
 
-  !> Corners of an element type that can be read, else 0 and what it is called.
-  pure subroutine gmsh_shape(kind, corners, name)
+  !> Nodes and corners of an element type that can be read, else 0 and what it is called.
+  pure subroutine gmsh_shape(kind, nodes, corners, name)
     integer, intent(in) :: kind !! Gmsh's number of the type
+    integer, intent(out) :: nodes !! all its nodes
     integer, intent(out) :: corners !! 1 point, 2 line, 3 triangle, 4 tetrahedron, else 0
     character(:), allocatable, intent(out) :: name !! what it is called
 
+    nodes = 0
     corners = 0
     select case (kind)
     case (15)
+      nodes = 1
       corners = 1
-    case (1)
+    case (1, 8)
+      nodes = merge(2, 3, kind == 1)
       corners = 2
-    case (2)
+    case (2, 9)
+      nodes = merge(3, 6, kind == 2)
       corners = 3
-    case (4)
+    case (4, 11)
+      nodes = merge(4, 10, kind == 4)
       corners = 4
     case (3)
       name = 'quadrangles'
@@ -164,14 +171,17 @@ contains
       name = 'prisms'
     case (7)
       name = 'pyramids'
-    case (8)
-      name = 'lines of 3 nodes'
-    case (9)
-      name = 'triangles of 6 nodes'
-    case (11)
-      name = 'tetrahedra of 10 nodes'
     case default
       name = 'elements of Gmsh''s type '//to_text(kind)
     end select
   end subroutine gmsh_shape
+
+  !> The nodes of an element in the order of mfec: Gmsh swaps the last two of ten.
+  pure function from_gmsh(nodes) result(ours)
+    integer, intent(in) :: nodes(:) !! as Gmsh has them
+    integer :: ours(size(nodes))
+
+    ours = nodes
+    if (size(nodes) == tet10%nodes) ours = nodes(tet10%from_gmsh)
+  end function from_gmsh
 end module gmsh_groups

@@ -3,7 +3,8 @@ module mesh_building
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
-  use mesh_types, only: mesh_t, max_element_nodes
+  use cells, only: most_nodes
+  use mesh_types, only: mesh_t
   implicit none
   private
   public :: element_origin_t, start_mesh, reserve_nodes, reserve_elements, place_node, &
@@ -38,7 +39,7 @@ contains
     m = max(8, min(elements, 100000))
     allocate (mesh%x(3, n), source=0.0_wp)
     allocate (mesh%defined(n), source=.false.)
-    allocate (mesh%ix(max_element_nodes, m), source=0)
+    allocate (mesh%ix(most_nodes, m), source=0)
     allocate (mesh%material(m), mesh%region(m), origin%set(m), origin%record(m), source=0)
     allocate (mesh%regions(0), mesh%sets(0), mesh%surfaces(0), mesh%fields(0))
   end subroutine start_mesh
@@ -134,7 +135,7 @@ contains
     end if
     mesh%used(:) = .false.
     do e = 1, mesh%elements
-      do k = 1, max_element_nodes
+      do k = 1, most_nodes
         n = mesh%ix(k, e)
         if (n >= 1 .and. n <= mesh%nodes) mesh%used(n) = .true.
       end do
@@ -190,7 +191,7 @@ contains
     integer :: n
 
     n = min(room, size(mesh%material))
-    allocate (ix(max_element_nodes, room), stat=status)
+    allocate (ix(most_nodes, room), stat=status)
     if (status /= 0) return
     ix(:, :n) = mesh%ix(:, :n)
     ix(:, n + 1:) = 0

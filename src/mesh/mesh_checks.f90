@@ -5,6 +5,7 @@ module mesh_checks
   use deck_types, only: deck_t, location_t
   use records, only: item_integer, item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
+  use cells, only: shape_t, shape_of, mirrored, tet4
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t
   use tetrahedra, only: relative_volume, flat_limit
@@ -36,12 +37,12 @@ contains
       if (s == 0) cycle
       if (deck%mesh(s)%command /= 'elem') cycle
       if (.not. complete) then
-        if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, 4)])) cycle
+        if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, nodes_of(mesh, e))])) cycle
       end if
       call check_element(deck, origin, e, wrong(s) < most_errors, diagnostics, mesh, good, left)
       if (.not. good) wrong(s) = wrong(s) + 1
       if (.not. left) cycle
-      mesh%ix(3:4, e) = mesh%ix([4, 3], e)
+      mesh%ix(:, e) = mirrored(mesh%ix(:, e))
       turned(s) = turned(s) + 1
       if (turned(s) == 1) first(s) = e
     end do
@@ -57,7 +58,17 @@ contains
     end do
   end subroutine check_elements
 
-  !> Checks one element: its nodes exist, are four, and span a volume.
+  !> Number of nodes of an element.
+  pure integer function nodes_of(mesh, e) result(n)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: e !! element number
+    type(shape_t) :: shape
+
+    shape = shape_of(mesh%ix(:, e))
+    n = shape%nodes
+  end function nodes_of
+
+  !> Checks one element: its nodes exist, are different, and its corners span a volume.
   subroutine check_element(deck, origin, e, report, diagnostics, mesh, good, left)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from
@@ -74,7 +85,7 @@ contains
     left = .false.
     what = ''
     remedy = ''
-    do k = 1, 4
+    do k = 1, nodes_of(mesh, e)
       n = mesh%ix(k, e)
       if (node_missing(mesh, n)) then
         what = 'element '//to_text(e)//' has node '//to_text(n)//', which does not exist'
@@ -82,7 +93,7 @@ contains
         exit
       else if (any(mesh%ix(:k - 1, e) == n)) then
         what = 'element '//to_text(e)//' has node '//to_text(n)//' twice'
-        remedy = 'a tetrahedron has four different corners'
+        remedy = 'the nodes of a tetrahedron are different'
         exit
       end if
     end do
@@ -131,7 +142,7 @@ contains
     type(element_origin_t), intent(in) :: origin !! where the elements come from
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(in) :: mesh !! the mesh
-    integer :: e, i, materials
+    integer :: e, i, materials, most
 
     if (mesh%elements == 0) call report_error(diagnostics, deck%last, 'the mesh has no elements', &
       'define some with BLOCk or with COORdinates and ELEMents')
@@ -155,8 +166,12 @@ contains
       diagnostics)
     if (all(deck%mesh%complete)) call check_control(deck, 3, 'nummat', materials, &
       'the highest material number is', diagnostics)
-    if (deck%control(6) > 4) return
-    call check_control(deck, 6, 'nen', 4, 'the most nodes of an element are', diagnostics)
+    most = tet4%nodes
+    do e = 1, mesh%elements
+      most = max(most, nodes_of(mesh, e))
+    end do
+    if (deck%control(6) > most) return
+    call check_control(deck, 6, 'nen', most, 'the most nodes of an element are', diagnostics)
   end subroutine check_numbers
 
   !> Compares one number of the control record with what was found.

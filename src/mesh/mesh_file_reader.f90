@@ -127,7 +127,8 @@ contains
       if (place%element(c) < 1) cycle
       e = e + 1
       place%element(c) = e
-      call place_element(mesh, origin, e, place%node(file%corners(:, c)), 1, index, 0, twice)
+      call place_element(mesh, origin, e, place%node([file%corners(:, c), &
+        pack(file%middles(:, c), file%middles(:, c) > 0)]), 1, index, 0, twice)
     end do
     do c = 1, file%cells
       if (place%element(c) < 0) place%element(c) = place%element(-place%element(c))

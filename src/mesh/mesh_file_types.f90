@@ -8,6 +8,9 @@ module mesh_file_types
     add_field, add_vector, add_remark, find_group, start_file_mesh
   public :: group_nodes, group_cells, group_faces
 
+  !> Most nodes of a cell behind its corners.
+  integer, parameter :: most_middles = 6
+
   !> What the members of a group are.
   integer, parameter :: group_nodes = 1 !! places in the list of nodes
   integer, parameter :: group_cells = 2 !! places in the list of cells
@@ -44,6 +47,7 @@ module mesh_file_types
     integer :: cells = 0 !! number of cells
     integer, allocatable :: cell_tag(:) !! the file's number of each cell
     integer, allocatable :: corners(:, :) !! (4, cells) node numbers of the file, zeros behind
+    integer, allocatable :: middles(:, :) !! (6, cells) those behind the corners, zeros where none
     integer, allocatable :: size(:) !! corners of each cell: 1, 2, 3 or 4
     integer, allocatable :: mark(:) !! what tells the reader the groups of each cell
     integer, allocatable :: cell_at(:) !! character of the file where each stands
@@ -62,7 +66,7 @@ contains
     allocate (file%node_tag(64), file%node_at(64), source=0)
     allocate (file%x(3, 64), source=0.0_wp)
     allocate (file%cell_tag(64), file%size(64), file%mark(64), file%cell_at(64), source=0)
-    allocate (file%corners(4, 64), source=0)
+    allocate (file%corners(4, 64), file%middles(most_middles, 64), source=0)
     allocate (file%group(8), file%field(0), file%remarks(0))
   end subroutine start_file_mesh
 
@@ -89,28 +93,28 @@ contains
   end subroutine add_node
 
   !> Adds a cell.
-  subroutine add_cell(file, tag, corners, mark, at)
+  subroutine add_cell(file, tag, nodes, corners, mark, at)
     type(file_mesh_t), intent(inout) :: file !! the file
     integer, intent(in) :: tag !! its number
-    integer, intent(in) :: corners(:) !! one to four node numbers of the file
+    integer, intent(in) :: nodes(:) !! node numbers of the file, corners first
+    integer, intent(in) :: corners !! how many of them are corners, one to four
     integer, intent(in) :: mark !! what tells the reader its groups
     integer, intent(in) :: at !! character of the file where it stands
-    integer, allocatable :: more(:, :)
-
     if (file%cells == size(file%cell_tag)) then
       call grow(file%cell_tag)
       call grow(file%size)
       call grow(file%mark)
       call grow(file%cell_at)
-      allocate (more(4, size(file%cell_tag)))
-      more(:, :file%cells) = file%corners(:, :file%cells)
-      more(:, file%cells + 1:) = 0
-      call move_alloc(more, file%corners)
+      call grow_columns(file%corners)
+      call grow_columns(file%middles)
     end if
     file%cells = file%cells + 1
     file%cell_tag(file%cells) = tag
-    file%corners(:size(corners), file%cells) = corners
-    file%size(file%cells) = size(corners)
+    file%corners(:corners, file%cells) = nodes(:corners)
+    ! zeros mean that there is none: a node 0 of the file becomes one that no file defines
+    file%middles(:size(nodes) - corners, file%cells) = merge(-1, nodes(corners + 1:), &
+      nodes(corners + 1:) == 0)
+    file%size(file%cells) = corners
     file%mark(file%cells) = mark
     file%cell_at(file%cells) = at
   end subroutine add_cell
@@ -245,6 +249,16 @@ contains
     end do
     g = 0
   end function find_group
+
+  !> Doubles the number of columns of an array.
+  subroutine grow_columns(array)
+    integer, allocatable, intent(inout) :: array(:, :) !! the array
+    integer, allocatable :: more(:, :)
+
+    allocate (more(size(array, 1), 2*size(array, 2)), source=0)
+    more(:, :size(array, 2)) = array
+    call move_alloc(more, array)
+  end subroutine grow_columns
 
   !> Doubles the length of a list.
   subroutine grow(list)

@@ -1,11 +1,12 @@
 !> Regular meshes of a block that eight master points span.
 module mesh_generation
   use kinds, only: wp
+  use cells, only: tet4, tet10, most_nodes
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
-  public :: block_t, block_nodes, block_elements, block_point, block_cell, cell_tetrahedra, &
-    block_fits, check_block, orientation_right, orientation_left, orientation_bad
+  public :: block_t, block_nodes, block_elements, block_point, block_tetrahedron, block_fits, &
+    check_block, orientation_right, orientation_left, orientation_bad
 
   !> Orientation of a block: its tetrahedra have positive, negative, or mixed and zero volumes.
   integer, parameter :: orientation_right = 1
@@ -24,26 +25,27 @@ module mesh_generation
   !> A block: cells along its three edges, and its corners.
   type :: block_t
     integer :: cells(3) = 0 !! cells along the three edges
+    integer :: order = 1 !! 1: elements of four nodes, 2: of ten
     real(wp) :: corner(3, 8) = 0.0_wp !! master points [length]
   end type block_t
 
 contains
 
   !> True if the counts of a block stay within the given limits (safe against overflow).
-  pure logical function block_fits(cells, max_nodes, max_elements) result(fits)
-    integer, intent(in) :: cells(3) !! cells along the three edges, > 0
+  pure logical function block_fits(block, max_nodes, max_elements) result(fits)
+    type(block_t), intent(in) :: block !! its cells, > 0, and order
     integer, intent(in) :: max_nodes !! most nodes
     integer, intent(in) :: max_elements !! most elements
 
-    fits = product(real(cells, wp) + 1.0_wp) <= real(max_nodes, wp) .and. &
-      6.0_wp*product(real(cells, wp)) <= real(max_elements, wp)
+    fits = product(real(block%order, wp)*real(block%cells, wp) + 1.0_wp) <= real(max_nodes, wp) &
+      .and. 6.0_wp*product(real(block%cells, wp)) <= real(max_elements, wp)
   end function block_fits
 
   !> Number of nodes of a block.
-  pure integer function block_nodes(cells) result(n)
-    integer, intent(in) :: cells(3) !! cells along the three edges
+  pure integer function block_nodes(block) result(n)
+    type(block_t), intent(in) :: block !! the block
 
-    n = product(cells + 1)
+    n = product(block%order*block%cells + 1)
   end function block_nodes
 
   !> Number of tetrahedra of a block.
@@ -58,51 +60,60 @@ contains
     type(block_t), intent(in) :: block !! the block
     integer, intent(in) :: n !! node within the block
     real(wp) :: x(3), r(3)
-    integer :: i(3), c
+    integer :: i(3), c, points(3)
 
-    i(1) = mod(n - 1, block%cells(1) + 1)
-    i(2) = mod((n - 1)/(block%cells(1) + 1), block%cells(2) + 1)
-    i(3) = (n - 1)/((block%cells(1) + 1)*(block%cells(2) + 1))
+    points = block%order*block%cells + 1
+    i(1) = mod(n - 1, points(1))
+    i(2) = mod((n - 1)/points(1), points(2))
+    i(3) = (n - 1)/(points(1)*points(2))
     ! weights (1 -+ r)/2 as fractions of the cells: exact at the corners
-    r = real(i, wp)/real(block%cells, wp)
+    r = real(i, wp)/real(block%order*block%cells, wp)
     x = 0.0_wp
     do c = 1, 8
       x = x + product(merge(r, 1.0_wp - r, natural(:, c) > 0))*block%corner(:, c)
     end do
   end function block_point
 
-  !> Nodes of the cell `n` of a block (from 1, direction 1 fastest), numbered within the block.
-  pure function block_cell(cells, n) result(nodes)
-    integer, intent(in) :: cells(3) !! cells along the three edges
+  !> Nodes of a tetrahedron of the cell `n` of a block (from 1, direction 1 fastest), numbered
+  !! within the block: the middles of its edges are points of the block as well.
+  pure function block_tetrahedron(block, n, t) result(nodes)
+    type(block_t), intent(in) :: block !! the block
     integer, intent(in) :: n !! cell within the block
-    integer :: nodes(8), i(3), row, layer
+    integer, intent(in) :: t !! its tetrahedron, 1 to 6
+    integer, allocatable :: nodes(:)
+    integer :: first(3), place(3, most_nodes), points(3), k
 
-    row = cells(1) + 1
-    layer = row*(cells(2) + 1)
-    i(1) = mod(n - 1, cells(1))
-    i(2) = mod((n - 1)/cells(1), cells(2))
-    i(3) = (n - 1)/(cells(1)*cells(2))
-    nodes(1) = 1 + i(1) + row*i(2) + layer*i(3)
-    nodes(2:4) = nodes(1) + [1, row + 1, row]
-    nodes(5:8) = nodes(1:4) + layer
-  end function block_cell
+    first(1) = mod(n - 1, block%cells(1))
+    first(2) = mod((n - 1)/block%cells(1), block%cells(2))
+    first(3) = (n - 1)/(block%cells(1)*block%cells(2))
+    do k = 1, 4
+      place(:, k) = block%order*(first + (natural(:, cell_tetrahedra(k, t)) + 1)/2)
+    end do
+    do k = 5, tet10%nodes
+      place(:, k) = (place(:, tet10%ends(1, k)) + place(:, tet10%ends(2, k)))/2
+    end do
+    points = block%order*block%cells + 1
+    nodes = 1 + place(1, :) + points(1)*(place(2, :) + points(2)*place(3, :))
+    if (block%order == 1) nodes = nodes(:tet4%nodes)
+  end function block_tetrahedron
 
   !> Orientation of all tetrahedra of a block, and the first one that spoils it.
   pure subroutine check_block(block, orientation, cell)
     type(block_t), intent(in) :: block !! the block
     integer, intent(out) :: orientation !! one of the orientation constants
     integer, intent(out) :: cell !! cell of the first bad tetrahedron, 0 if there is none
-    integer :: n, t, c, nodes(8)
-    real(wp) :: x(3, 8), v
+    integer :: n, t, c
+    real(wp) :: x(3, 4), v
 
     orientation = orientation_bad
     do n = 1, product(block%cells)
-      nodes = block_cell(block%cells, n)
-      do c = 1, 8
-        x(:, c) = block_point(block, nodes(c))
-      end do
       do t = 1, 6
-        v = relative_volume(x(:, cell_tetrahedra(:, t)))
+        associate (nodes => block_tetrahedron(block, n, t))
+          do c = 1, 4
+            x(:, c) = block_point(block, nodes(c))
+          end do
+        end associate
+        v = relative_volume(x)
         if (orientation == orientation_bad) orientation = nint(sign(1.0_wp, v))
         if (v*real(orientation, wp) > flat_limit) cycle
         orientation = orientation_bad

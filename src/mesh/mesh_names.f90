@@ -1,6 +1,7 @@
 !> Looking up sets, regions and surfaces by name.
 module mesh_names
   use text, only: edit_distance
+  use cells, only: facet_of, most_facet_nodes
   use mesh_types, only: mesh_t
   use key_sorting, only: unique_numbers
   implicit none
@@ -17,7 +18,7 @@ contains
     integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
     logical, intent(out) :: found !! there is such a name
     logical, allocatable :: mask(:)
-    integer :: index, k
+    integer :: index, k, facet(most_facet_nodes)
 
     found = .true.
     call find_set(mesh, name, index)
@@ -34,8 +35,10 @@ contains
     found = index > 0
     allocate (mask(mesh%nodes), source=.false.)
     if (found) then
-      do k = 1, 3
-        mask(mesh%surfaces(index)%facets(k, :)) = .true.
+      do k = 1, size(mesh%surfaces(index)%facets, 2)
+        facet = facet_of(mesh%ix(:, mesh%surfaces(index)%elements(k)), &
+          mesh%surfaces(index)%facets(:, k))
+        mask(pack(facet, facet > 0)) = .true.
       end do
     end if
     nodes = unique_numbers(mask)

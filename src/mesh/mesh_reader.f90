@@ -5,6 +5,7 @@ module mesh_reader
   use diagnostics, only: diagnostics_t, report_error, error_count
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, start_mesh, finish_mesh
+  use curved_checks, only: check_curved
   use mesh_checks, only: check_elements, check_numbers
   use coordinates_reader, only: read_coordinates
   use elements_reader, only: read_elements
@@ -59,6 +60,8 @@ contains
       error_count(diagnostics) == errors
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
+    complete = complete .and. error_count(diagnostics) == errors
+    if (complete) call check_curved(deck, origin, mesh, diagnostics)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh, drafts)
     mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &

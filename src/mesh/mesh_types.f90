@@ -5,11 +5,6 @@ module mesh_types
   implicit none
   private
   public :: mesh_t, node_set_t, region_t, surface_t, facet_field_t
-  public :: max_element_nodes
-
-  !> Most nodes a bulk element can have (T10).
-  integer, parameter :: max_element_nodes = 10
-
   !> A named set of nodes.
   type :: node_set_t
     character(:), allocatable :: name !! its name
@@ -49,7 +44,7 @@ module mesh_types
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates
     logical, allocatable :: defined(:) !! (nodes) the deck gave this node coordinates
     logical, allocatable :: used(:) !! (nodes) an element holds this node
-    integer, allocatable :: ix(:, :) !! (max_element_nodes, elements) nodes; zeros behind the last
+    integer, allocatable :: ix(:, :) !! (most_nodes, elements) nodes; zeros behind the last
     integer, allocatable :: material(:) !! (elements) material number
     integer, allocatable :: region(:) !! (elements) index into regions, 0 for none
     type(region_t), allocatable :: regions(:) !! regions in the order of the deck

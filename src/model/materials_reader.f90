@@ -5,13 +5,17 @@ module materials_reader
   use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use model_types, only: model_t, material_t, law_linear
+  use cells, only: most_nodes
+  use bulk_laws, only: laws, linear, neohooke
+  use model_types, only: model_t, material_t
   implicit none
   private
   public :: read_materials, assign_materials
 
   !> Largest Young's modulus, and one over the smallest: energies are squared in the line search.
   real(wp), parameter :: largest_modulus = 1.0e100_wp
+  !> From this Poisson's ratio on elements lock without MEAN.
+  real(wp), parameter :: locking_ratio = 0.45_wp
 
 contains
 
@@ -65,7 +69,9 @@ contains
     logical, intent(inout) :: elastic !! its elastic constants are known
 
     if (is_word(record%items(1), 'solid')) then
-      material%law = law_linear
+      call read_law(record, diagnostics, material)
+    else if (is_word(record%items(1), 'finite')) then
+      if (material%law == linear) material%law = neohooke
     else if (is_word(record%items(1), 'rigid')) then
       material%rigid = .true.
     else if (is_word(record%items(1), 'density')) then
@@ -81,12 +87,33 @@ contains
     end if
   end subroutine read_property
 
-  !> ELAStic ISOTropic E nu.
+  !> SOLId law MEAN.
+  subroutine read_law(record, diagnostics, material)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(material_t), intent(inout) :: material !! gets law, mean
+    integer :: k, law
+
+    do k = 2, item_count(record)
+      do law = 1, size(laws)
+        if (is_word(record%items(k), trim(laws(law)%keyword))) material%law = law
+      end do
+      material%mean = material%mean .or. is_word(record%items(k), 'mean')
+      material%mean_asked = material%mean_asked .or. is_word(record%items(k), 'mean') .or. &
+        is_word(record%items(k), 'full')
+    end do
+    if (material%mean .and. .not. laws(material%law)%may_mean) call report_error(diagnostics, &
+      record%at, 'the law '//trim(laws(material%law)%keyword)//' has no MEAN', 'its energy has '// &
+      'no volumetric part of its own: use NEOHookean')
+  end subroutine read_law
+
+  !> ELAStic ISOTropic E nu, or NEOHookean E nu with FINIte, as FEAP writes it.
   subroutine read_elastic(record, diagnostics, material)
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(material_t), intent(inout) :: material !! the material
 
+    if (is_word(record%items(2), 'neohookean')) material%law = neohooke
     material%youngs_modulus = item_real(record, 3)
     material%poissons_ratio = item_real(record, 4)
     if (material%youngs_modulus < 1.0_wp/largest_modulus .or. &
@@ -126,12 +153,43 @@ contains
         missing = model%mesh%material(e)
       end if
     end do
+    call choose_dilatation(model, diagnostics)
     do m = 1, size(used)
       if (used(m)) cycle
       call report_note(diagnostics, model%materials(m)%at, 'material '// &
         to_text(model%materials(m)%number)//' is used by no element')
     end do
   end subroutine assign_materials
+
+  !> Elements of ten nodes take the mean dilatation from nu 0.45 on unless the deck says FULL; those
+  !! of four nodes have none but their own.
+  subroutine choose_dilatation(model, diagnostics)
+    type(model_t), intent(inout) :: model !! mesh and materials; these get mean
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    logical, dimension(size(model%materials)) :: four, ten
+    integer :: e, m
+
+    four = .false.
+    ten = .false.
+    do e = 1, model%mesh%elements
+      m = model%element_material(e)
+      if (m == 0) cycle
+      if (model%mesh%ix(most_nodes, e) > 0) then
+        ten(m) = .true.
+      else
+        four(m) = .true.
+      end if
+    end do
+    do m = 1, size(model%materials)
+      associate (material => model%materials(m))
+        if (material%mean .and. four(m) .and. .not. material%rigid) call report_error(diagnostics, &
+          material%at, 'MEAN of material '//to_text(material%number)//' needs elements of ten '// &
+          'nodes, and it has some of four', 'mesh it with TET10, or write SOLId without MEAN')
+        if (ten(m) .and. .not. material%mean_asked) material%mean = laws(material%law)%may_mean &
+          .and. material%poissons_ratio >= locking_ratio
+      end associate
+    end do
+  end subroutine choose_dilatation
 
   !> Index of a material number, 0 if there is none; `guess` is tried first.
   pure integer function material_index(materials, number, guess) result(m)

@@ -4,18 +4,13 @@ module model_types
   use deck_types, only: location_t
   use text, only: string_t
   use mesh_types, only: mesh_t
+  use bulk_laws, only: linear
   use contact_types, only: pair_t
   implicit none
   private
   public :: model_t, material_t, conditions_t, load_t, nodal_values_t, load_table_t, &
     output_request_t, history_request_t
-  public :: law_linear, law_neohooke, law_svk
   public :: state_all, state_last, state_none
-
-  !> Constitutive laws.
-  integer, parameter :: law_linear = 1
-  integer, parameter :: law_neohooke = 2
-  integer, parameter :: law_svk = 3
 
   !> How many states are kept for restarts.
   integer, parameter :: state_all = 1
@@ -27,7 +22,9 @@ module model_types
     integer :: number = 0 !! the deck's material number
     character(:), allocatable :: label !! its label, may be empty
     type(location_t) :: at !! where the deck defines it
-    integer :: law = law_linear !! constitutive law
+    integer :: law = linear !! number of its law in bulk_laws
+    logical :: mean = .false. !! volumetric part on the mean dilatation of an element
+    logical :: mean_asked = .false. !! the deck says whether, or FULL
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
     real(wp) :: density = 0.0_wp !! rho

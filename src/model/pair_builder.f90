@@ -4,6 +4,7 @@ module pair_builder
   use text, only: to_text, range_text, count_noun
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
+  use cells, only: most_nodes
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
@@ -114,6 +115,8 @@ contains
     if (.not. found) return
     pair%facets = mesh%surfaces(index)%facets
     pair%facet_elements = mesh%surfaces(index)%elements
+    call refuse_six_nodes(mesh, pair%facet_elements, 'master '''//pair%master, pair%master_at, &
+      diagnostics)
     call facet_neighbours(pair%facets, pair%neighbours, non_manifold)
     if (non_manifold == 0) return
     call report_note(diagnostics, pair%master_at, 'the master '''//pair%master//''' has '// &
@@ -143,6 +146,20 @@ contains
     end if
   end subroutine find_facets
 
+  !> Facets of six nodes cannot touch yet: their corners alone would carry less than half of it.
+  subroutine refuse_six_nodes(mesh, elements, side, at, diagnostics)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: elements(:) !! elements behind the facets of one side
+    character(*), intent(in) :: side !! slave or master and its name
+    type(location_t), intent(in) :: at !! where the deck names it
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (all(mesh%ix(most_nodes, elements) == 0)) return
+    call report_error(diagnostics, at, 'the '//side//''' has facets of six nodes (elements of '// &
+      'ten), which cannot be in contact in this version', 'mesh this body with elements of '// &
+      'four nodes')
+  end subroutine refuse_six_nodes
+
   !> Quadrature points of the slave facets and their areas.
   subroutine take_slave_facets(mesh, diagnostics, pair, found)
     type(mesh_t), intent(in) :: mesh !! the mesh
@@ -154,6 +171,8 @@ contains
     call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
     found = index > 0
     if (.not. found) return
+    call refuse_six_nodes(mesh, mesh%surfaces(index)%elements, 'slave '''//pair%slave, &
+      pair%slave_at, diagnostics)
     call make_facet_points(mesh%surfaces(index)%facets, mesh%x, pair)
     if (pair%segmented) pair%slave_facets = mesh%surfaces(index)%facets
   end subroutine take_slave_facets
@@ -174,6 +193,8 @@ contains
       call report_unknown_name(mesh, pair%slave_at, pair%slave, diagnostics)
       return
     end if
+    call refuse_six_nodes(mesh, elements_at(mesh, nodes), 'slave '''//pair%slave, pair%slave_at, &
+      diagnostics)
     call find_surface(mesh, pair%slave, index)
     if (index > 0) then
       pair%slave_facets = mesh%surfaces(index)%facets
@@ -186,6 +207,20 @@ contains
     call make_node_points(nodes, pair)
     pair%area = area(nodes)
   end subroutine take_slave
+
+  !> The elements of ten nodes that hold one of the nodes.
+  pure function elements_at(mesh, nodes) result(elements)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: nodes(:) !! node numbers
+    integer, allocatable :: elements(:)
+    logical :: inside(0:mesh%nodes)
+    integer :: e
+
+    inside = .false.
+    inside(nodes) = .true.
+    elements = pack([(e, e=1, mesh%elements)], [(mesh%ix(most_nodes, e) > 0 .and. &
+      any(inside(mesh%ix(:, e))), e=1, mesh%elements)])
+  end function elements_at
 
   !> The exterior facets whose corners all lie among the nodes.
   pure function facets_within(mesh, exterior, nodes) result(corners)

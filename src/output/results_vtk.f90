@@ -3,12 +3,13 @@
 module results_vtk
   use kinds, only: wp
   use errors, only: error_t
-  use mesh_types, only: mesh_t, max_element_nodes
+  use cells, only: most_nodes, shape_t, shape_of
+  use mesh_types, only: mesh_t
   use model_types, only: output_request_t
   use result_types, only: frame_t
   use hdf5_io, only: hdf5_file_t
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
-    write_field, end_frame, on_points, on_cells, vtk_tetra, vtk_quadratic_tetra
+    write_field, end_frame, on_points, on_cells
   use nodal_stress, only: average_stress, von_mises
   implicit none
   private
@@ -61,6 +62,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer, allocatable :: point(:), list(:), offsets(:), types(:)
     real(wp), allocatable :: x(:, :)
+    type(shape_t) :: shape
     integer :: i, k, n, e
 
     allocate (point(0:mesh%nodes), source=0)
@@ -68,13 +70,14 @@ contains
       point(part%nodes(i)) = i
     end do
     n = size(part%elements)
-    allocate (list(max_element_nodes*n), offsets(n + 1), types(n), x(3, size(part%nodes)))
+    allocate (list(most_nodes*n), offsets(n + 1), types(n), x(3, size(part%nodes)))
     x(:, :) = mesh%x(:, part%nodes)
     offsets(1) = 0
     do i = 1, n
       e = part%elements(i)
-      k = count(mesh%ix(:, e) > 0)
-      types(i) = merge(vtk_quadratic_tetra, vtk_tetra, k == 10)
+      shape = shape_of(mesh%ix(:, e))
+      k = shape%nodes
+      types(i) = shape%vtk
       list(offsets(i) + 1:offsets(i) + k) = point(mesh%ix(:k, e)) - 1
       offsets(i + 1) = offsets(i) + k
     end do

@@ -14,7 +14,8 @@ module run_log
   use contact_points, only: used_points
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
-  use model_types, only: model_t, material_t, law_neohooke, law_svk
+  use bulk_laws, only: laws
+  use model_types, only: model_t, material_t
   use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, &
     close_text_file
   implicit none
@@ -121,14 +122,8 @@ contains
       line = line//': rigid'
       return
     end if
-    select case (material%law)
-    case (law_neohooke)
-      line = line//': neo-Hooke'
-    case (law_svk)
-      line = line//': Saint-Venant-Kirchhoff'
-    case default
-      line = line//': linear elastic'
-    end select
+    line = line//': '//trim(laws(material%law)%words)
+    if (material%mean) line = line//', volume by the mean dilatation of each element'
     line = line//', E = '//to_text(material%youngs_modulus)//', nu = '// &
       to_text(material%poissons_ratio)
   end function material_line

@@ -16,14 +16,14 @@ module vtk_grid
   public :: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
     write_field, end_frame
   public :: on_points, on_cells
-  public :: vtk_vertex, vtk_triangle, vtk_tetra, vtk_quadratic_tetra
+  public :: vtk_vertex, vtk_triangle
 
   !> Where a field lives.
   character(*), parameter :: on_points = 'PointData'
   character(*), parameter :: on_cells = 'CellData'
 
-  !> VTK's numbers of cell types.
-  integer, parameter :: vtk_vertex = 1, vtk_triangle = 5, vtk_tetra = 10, vtk_quadratic_tetra = 24
+  !> VTK's numbers of cells of the contact surfaces; shapes of bulk elements know theirs.
+  integer, parameter :: vtk_vertex = 1, vtk_triangle = 5
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/VTKHDF/'

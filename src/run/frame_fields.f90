@@ -10,6 +10,7 @@ module frame_fields
   use smooth_normals, only: project_on_master
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
+  use solid_types, only: state_stress, state_strain
   use system_types, only: system_t, state_t
   use result_types, only: frame_t, point_fields_t
   implicit none
@@ -24,14 +25,14 @@ contains
     type(system_t), intent(in) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
-    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_element_stress, elements)
+    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_solid_state, elements)
     type(frame_t), intent(out) :: frame !! the fields
     integer :: k
 
     if (model%output%displacement) frame%displacement = state%u
     if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress) frame%stress = bulk_state(1:6, :)
-    if (model%output%strain) call strains(model, bulk_state(1:6, :), frame%strain)
+    if (model%output%stress) frame%stress = bulk_state(state_stress, :)
+    if (model%output%strain) frame%strain = bulk_state(state_strain, :)
     if (model%output%lay) call fill_lay(model, state, frame%lay)
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
@@ -178,26 +179,4 @@ contains
       end associate
     end do
   end function in_lay_frame
-
-  !> Strains of isotropic linear elastic elements from their stresses: xx yy zz xy yz zx, the shear
-  !! strains half of gamma.
-  pure subroutine strains(model, stress, strain)
-    type(model_t), intent(in) :: model !! materials
-    real(wp), intent(in) :: stress(:, :) !! (6, elements)
-    real(wp), allocatable, intent(out) :: strain(:, :) !! (6, elements)
-    real(wp) :: e, nu
-    integer :: k, m
-
-    allocate (strain(6, size(stress, 2)), source=0.0_wp)
-    do k = 1, size(stress, 2)
-      m = model%element_material(k)
-      if (m == 0) cycle
-      if (model%materials(m)%rigid) cycle
-      e = model%materials(m)%youngs_modulus
-      nu = model%materials(m)%poissons_ratio
-      strain(:, k) = (1.0_wp + nu)/e*stress(:, k)
-      strain(1:3, k) = strain(1:3, k) - nu/e*sum(stress(1:3, k))
-    end do
-  end subroutine strains
-
 end module frame_fields

@@ -9,7 +9,9 @@ module run_files
   use contact_points, only: count_points, point_position
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
+  use solid_types, only: n_solid_state
   use assembly, only: recover
+  use bulk_assembly, only: recover_bulk
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
     write_contacts, create_history_table, write_history, close_table
@@ -40,7 +42,7 @@ module run_files
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
-    real(wp), allocatable :: bulk_state(:, :) !! (n_element_stress, elements) of the last fields
+    real(wp), allocatable :: bulk_state(:, :) !! (n_solid_state, elements) of the last fields
   end type run_files_t
 
 contains
@@ -96,9 +98,9 @@ contains
       model%output%strain)
     fields = fields .or. last
     if (fields) then
-      if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_element_stress, &
+      if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_solid_state, &
         system%bulk%n))
-      call recover(system%bulk, task_stress, model%mesh%x, state%u, files%bulk_state)
+      call recover_bulk(system%bulk, model%mesh%x, state%u, files%bulk_state)
     end if
   end subroutine recover_fields
 

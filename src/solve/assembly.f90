@@ -1,4 +1,4 @@
-!> The assembly loop: gather, element routine, scatter; the same for bulk and contact.
+!> The assembly loop of contact: gather, element routine, scatter.
 module assembly
   use kinds, only: wp
   use threads, only: count_threads
@@ -9,6 +9,7 @@ module assembly
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
+  use bulk_assembly, only: scatter_block
   implicit none
   private
   public :: assemble, recover, shift_derivatives
@@ -53,7 +54,7 @@ contains
           end do
           if (task == task_tangent .and. present(a)) then
             list%asymmetry = max(list%asymmetry, asymmetry(e))
-            call scatter_matrix(list%block(:, :, k), e, a)
+            call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
           end if
           if (task == task_tangent .and. present(s)) s(:, :, k) = e%s
         end associate
@@ -81,7 +82,7 @@ contains
         if (task == task_tangent) then
           call compute_tangent(list, k, e)
         else
-          call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+          call element_routine(list%routine(k), task, list%d(:, k), e)
         end if
         list%h2(:, k) = e%h2
         list%status(k) = e%status
@@ -99,11 +100,11 @@ contains
     type(element_t), intent(inout) :: e !! local data; gets r, s
 
     if (list%hold(k)) then
-      call element_routine(list%routine(k), task_stick_tangent, list%d(:, list%set(k)), e)
+      call element_routine(list%routine(k), task_stick_tangent, list%d(:, k), e)
       return
     end if
     e%shift(3) = e%shift(3) + list%keep(k)
-    call element_routine(list%routine(k), task_tangent, list%d(:, list%set(k)), e)
+    call element_routine(list%routine(k), task_tangent, list%d(:, k), e)
     if (list%slide(k) .and. e%status == status_stick) call take_slip(list, k, e)
     if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
   end subroutine compute_tangent
@@ -120,7 +121,7 @@ contains
     logical :: on_its_cone
 
     call gather(list, k, x, u, e)
-    d = list%d(:, list%set(k))
+    d = list%d(:, k)
     if (list%hold(k)) then
       call element_routine(list%routine(k), task_stick_shift_tangent, d, e)
       return
@@ -144,7 +145,7 @@ contains
     type(element_t) :: slipping
     real(wp) :: d(n_parameters)
 
-    d = list%d(:, list%set(k))
+    d = list%d(:, k)
     d(d03_mu:d03_mu + 1) = (1.0_wp - on_cone)*d(d03_mu:d03_mu + 1)
     slipping = e
     call element_routine(list%routine(k), task_tangent, d, slipping)
@@ -204,7 +205,7 @@ contains
       stress(1:n_element_stress, k) = 0.0_wp
       if (list%routine(k) == routine_none) cycle
       call gather(list, k, x, u, e)
-      call element_routine(list%routine(k), task, list%d(:, list%set(k)), e)
+      call element_routine(list%routine(k), task, list%d(:, k), e)
       stress(1:n_element_stress, k) = e%stress
     end do
   end subroutine recover
@@ -230,20 +231,4 @@ contains
     e%h1 = list%h1(:, k)
     e%shift = list%shift(:, k)
   end subroutine gather
-
-  !> Adds the element matrix block by block.
-  subroutine scatter_matrix(place, e, a)
-    integer, intent(in) :: place(:, :) !! (nodes, nodes) places in a
-    type(element_t), intent(in) :: e !! local data with its matrix
-    type(block_matrix_t), intent(inout) :: a !! matrix
-    integer :: i, j
-
-    do j = 1, e%nel
-      do i = 1, e%nel
-        associate (val => a%val(:, :, place(i, j)))
-          val = val + e%s(3*i - 2:3*i, 3*j - 2:3*j)
-        end associate
-      end do
-    end do
-  end subroutine scatter_matrix
 end module assembly

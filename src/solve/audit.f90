@@ -3,7 +3,7 @@
 module audit
   use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
-  use elmlib, only: routine_none
+  use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use smooth_normals, only: project_on_master
@@ -103,7 +103,12 @@ contains
     if (audit%step == 0) audit%before = -1
     audit%step = state%step
     audit%time = state%time
-    call find_balance(model%mesh%x, system, state%reaction, audit%center, audit%balance)
+    if (system%bulk%linear) then
+      call find_balance(model%mesh%x, system, state%reaction, audit%center, audit%balance)
+    else
+      call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
+        audit%center, audit%balance)
+    end if
     call judge_balance(model, system, state, settings, audit)
     call find_energies(model, system, state, point_state, last, audit)
     call judge_turns(model, system, state, audit)
@@ -113,6 +118,23 @@ contains
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
   end subroutine audit_state
+
+  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
+  pure function lever_ends(x, u, system) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    real(wp) :: y(3, size(u, 2))
+    logical :: finite(0:system%bodies)
+    integer :: k
+
+    finite = .false.
+    do k = 1, system%bulk%n
+      if (system%bulk%routine(k) == routine_finite) finite(system%node_body(system%bulk%ix(1, k))) &
+        = .true.
+    end do
+    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%node_body), 1, 3))
+  end function lever_ends
 
   !> Whether each body is in balance.
   subroutine judge_balance(model, system, state, settings, audit)
@@ -215,7 +237,7 @@ contains
   end function sane_share
 
   !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
-  !! The strain energy is half the work of all forces on the bulk, which is linear.
+  !! The strain energy of a linear bulk is half the work of all forces on it.
   subroutine find_energies(model, system, state, point_state, last, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
@@ -231,11 +253,12 @@ contains
       f = system%external(:, i) + state%reaction(:, i)
       audit%work = audit%work + 0.5_wp*dot_product(f + audit%force(:, i), &
         state%u(:, i) - audit%u(:, i))
-      audit%strain_energy = audit%strain_energy + 0.5_wp*dot_product(state%u(:, i), &
-        f - system%contact_force(:, i))
+      if (system%bulk%linear) audit%strain_energy = audit%strain_energy &
+        + 0.5_wp*dot_product(state%u(:, i), f - system%contact_force(:, i))
       audit%u(:, i) = state%u(:, i)
       audit%force(:, i) = f
     end do
+    if (.not. system%bulk%linear) audit%strain_energy = system%bulk_energy
     audit%penalty_energy = 0.0_wp
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle

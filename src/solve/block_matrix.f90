@@ -4,7 +4,7 @@
 !! be. Elements add to it through places that are looked up once.
 module block_matrix
   use kinds, only: wp
-  use element_lists, only: element_list_t
+  use element_lists, only: node_list_t
   use elmlib, only: routine_none
   implicit none
   private
@@ -24,9 +24,9 @@ contains
   !> Graph of the element lists: nodes that share an element are coupled.
   subroutine build_graph(nodes, first, matrix, second)
     integer, intent(in) :: nodes !! number of nodes
-    type(element_list_t), intent(in) :: first !! elements
+    class(node_list_t), intent(in) :: first !! elements
     type(block_matrix_t), intent(out) :: matrix !! graph and values, the values zero
-    type(element_list_t), intent(in), optional :: second !! more elements
+    class(node_list_t), intent(in), optional :: second !! more elements
     integer, allocatable :: start(:), owner(:)
 
     matrix%nodes = nodes
@@ -44,7 +44,7 @@ contains
 
   !> Counts how many elements hold each node, in start(node).
   pure subroutine count_elements(list, start)
-    type(element_list_t), intent(in) :: list !! elements
+    class(node_list_t), intent(in) :: list !! elements
     integer, intent(inout) :: start(:) !! (nodes+1) counters
     integer :: k, a
 
@@ -71,7 +71,7 @@ contains
 
   !> Enters the elements of a list with each of their nodes.
   pure subroutine enter_elements(list, shift, start, owner)
-    type(element_list_t), intent(in) :: list !! elements
+    class(node_list_t), intent(in) :: list !! elements
     integer, intent(in) :: shift !! added to the element's place
     integer, intent(inout) :: start(:) !! (nodes+1) next free place of each node
     integer, intent(inout) :: owner(:) !! element of each entry
@@ -89,11 +89,11 @@ contains
 
   !> Columns of the graph: the nodes of all elements around each node, ascending.
   subroutine columns(first, start, owner, matrix, second)
-    type(element_list_t), intent(in) :: first !! elements
+    class(node_list_t), intent(in) :: first !! elements
     integer, intent(in) :: start(:) !! (nodes+1) first entry of each node
     integer, intent(in) :: owner(:) !! element of each entry
     type(block_matrix_t), intent(inout) :: matrix !! gets ptr, row, val
-    type(element_list_t), intent(in), optional :: second !! more elements
+    class(node_list_t), intent(in), optional :: second !! more elements
     integer, allocatable :: around(:), mark(:), row(:), longer(:)
     integer :: node, entry, n, filled
 
@@ -127,7 +127,7 @@ contains
 
   !> Adds the nodes of an element that `node` has not met yet.
   pure subroutine collect(list, k, node, mark, around, n)
-    type(element_list_t), intent(in) :: list !! elements
+    class(node_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
     integer, intent(in) :: node !! the column
     integer, intent(inout) :: mark(:) !! (nodes) last column that met each node
@@ -185,9 +185,11 @@ contains
   !> Looks up the places of all elements of a list.
   pure subroutine locate_elements(matrix, list)
     type(block_matrix_t), intent(in) :: matrix !! the matrix
-    type(element_list_t), intent(inout) :: list !! gets block
+    class(node_list_t), intent(inout) :: list !! gets block
     integer :: k, a, b
 
+    if (.not. allocated(list%block)) allocate (list%block(size(list%ix, 1), size(list%ix, 1), &
+      list%n), source=0)
     do k = 1, list%n
       if (list%routine(k) == routine_none) cycle
       do b = 1, list%nel(k)
@@ -201,7 +203,7 @@ contains
   !> Every coupling of the list is in the graph.
   pure logical function graph_holds(matrix, list) result(holds)
     type(block_matrix_t), intent(in) :: matrix !! the matrix
-    type(element_list_t), intent(in) :: list !! elements
+    class(node_list_t), intent(in) :: list !! elements
     integer :: k, a, b
 
     holds = allocated(matrix%ptr)

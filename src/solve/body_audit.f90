@@ -76,9 +76,10 @@ contains
   end function inverse
 
   !> Sum of loads, reactions and contact forces on each body, and of their moments about its center
-  !! with levers of the reference positions: what the stresses of a small-strain body balance.
+  !! with levers of the reference positions where strain is small, of the present ones else: what
+  !! the stresses of the body balance.
   pure subroutine find_balance(x, system, reaction, center, balance)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(system_t), intent(in) :: system !! external, contact_force
     real(wp), intent(in) :: reaction(:, :) !! (3, nodes) forces of the supports [force]
     real(wp), intent(in) :: center(:, :) !! (3, bodies) where moments are taken about [length]

@@ -8,7 +8,8 @@ module diagnosis
   use supports, only: free_motion
   use model_types, only: model_t
   use monitors, only: monitor_t
-  use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless
+  use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
+    outcome_inverted
   use contact_report, only: worst_contact, restless_point, closed_points, has_friction
   use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried
   use statics_report, only: motion_text, reserve_text
@@ -43,6 +44,10 @@ contains
     if (progress%outcome == outcome_open .and. progress%solves == 0) return
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//settle_advice(model, cut)
+    if (progress%outcome == outcome_inverted) then
+      text = text//nl//inverted_element(model, system)
+      return
+    end if
     if (progress%outcome == outcome_gaps) then
       text = text//nl//'  pairs with multipliers:'//with_multipliers(model)// &
         '; the log tells what each update has left'//nl// &
@@ -71,6 +76,17 @@ contains
     if (verdict%kind == statics_carried) text = text//nl// &
       reserve_text(body_name(model, system, max(verdict%body, 1)), verdict)
   end subroutine explain_failure
+
+  !> Which element has no answer, and what may help.
+  function inverted_element(model, system) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! inverted given
+    character(:), allocatable :: t
+
+    t = '  element '//to_text(system%inverted)//' of material '//to_text(model%materials( &
+      model%element_material(system%inverted))%number)//': look at loads, units and mesh '// &
+      'there;'//new_line('a')//'  a regular mesh, MEAN or another law may bear more'
+  end function inverted_element
 
   !> Names of the pairs whose forces come partly from multipliers.
   pure function with_multipliers(model) result(names)

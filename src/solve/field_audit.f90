@@ -2,9 +2,9 @@
 module field_audit
   use kinds, only: wp, pi
   use lapack_interface, only: dsyev
-  use elmlib, only: routine_none
-  use element_lists, only: element_list_t
-  use elmt01, only: d01_youngs_modulus, d01_poissons_ratio
+  use elmlib, only: routine_none, routine_finite
+  use element_lists, only: bulk_list_t
+  use solid_types, only: state_strain, state_rotation
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_strain, check_rotation
   implicit none
   private
@@ -18,8 +18,8 @@ contains
 
   !> Largest principal strain and largest rotation of an element.
   subroutine audit_fields(bulk, state, audit)
-    type(element_list_t), intent(in) :: bulk !! bulk elements
-    real(wp), intent(in) :: state(:, :) !! (n_element_stress, elements) of the bulk
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    real(wp), intent(in) :: state(:, :) !! (n_solid_state, elements) of the bulk
     type(audit_t), intent(inout) :: audit !! gets values, worst, verdicts
     integer, parameter :: checks(2) = [check_strain, check_rotation]
     real(wp) :: largest, turn
@@ -29,17 +29,19 @@ contains
     largest = 0.0_wp
     turn = 0.0_wp
     do k = 1, bulk%n
-      if (bulk%routine(k) == routine_none) cycle
+      if (any(bulk%routine(k) == [routine_none, routine_finite])) cycle
       ! no principal strain is larger than the norm: few elements are worth their eigenvalues
-      if (norm_squared(state(1:6, k), bulk%d(:, bulk%set(k))) > largest**2) then
-        associate (principal => principal_strain(strain_of(state(1:6, k), bulk%d(:, bulk%set(k)))))
-          if (principal > largest) audit%worst(check_strain) = k
-          largest = max(largest, principal)
+      associate (strain => state(state_strain, k), turned => state(state_rotation, k))
+        if (norm_squared(strain) > largest**2) then
+          associate (principal => principal_strain(strain))
+            if (principal > largest) audit%worst(check_strain) = k
+            largest = max(largest, principal)
+          end associate
+        end if
+        associate (squared => dot_product(turned, turned))
+          if (squared > turn) audit%worst(check_rotation) = k
+          turn = max(turn, squared)
         end associate
-      end if
-      associate (squared => dot_product(state(7:9, k), state(7:9, k)))
-        if (squared > turn) audit%worst(check_rotation) = k
-        turn = max(turn, squared)
       end associate
     end do
     audit%value(checks) = [largest, sqrt(turn)*180.0_wp/pi]
@@ -48,30 +50,13 @@ contains
     audit%fields_known = .true.
   end subroutine audit_fields
 
-  !> Sum of the squares of the components of the strain of a stress, shear counted twice.
-  pure real(wp) function norm_squared(stress, d)
-    real(wp), intent(in) :: stress(6) !! xx yy zz xy yz zx [force/length^2]
-    real(wp), intent(in) :: d(:) !! parameters of its element
-    real(wp) :: trace, squares
+  !> Square of the norm of a strain.
+  pure real(wp) function norm_squared(strain)
+    real(wp), intent(in) :: strain(6) !! xx yy zz xy yz zx, shear half of gamma
 
-    trace = stress(1) + stress(2) + stress(3)
-    squares = dot_product(stress(1:3), stress(1:3)) + 2.0_wp*dot_product(stress(4:6), stress(4:6))
-    associate (e => d(d01_youngs_modulus), nu => d(d01_poissons_ratio))
-      norm_squared = ((1.0_wp + nu)**2*squares - nu*(2.0_wp - nu)*trace**2)/e**2
-    end associate
+    norm_squared = dot_product(strain(1:3), strain(1:3)) + 2.0_wp*dot_product(strain(4:6), &
+      strain(4:6))
   end function norm_squared
-
-  !> Strain of an isotropic linear elastic element: xx yy zz xy yz zx, shear half of gamma.
-  pure function strain_of(stress, d) result(strain)
-    real(wp), intent(in) :: stress(6) !! xx yy zz xy yz zx [force/length^2]
-    real(wp), intent(in) :: d(:) !! parameters of its element
-    real(wp) :: strain(6)
-
-    associate (e => d(d01_youngs_modulus), nu => d(d01_poissons_ratio))
-      strain = (1.0_wp + nu)/e*stress
-      strain(1:3) = strain(1:3) - nu/e*sum(stress(1:3))
-    end associate
-  end function strain_of
 
   !> Largest magnitude of a principal strain.
   real(wp) function principal_strain(strain) result(largest)

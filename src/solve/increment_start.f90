@@ -10,6 +10,7 @@ module increment_start
   use predictor, only: carry_bodies
   use force_scales, only: begin_scales
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
+  use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t
@@ -62,6 +63,7 @@ contains
 
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
+    call start_bulk(model%mesh%x, state%u, system)
     system%left = system%u
     system%carried = system%u
     call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
@@ -89,6 +91,7 @@ contains
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
+    call return_bulk(model%mesh%x, system)
     system%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
       call restart_points(model, system)

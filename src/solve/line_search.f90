@@ -5,7 +5,6 @@ module line_search
   use linear_solver, only: solve_system
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
-  use force_scales, only: longest_step
   use condensed_system, only: take_condensed
   use condensed_direction, only: next_condensed_length
   use system_types, only: system_t
@@ -23,15 +22,13 @@ module line_search
 contains
 
   !> A step with grounded bodies goes to the next touch and no further.
-  subroutine approach(system, x, start, length)
+  subroutine approach(system, x, start, longest, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: start !! norm of the residual before the step
+    real(wp), intent(in) :: longest !! share of du that it may go, at most 1
     real(wp), intent(out) :: length !! share of du
 
-    real(wp) :: longest
-
-    longest = longest_step(system)
     length = closing_length(x, system)
     if (length < longest) then
       call form_trial(system, x, length)

@@ -10,7 +10,7 @@ module multiplier_motion
   use contact_types, only: contact_point_t, pair_t
   use contact_points, only: count_points
   use assembly, only: shift_derivatives, recover
-  use block_matrix, only: multiply
+  use bulk_term, only: form_bulk_change
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use umfpack_solver, only: solver_done
@@ -264,7 +264,7 @@ contains
         if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
       end do
     end do
-    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+    call form_bulk_change(system)
   end subroutine push_multipliers
 
   !> Values at the free degrees of freedom.

@@ -3,7 +3,7 @@ module newton
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: stop_requested
-  use block_matrix, only: multiply
+  use bulk_term, only: form_bulk_change, bulk_step
   use umfpack_solver, only: solver_done, solver_out_of_memory
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
@@ -25,7 +25,7 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps
+    outcome_gaps, outcome_inverted
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -38,6 +38,7 @@ module newton
   integer, parameter :: outcome_open = 7
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
+  integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
@@ -54,6 +55,8 @@ module newton
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> Round-off beyond this share of the forces is no balance; strains below this are none.
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
+  !> A step that may go less than this share of its way leads nowhere.
+  real(wp), parameter :: shortest_step = 1.0_wp/256.0_wp
   !> The drag of an iteration over that of the one before.
   real(wp), parameter :: least_growth = 0.1_wp, most_growth = 2.0_wp
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
@@ -108,6 +111,13 @@ contains
     do
       call estimate_round_off(system, model%mesh%x)
       if (is_converged(system, settings, progress)) then
+        if (system%linearised) then
+          system%linearised = .false.
+          call form_residual(system, model%mesh%x)
+          if (system%inverted > 0) progress%outcome = outcome_inverted
+          if (progress%outcome == outcome_going_on) cycle
+          exit
+        end if
         call look_again(system, model%mesh%x, settings, sound)
         if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
         if (sound) progress%outcome = outcome_converged
@@ -182,7 +192,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the iteration
     type(newton_t), intent(inout) :: progress !! counts on
     type(iteration_t) :: report
-    real(wp) :: begin, length
+    real(wp) :: begin, length, longest
     integer :: outcome
     real(wp) :: start
     logical :: dropped
@@ -209,14 +219,25 @@ contains
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = progress%energy
+    call bulk_step(model%mesh%x, system, longest)
+    if (longest < shortest_step) then
+      progress%outcome = outcome_inverted
+      return
+    end if
+    longest = min(longest, longest_step(system))
     if (system%drag > 0.0_wp) then
-      call search_line(system, model%mesh%x, start, .true., .false., longest_step(system), length)
+      call search_line(system, model%mesh%x, start, .true., .false., longest, length)
       call relax_drag(system, start)
     else if (any(system%grounded)) then
-      call approach(system, model%mesh%x, start, length)
+      call approach(system, model%mesh%x, start, longest, length)
     else
-      call search_line(system, model%mesh%x, start, progress%updated .or. &
-        any(system%contact%hold), progress%since_lowest < circling, longest_step(system), length)
+      call search_line(system, model%mesh%x, start, progress%updated .or. system%linearised .or. &
+        any(system%contact%hold), progress%since_lowest < circling, longest, length)
+    end if
+    system%linearised = .false.
+    if (system%inverted > 0) then
+      progress%outcome = outcome_inverted
+      return
     end if
     if (system%motion%active) call settle_multipliers(system, length)
     progress%updated = .false.
@@ -291,7 +312,7 @@ contains
       system%solution, system%costs, outcome)
     if (outcome /= solver_done) return
     call spread_direction(system)
-    call multiply(system%bulk_matrix, system%du, system%bulk_change)
+    call form_bulk_change(system)
   end subroutine find_direction
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the

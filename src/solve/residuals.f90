@@ -5,9 +5,10 @@ module residuals
   use element_types, only: task_tangent, task_residual, status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
-  use block_matrix, only: multiply, multiply_absolute
+  use block_matrix, only: multiply_absolute
   use csc_matrix, only: fill_values
   use assembly, only: assemble
+  use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
   use condensed_system, only: gather_condensed
   use multiplier_motion, only: shift_multipliers
@@ -27,22 +28,20 @@ module residuals
 
 contains
 
-  !> Internal forces at u: the bulk's by its matrix, contact by its elements.
+  !> Internal forces at u.
   subroutine form_residual(system, x)
     type(system_t), intent(inout) :: system !! u given; gets bulk_force, contact_force, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call begin_cost(system%costs, cost_residual)
-    if (.not. system%condensed%active) then
-      call multiply(system%bulk_matrix, system%u, system%bulk_force)
-    end if
+    if (.not. system%condensed%active) call form_bulk_force(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
     call gather_right(system, 0.0_wp)
     call end_cost(system%costs, cost_residual)
   end subroutine form_residual
 
-  !> The same at u + length du; the bulk is linear, so only contact is evaluated.
+  !> The same at u + length du; where the bulk is linear only contact is evaluated.
   subroutine form_trial(system, x, length)
     type(system_t), intent(inout) :: system !! u, du, bulk_change given; gets trial, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -51,6 +50,7 @@ contains
     call begin_cost(system%costs, cost_residual)
     system%trial = system%u + length*system%du
     if (system%motion%active) call shift_multipliers(system, length)
+    call form_bulk_trial(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
     call gather_right(system, length)
@@ -83,8 +83,10 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: k
 
+    call form_bulk_tangent(x, system)
     if (system%contact%n == 0) then
-      if (.not. system%symmetric) call fill_values(system%bulk_matrix, system%equation, system%csc)
+      if (.not. (system%symmetric .and. system%bulk%linear)) call fill_values(system%bulk_matrix, &
+        system%equation, system%csc)
       system%symmetric = .true.
       return
     end if

@@ -87,6 +87,7 @@ contains
     end do
     do m = 1, size(model%materials)
       if (.not. used(m) .or. model%materials(m)%rigid) cycle
+      if (model%materials(m)%mean) cycle
       if (model%materials(m)%poissons_ratio <= audit%value(check_locking)) cycle
       audit%value(check_locking) = model%materials(m)%poissons_ratio
       audit%worst(check_locking) = m

@@ -3,7 +3,7 @@
 module solver_choice
   use kinds, only: wp
   use text, only: count_noun, to_text
-  use model_types, only: model_t, law_linear
+  use model_types, only: model_t
   use contact_types, only: pair_t
   use friction_return, only: has_friction
   use monitors, only: monitor_t
@@ -83,7 +83,7 @@ contains
     integer :: k
 
     scene%contact = system%contact%n > 0
-    scene%linear_bulk = all(model%materials%law == law_linear .or. model%materials%rigid)
+    scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%weak)
     scene%dofs = system%equations
     on_surface = .false.

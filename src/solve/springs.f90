@@ -7,7 +7,7 @@ module springs
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: start_springs, add_springs, spring_reactions, is_supported
+  public :: start_springs, add_springs, add_spring_forces, spring_reactions, is_supported
 
 contains
 
@@ -37,6 +37,14 @@ contains
       end do
     end do
   end subroutine add_springs
+
+  !> Adds their forces to those of the bulk.
+  pure subroutine add_spring_forces(u, system)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! springs; bulk_force grows
+
+    if (allocated(system%spring)) system%bulk_force = system%bulk_force + system%spring*u
+  end subroutine add_spring_forces
 
   !> Their forces on the bodies are reactions.
   pure subroutine spring_reactions(system, state)

@@ -7,7 +7,8 @@ module stepping
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
-    outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps
+    outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
+    outcome_inverted
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies, tell_free_bodies
   use signals, only: stop_exit_code
@@ -96,6 +97,8 @@ contains
       t = 'all updates of the multipliers are made, and gaps or forces are not within tolerance,'
     case (outcome_singular)
       t = 'the matrix is singular'
+    case (outcome_inverted)
+      t = 'an element would be turned inside out'
     case default
       t = 'the solve failed'
     end select

@@ -1,19 +1,14 @@
 !> Builds the discrete system from a model: equations, element lists, the bulk's matrix.
 module system_building
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
-  use element_types, only: task_tangent
   use element_lists, only: allocate_list
-  use elmlib, only: routine_t4
-  use elmt01, only: d01_youngs_modulus, d01_poissons_ratio
   use model_types, only: model_t
   use contact_points, only: count_points
   use bodies, only: find_bodies
   use facet_geometry, only: facet_size
-  use block_matrix, only: build_graph, locate_elements
-  use assembly, only: assemble
+  use bulk_term, only: build_bulk
   use contact_hosts, only: start_pair
-  use springs, only: start_springs, add_springs
+  use springs, only: start_springs
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
   implicit none
@@ -29,19 +24,9 @@ contains
     type(state_t), intent(out) :: state !! at rest
 
     call outline_system(model, system, state)
-    call list_bulk(model, system)
     call list_contact(model, system)
     system%facet_size = mean_facet(model)
-    call begin_cost(system%costs, cost_pattern)
-    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix)
-    call locate_elements(system%bulk_matrix, system%bulk)
-    call end_cost(system%costs, cost_pattern)
-    call begin_cost(system%costs, cost_bulk_tangent)
-    call assemble(system%bulk, task_tangent, model%mesh%x, system%u, system%bulk_force, &
-      system%bulk_matrix)
-    call end_cost(system%costs, cost_bulk_tangent)
-    if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
-    call add_springs(system)
+    call build_bulk(model, system)
   end subroutine build_system
 
   !> Bodies, equations, and the first hosts of the contact points.
@@ -111,27 +96,6 @@ contains
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors
 
-  !> Bulk elements; those of rigid materials take no part.
-  subroutine list_bulk(model, system)
-    type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(inout) :: system !! gets bulk
-    integer :: k, m
-
-    call allocate_list(system%bulk, model%mesh%elements, size(model%materials))
-    do m = 1, size(model%materials)
-      system%bulk%d(d01_youngs_modulus, m) = model%materials(m)%youngs_modulus
-      system%bulk%d(d01_poissons_ratio, m) = model%materials(m)%poissons_ratio
-    end do
-    do k = 1, model%mesh%elements
-      m = model%element_material(k)
-      if (m == 0) cycle
-      system%bulk%set(k) = m
-      system%bulk%nel(k) = 4
-      system%bulk%ix(1:4, k) = model%mesh%ix(1:4, k)
-      if (.not. model%materials(m)%rigid) system%bulk%routine(k) = routine_t4
-    end do
-  end subroutine list_bulk
-
   !> One contact element for each point; they stay idle until hosts are chosen.
   subroutine list_contact(model, system)
     type(model_t), intent(in) :: model !! the model
@@ -147,7 +111,7 @@ contains
       n = n + count_points(model%pairs(k))
     end do
     system%first_point(size(model%pairs) + 1) = n + 1
-    call allocate_list(system%contact, n, n, slaves + 3)
+    call allocate_list(system%contact, n, slaves + 3)
     allocate (system%hosts(n), system%coupled_hosts(n), source=0)
     do k = 1, size(model%pairs)
       associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
@@ -155,6 +119,5 @@ contains
         system%contact%nel(first:last) = model%pairs(k)%n_slaves + 3
       end associate
     end do
-    system%contact%set = [(k, k=1, n)]
   end subroutine list_contact
 end module system_building

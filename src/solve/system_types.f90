@@ -2,7 +2,7 @@
 module system_types
   use kinds, only: wp
   use costs, only: cost_t
-  use element_lists, only: element_list_t
+  use element_lists, only: bulk_list_t, element_list_t
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
@@ -43,7 +43,7 @@ module system_types
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
-    type(element_list_t) :: bulk !! bulk elements
+    type(bulk_list_t) :: bulk !! bulk elements
     type(element_list_t) :: contact !! contact elements, one a point
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
     integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
@@ -68,7 +68,12 @@ module system_types
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
-    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du [force]
+    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
+    logical :: linearised = .false. !! the bulk answers by its tangent at the last state
+    real(wp), allocatable :: bulk_start(:, :) !! (3, nodes) its force there [force]
+    real(wp), allocatable :: u_start(:, :) !! (3, nodes) displacements there [length]
+    real(wp) :: bulk_energy = 0.0_wp !! strain energy of a bulk that is not linear [force length]
+    integer :: inverted = 0 !! element that was, or would be, turned inside out
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
     real(wp), allocatable :: right(:) !! (equations) right-hand side [force]
     real(wp), allocatable :: solution(:) !! (equations) solution [length]

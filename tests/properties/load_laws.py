@@ -89,10 +89,27 @@ class LoadLaws:
         self.agree('all of them', runs[1], runs[0], 1e-10)
 
     def test_pressure_all_around(self):
-        with open(self.run(os.path.join(DECKS, 'squeezed_body.inp')).base + '.his') as stream:
-            row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
-        for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
-            self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
+        for shape, corner in (('TET4', 36), ('TET10', 175)):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', f'NODE {corner}'),
+                                     source=DECKS))
+            with open(r.base + '.his', encoding='ascii') as stream:
+                row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+            for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+                self.near(f'{shape}: u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-14)
+
+    def test_weight_of_ten_nodes(self):
+        sums = []
+        plane = (('3  1.2 0.9 0', '3  0.9 1 0'), ('6  1 0.1 1.2', '6  1.1 -0.2 1'),
+                 ('7  1.1 1.3 0.9', '7  1 0.8 1'), ('8  0 1 1.1', '8  0 0.8 1'))
+        for shape in ('TET4', 'TET10'):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', 'NODE 1'), (
+                r'skin 4', 'skin 0\n\nGRAVity 1 -2 3\n\nTRACtion\n  skin 3 4 5'), (
+                r'0\.3\n', '0.3\n  DENSity 2\n'), (r'OUTPut', 'OUTPut\n  REACtions body'), *plane,
+                source=DECKS))
+            sums.append(r.rea[1]['body'])
+        for i in range(3):
+            self.near(f'R{i + 1} of TET10', sums[1][i], sums[0][i], 1e-11)
+        self.true('and it is something', min(map(abs, sums[0])) > 1)
 
     def test_springs_take_their_share(self):
         runs = [self.input('manual/sprung_post', '--solver', solver, out=solver)

@@ -1,0 +1,211 @@
+!> Element 5: tetrahedra of any number of nodes, finite strain, total Lagrangian, any law.
+!!
+!! F = I + u_a (x) grad N_a, r_a = int P grad N_a dV; the volume integrals are those of the
+!! reference (doc/theory, "Finite strain"). With d_mean the volumetric energy goes with the mean
+!! dilatation of the element.
+module elmt05
+  use kinds, only: wp
+  use vectors, only: cross, invert
+  use element_types, only: task_tangent, task_stress, task_reach
+  use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, d_mean, &
+    d_law, state_stress, state_strain, state_energy
+  use solid_shapes, only: solid_rule_t, solid_rule
+  use law_linear, only: lame
+  use law_neohooke, only: neohooke_volume
+  use bulk_laws, only: law_point
+  use cubic_roots, only: first_positive_root
+  implicit none
+  private
+  public :: elmt05_finite
+
+contains
+
+  !> Does one task for one element. Where it is turned inside out it only says so.
+  pure subroutine elmt05_finite(task, d, e)
+    integer, intent(in) :: task !! one of the tasks of element_types
+    real(wp), intent(in) :: d(:) !! (n_solid_parameters) parameters
+    type(solid_t), intent(inout) :: e !! local data
+    type(solid_rule_t) :: rule
+
+    call solid_rule(e%nel, e%xl(:, :e%nel), rule)
+    if (task == task_reach) then
+      call find_reach(rule, e)
+      return
+    end if
+    e%r(:3*e%nel) = 0.0_wp
+    if (task == task_tangent) e%s(:3*e%nel, :3*e%nel) = 0.0_wp
+    e%energy = 0.0_wp
+    e%state = 0.0_wp
+    call add_points(task, d, rule, e)
+    if (e%inverted) return
+    if (d(d_mean) > 0.0_wp) call add_volume(task, d, rule, e)
+    if (task == task_stress) e%state(state_energy) = e%energy
+  end subroutine elmt05_finite
+
+  !> Deformation gradient at one point, and its determinant.
+  pure subroutine deform(rule, q, e, f, j)
+    type(solid_rule_t), intent(in) :: rule !! points
+    integer, intent(in) :: q !! the point
+    type(solid_t), intent(in) :: e !! displacements
+    real(wp), intent(out) :: f(3, 3) !! F
+    real(wp), intent(out) :: j !! det F
+    integer :: i
+
+    f = matmul(e%ul(:, :e%nel), transpose(rule%gradient(:, :e%nel, q)))
+    do i = 1, 3
+      f(i, i) = f(i, i) + 1.0_wp
+    end do
+    j = dot_product(f(:, 1), cross(f(:, 2), f(:, 3)))
+  end subroutine deform
+
+  !> What the points give: force, matrix, energy, state.
+  pure subroutine add_points(task, d, rule, e)
+    integer, intent(in) :: task !! what is wanted
+    real(wp), intent(in) :: d(:) !! parameters
+    type(solid_rule_t), intent(in) :: rule !! points
+    type(solid_t), intent(inout) :: e !! local data
+    real(wp) :: lambda, g, f(3, 3), j, p(3, 3), a(3, 3, 3, 3), energy
+    integer :: q
+
+    call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
+    if (d(d_mean) > 0.0_wp) lambda = 0.0_wp
+    e%inverted = .false.
+    do q = 1, rule%n
+      call deform(rule, q, e, f, j)
+      e%inverted = .not. j > 0.0_wp
+      if (e%inverted) return
+      call law_point(nint(d(d_law)), lambda, g, f, p, a, energy)
+      associate (w => rule%weight(q), gradient => rule%gradient(:, :e%nel, q))
+        e%energy = e%energy + w*energy
+        e%r(:3*e%nel) = e%r(:3*e%nel) + reshape(w*matmul(p, gradient), [3*e%nel])
+        if (task == task_tangent) call add_matrix(gradient, w*a, e%s)
+        if (task == task_stress) call add_state(w/sum(rule%weight(:rule%n)), f, j, p, e)
+      end associate
+    end do
+  end subroutine add_points
+
+  !> K_aibk = N_a,J A_iJkL N_b,L.
+  pure subroutine add_matrix(gradient, a, s)
+    real(wp), intent(in) :: gradient(:, :) !! (3, nel) dN_a/dX [1/length]
+    real(wp), intent(in) :: a(3, 3, 3, 3) !! weight times A [force length]
+    real(wp), intent(inout) :: s(most_solid_dofs, most_solid_dofs) !! tangent [force/length]
+    real(wp) :: half(3, 3, 3)
+    integer :: na, nb, i, k
+
+    do nb = 1, size(gradient, 2)
+      half = a(:, :, :, 1)*gradient(1, nb) + a(:, :, :, 2)*gradient(2, nb) &
+        + a(:, :, :, 3)*gradient(3, nb)
+      do na = 1, size(gradient, 2)
+        do k = 1, 3
+          do i = 1, 3
+            s(3*na - 3 + i, 3*nb - 3 + k) = s(3*na - 3 + i, 3*nb - 3 + k) &
+              + dot_product(half(i, :, k), gradient(:, na))
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_matrix
+
+  !> Cauchy stress sigma = P F^T/J and Green's strain, as means.
+  pure subroutine add_state(share, f, j, p, e)
+    real(wp), intent(in) :: share !! of the element's volume
+    real(wp), intent(in) :: f(3, 3) !! deformation gradient
+    real(wp), intent(in) :: j !! its determinant
+    real(wp), intent(in) :: p(3, 3) !! first Piola-Kirchhoff stress [force/length^2]
+    type(solid_t), intent(inout) :: e !! gets state
+    real(wp) :: sigma(3, 3), strain(3, 3)
+
+    sigma = matmul(p, transpose(f))/j
+    strain = 0.5_wp*matmul(transpose(f), f)
+    e%state(state_stress) = e%state(state_stress) + share*components(sigma)
+    e%state(state_strain) = e%state(state_strain) + share*(components(strain) &
+      - [0.5_wp, 0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+  end subroutine add_state
+
+  !> xx yy zz xy yz zx of a symmetric tensor.
+  pure function components(a) result(c)
+    real(wp), intent(in) :: a(3, 3) !! the tensor
+    real(wp) :: c(6)
+
+    c = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(2, 3), a(3, 1)]
+  end function components
+
+  !> The volumetric energy V U(J_e) on the mean dilatation J_e: with b_a = int J F^-T grad N_a,
+  !! r_a = U' b_a, K_ab = U''/V b_a b_b^T + U' int J (c_a c_b^T - c_b c_a^T), c_a = F^-T grad N_a.
+  pure subroutine add_volume(task, d, rule, e)
+    integer, intent(in) :: task !! what is wanted
+    real(wp), intent(in) :: d(:) !! parameters
+    type(solid_rule_t), intent(in) :: rule !! points
+    type(solid_t), intent(inout) :: e !! local data
+    real(wp) :: lambda, g, f(3, 3), j, h(3, 3), mean, volume, u, slope, curvature
+    real(wp) :: b(3*e%nel), c(3, e%nel, rule%n), js(rule%n)
+    integer :: q, n
+
+    n = 3*e%nel
+    call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
+    volume = sum(rule%weight(:rule%n))
+    b = 0.0_wp
+    do q = 1, rule%n
+      call deform(rule, q, e, f, j)
+      call invert(f, h, j)
+      c(:, :, q) = matmul(transpose(h), rule%gradient(:, :e%nel, q))
+      js(q) = rule%weight(q)*j
+      b = b + reshape(js(q)*c(:, :, q), [n])
+    end do
+    mean = sum(js)/volume
+    call neohooke_volume(lambda, mean, u, slope, curvature)
+    e%energy = e%energy + volume*u
+    e%r(:n) = e%r(:n) + slope*b
+    if (task == task_stress) e%state(state_stress(1:3)) = e%state(state_stress(1:3)) + slope
+    if (task /= task_tangent) return
+    e%s(:n, :n) = e%s(:n, :n) + curvature/volume*spread(b, 2, n)*spread(b, 1, n)
+    do q = 1, rule%n
+      call add_turning(slope*js(q), c(:, :, q), e%s)
+    end do
+  end subroutine add_volume
+
+  !> factor (c_a c_b^T - c_b c_a^T).
+  pure subroutine add_turning(factor, c, s)
+    real(wp), intent(in) :: factor !! U' J dV [force length]
+    real(wp), intent(in) :: c(:, :) !! (3, nel) F^-T grad N_a [1/length]
+    real(wp), intent(inout) :: s(most_solid_dofs, most_solid_dofs) !! tangent [force/length]
+    integer :: na, nb, k
+
+    do nb = 1, size(c, 2)
+      do na = 1, size(c, 2)
+        do k = 1, 3
+          s(3*na - 2:3*na, 3*nb - 3 + k) = s(3*na - 2:3*na, 3*nb - 3 + k) &
+            + factor*(c(:, na)*c(k, nb) - c(:, nb)*c(k, na))
+        end do
+      end do
+    end do
+  end subroutine add_turning
+
+  !> Share of the way dul at which det F is zero first: along it det(F + a dF) is a cubic in a.
+  pure subroutine find_reach(rule, e)
+    type(solid_rule_t), intent(in) :: rule !! points
+    type(solid_t), intent(inout) :: e !! ul, dul given; gets reach
+    real(wp) :: f(3, 3), df(3, 3), cofactor(3, 3), dcofactor(3, 3), j
+    integer :: q
+
+    e%reach = huge(1.0_wp)
+    do q = 1, rule%n
+      call deform(rule, q, e, f, j)
+      df = matmul(e%dul(:, :e%nel), transpose(rule%gradient(:, :e%nel, q)))
+      cofactor = cofactors(f)
+      dcofactor = cofactors(df)
+      e%reach = min(e%reach, first_positive_root([j, sum(cofactor*df), sum(dcofactor*f), &
+        dot_product(df(:, 1), dcofactor(:, 1))]))
+    end do
+  end subroutine find_reach
+
+  !> Cofactors of a matrix: its inverse transposed times its determinant.
+  pure function cofactors(a) result(c)
+    real(wp), intent(in) :: a(3, 3) !! the matrix
+    real(wp) :: c(3, 3)
+
+    c(:, 1) = cross(a(:, 2), a(:, 3))
+    c(:, 2) = cross(a(:, 3), a(:, 1))
+    c(:, 3) = cross(a(:, 1), a(:, 2))
+  end function cofactors
+end module elmt05

@@ -1,0 +1,121 @@
+!> Shape functions of tetrahedra and the points that integrals over them are summed at
+!! (doc/theory, "Ten nodes").
+module solid_shapes
+  use kinds, only: wp
+  use vectors, only: cross
+  use cells, only: most_nodes, tet10
+  implicit none
+  private
+  public :: solid_rule_t, solid_rule, shape_slopes
+
+  !> Most points of a rule.
+  integer, parameter :: most_points = 8
+  !> Mid nodes nearer than this share of their edge to its middle are in the middle.
+  real(wp), parameter :: straight = 1.0e-10_wp
+
+  !> Points of one element in its reference shape.
+  type :: solid_rule_t
+    integer :: n = 0 !! number of points
+    real(wp) :: l(4, most_points) = 0.0_wp !! (4, n) volume coordinates
+    real(wp) :: gradient(3, most_nodes, most_points) = 0.0_wp !! (3, nel, n) dN_a/dX [1/length]
+    real(wp) :: weight(most_points) = 0.0_wp !! (n) share of the volume [length^3]
+  end type solid_rule_t
+
+contains
+
+  !> The points of an element: one for four nodes; for ten, four where its edges are straight, and
+  !! eight where they are not: only then a constant stress is in balance.
+  pure subroutine solid_rule(nel, x, rule)
+    integer, intent(in) :: nel !! nodes of the element, 4 or 10
+    real(wp), intent(in) :: x(3, nel) !! reference coordinates [length]
+    type(solid_rule_t), intent(out) :: rule !! points, gradients, weights
+    real(wp) :: slope(3, nel), j(3, 3), cofactor(3, 3), determinant
+    integer :: q
+
+    call place_points(nel, x, rule)
+    do q = 1, rule%n
+      slope = shape_slopes(nel, rule%l(:, q))
+      j = matmul(x, transpose(slope))
+      cofactor(:, 1) = cross(j(:, 2), j(:, 3))
+      cofactor(:, 2) = cross(j(:, 3), j(:, 1))
+      cofactor(:, 3) = cross(j(:, 1), j(:, 2))
+      determinant = dot_product(j(:, 1), cofactor(:, 1))
+      rule%gradient(:, :nel, q) = matmul(cofactor, slope)/determinant
+      rule%weight(q) = determinant/(6.0_wp*real(rule%n, wp))
+    end do
+  end subroutine solid_rule
+
+  !> Volume coordinates of the points.
+  pure subroutine place_points(nel, x, rule)
+    integer, intent(in) :: nel !! nodes of the element
+    real(wp), intent(in) :: x(3, nel) !! reference coordinates [length]
+    type(solid_rule_t), intent(out) :: rule !! gets n, l
+    real(wp), parameter :: s4 = 1.0_wp/sqrt(5.0_wp)
+    real(wp) :: sum_s, product_s, root
+    integer :: i
+
+    if (nel == 4) then
+      rule%n = 1
+      rule%l(:, 1) = 0.25_wp
+    else if (is_straight(x)) then
+      rule%n = 4
+      do i = 1, 4
+        rule%l(:, i) = point_towards(i, s4)
+      end do
+    else
+      ! two tetrahedra of points, degree 3 with equal weights
+      sum_s = 2.0_wp*sqrt(0.4_wp)*cos((acos(-sqrt(10.0_wp)/6.0_wp) + 4.0_wp*acos(-1.0_wp))/3.0_wp)
+      product_s = 0.5_wp*(sum_s**2 - 0.4_wp)
+      root = sqrt(0.25_wp*sum_s**2 - product_s)
+      rule%n = 8
+      do i = 1, 4
+        rule%l(:, i) = point_towards(i, 0.5_wp*sum_s + root)
+        rule%l(:, 4 + i) = point_towards(i, 0.5_wp*sum_s - root)
+      end do
+    end if
+  end subroutine place_points
+
+  !> The point at a share of the way from the centre to a corner.
+  pure function point_towards(corner, share) result(l)
+    integer, intent(in) :: corner !! 1 to 4
+    real(wp), intent(in) :: share !! of the way; negative: away from it
+    real(wp) :: l(4)
+
+    l = 0.25_wp*(1.0_wp - share)
+    l(corner) = 0.25_wp*(1.0_wp + 3.0_wp*share)
+  end function point_towards
+
+  !> All nodes of the edges lie in their middles.
+  pure logical function is_straight(x)
+    real(wp), intent(in) :: x(3, 10) !! reference coordinates [length]
+    integer :: m
+
+    is_straight = .true.
+    do m = 5, 10
+      associate (a => x(:, tet10%ends(1, m)), b => x(:, tet10%ends(2, m)))
+        is_straight = is_straight .and. norm2(x(:, m) - 0.5_wp*(a + b)) <= straight*norm2(a - b)
+      end associate
+    end do
+  end function is_straight
+
+  !> Slopes of the shape functions by the volume coordinates 2, 3, 4, the first being the rest.
+  pure function shape_slopes(nel, l) result(slope)
+    integer, intent(in) :: nel !! nodes of the element, 4 or 10
+    real(wp), intent(in) :: l(4) !! volume coordinates
+    real(wp) :: slope(3, nel)
+    real(wp), parameter :: by_l(3, 4) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, &
+      0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 4])
+    integer :: m, a
+
+    slope(:, :4) = by_l
+    if (nel == 4) return
+    do a = 1, 4
+      slope(:, a) = (4.0_wp*l(a) - 1.0_wp)*by_l(:, a)
+    end do
+    do m = 5, 10
+      associate (a => tet10%ends(1, m), b => tet10%ends(2, m))
+        slope(:, m) = 4.0_wp*(l(a)*by_l(:, b) + l(b)*by_l(:, a))
+      end associate
+    end do
+  end function shape_slopes
+end module solid_shapes

@@ -1,0 +1,198 @@
+!> The bulk as a term of the residual: its elements, and its forces and tangent at any state
+!! (doc/theory, "Bulk elements", "Finite strain").
+module bulk_term
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
+  use cells, only: shape_t, shape_of, tet4
+  use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
+  use bulk_laws, only: laws
+  use element_lists, only: allocate_bulk
+  use elmlib, only: routine_t4, routine_small, routine_finite
+  use model_types, only: model_t
+  use block_matrix, only: build_graph, locate_elements, multiply
+  use bulk_assembly, only: assemble_bulk, find_bulk_reach
+  use springs, only: add_springs, add_spring_forces
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: build_bulk, start_bulk, return_bulk, form_bulk_force, form_bulk_trial, &
+    form_bulk_tangent, form_bulk_change, bulk_step
+
+  !> A step ends at this share of the way to where an element would be turned inside out.
+  real(wp), parameter :: safe_share = 0.9_wp
+
+contains
+
+  !> Elements, graph and first tangent; nothing else is formed in a run whose bulk is linear.
+  subroutine build_bulk(model, system)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! u given; gets bulk, bulk_matrix, bulk_force, stiffest
+
+    call list_bulk(model, system)
+    call begin_cost(system%costs, cost_pattern)
+    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix)
+    call locate_elements(system%bulk_matrix, system%bulk)
+    call end_cost(system%costs, cost_pattern)
+    call form_tangent_at(model%mesh%x, system%u, system)
+    if (system%bulk%linear) deallocate (system%bulk%block)
+    if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
+  end subroutine build_bulk
+
+  !> Lists the elements; those of rigid materials take no part.
+  subroutine list_bulk(model, system)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(inout) :: system !! gets bulk
+    type(shape_t) :: shape
+    integer :: k, m, most
+
+    most = tet4%nodes
+    do k = 1, model%mesh%elements
+      shape = shape_of(model%mesh%ix(:, k))
+      most = max(most, shape%nodes)
+    end do
+    call allocate_bulk(system%bulk, model%mesh%elements, size(model%materials), most)
+    do m = 1, size(model%materials)
+      associate (material => model%materials(m))
+        system%bulk%d(d_youngs_modulus, m) = material%youngs_modulus
+        system%bulk%d(d_poissons_ratio, m) = material%poissons_ratio
+        system%bulk%d(d_law, m) = real(material%law, wp)
+        system%bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
+      end associate
+    end do
+    do k = 1, model%mesh%elements
+      m = model%element_material(k)
+      if (m == 0) cycle
+      shape = shape_of(model%mesh%ix(:, k))
+      system%bulk%set(k) = m
+      system%bulk%nel(k) = shape%nodes
+      system%bulk%ix(:shape%nodes, k) = model%mesh%ix(:shape%nodes, k)
+      if (model%materials(m)%rigid) cycle
+      system%bulk%routine(k) = kinematics(shape%nodes, laws(model%materials(m)%law)%finite)
+      if (system%bulk%routine(k) == routine_finite) system%bulk%linear = .false.
+    end do
+  end subroutine list_bulk
+
+  !> The element routine of a shape under a law.
+  pure integer function kinematics(nodes, finite) result(routine)
+    integer, intent(in) :: nodes !! nodes of the element
+    logical, intent(in) :: finite !! the law is one of finite strain
+
+    routine = routine_small
+    if (nodes == tet4%nodes) routine = routine_t4
+    if (finite) routine = routine_finite
+  end function kinematics
+
+  !> Tangent and force at a state.
+  subroutine form_tangent_at(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+
+    call begin_cost(system%costs, cost_bulk_tangent)
+    system%bulk_matrix%val = 0.0_wp
+    system%bulk_force = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted, &
+      system%bulk_matrix)
+    call add_springs(system)
+    call add_spring_forces(u, system)
+    call end_cost(system%costs, cost_bulk_tangent)
+  end subroutine form_tangent_at
+
+  !> Start of an increment: what is prescribed jumps, and would turn elements next to it inside out.
+  !! So the bulk answers the jump by its tangent at the last state until a first step has been
+  !! taken.
+  subroutine start_bulk(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_start, u_start, linearised
+
+    if (system%bulk%linear) return
+    call form_tangent_at(x, u, system)
+    system%bulk_start = system%bulk_force
+    system%u_start = u
+    system%linearised = .true.
+  end subroutine start_bulk
+
+  !> Back to the start of the increment.
+  subroutine return_bulk(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, linearised
+
+    if (system%bulk%linear .or. system%linearised) return
+    call form_tangent_at(x, system%u_start, system)
+    system%linearised = .true.
+  end subroutine return_bulk
+
+  !> Internal force at u.
+  subroutine form_bulk_force(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! u given; gets bulk_force
+
+    if (system%bulk%linear) then
+      call multiply(system%bulk_matrix, system%u, system%bulk_force)
+    else if (system%linearised) then
+      call multiply(system%bulk_matrix, system%u - system%u_start, system%bulk_force)
+      system%bulk_force = system%bulk_force + system%bulk_start
+    else
+      call form_force_at(x, system%u, system)
+    end if
+  end subroutine form_bulk_force
+
+  !> Internal force at a trial; that of a linear bulk follows from bulk_change.
+  subroutine form_bulk_trial(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear
+
+    if (.not. system%bulk%linear) call form_force_at(x, system%trial, system)
+  end subroutine form_bulk_trial
+
+  !> Internal force at a state.
+  subroutine form_force_at(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, inverted
+
+    system%bulk_force = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted)
+    call add_spring_forces(u, system)
+  end subroutine form_force_at
+
+  !> Tangent at u; that of a linear bulk never changes.
+  subroutine form_bulk_tangent(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix
+
+    if (system%bulk%linear .or. system%linearised) return
+    call form_tangent_at(x, system%u, system)
+  end subroutine form_bulk_tangent
+
+  !> What a linear bulk answers to a direction.
+  subroutine form_bulk_change(system)
+    type(system_t), intent(inout) :: system !! du given; gets bulk_change
+
+    if (system%bulk%linear) call multiply(system%bulk_matrix, system%du, system%bulk_change)
+  end subroutine form_bulk_change
+
+  !> Share of the direction that no element is turned inside out by. The first step of an increment
+  !! starts from the last state and is taken as a whole or not at all.
+  subroutine bulk_step(x, system, share)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! du given; gets inverted if the share is short
+    real(wp), intent(out) :: share !! at most 1; 0: the first step cannot be taken
+    real(wp) :: reach
+    integer :: worst
+
+    share = 1.0_wp
+    if (system%bulk%linear) return
+    system%inverted = 0
+    if (system%linearised) then
+      call find_bulk_reach(system%bulk, x, system%u_start, system%u + system%du - system%u_start, &
+        reach, worst)
+      if (safe_share*reach < 1.0_wp) share = 0.0_wp
+    else
+      call find_bulk_reach(system%bulk, x, system%u, system%du, reach, worst)
+      share = min(1.0_wp, safe_share*reach)
+    end if
+    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) system%inverted = worst
+  end subroutine bulk_step
+end module bulk_term
