@@ -72,7 +72,7 @@ contains
     slopes(2, :) = by_l(3, :) - by_l(1, :)
   end subroutine facet_slopes
 
-  !> Integrals of the shape functions over a reference cell: a load b per volume gives b times these.
+  !> Integrals of the shape functions over a reference cell, what a unit of load per volume gives.
   pure function cell_volumes(x) result(volumes)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) 4 corners, or 10 with mid nodes [length]
     real(wp) :: volumes(size(x, 2)), l(4)

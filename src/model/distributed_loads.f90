@@ -159,8 +159,8 @@ contains
     call find_loaded_surface(model, record, diagnostics, surface)
     if (surface == 0 .or. .not. good) return
     if (pressure .and. is_finite(model, surface)) then
-      call report_error(diagnostics, item_location(record, 1), 'a pressure that follows a region '// &
-        'of finite strain is not available in this version', 'write TRACtion, which is dead')
+      call report_error(diagnostics, item_location(record, 1), 'a pressure that follows a '// &
+        'region of finite strain is not available in this version', 'write TRACtion: it is dead')
       return
     end if
     t = [(item_real(record, 1 + k), k=1, 3)]
