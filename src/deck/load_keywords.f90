@@ -36,7 +36,7 @@ contains
     call explain(t, 'region where they are, which the log notes; a load along them: exit code 2.')
     call add_command(t, table_mesh, 'ROTAtion', '', 'nodes that turn about an axis')
     call add_data(t, 'w:set r:x1 r:x2 r:x3 r:a1 r:a2 r:a3 r:angle [n:table]')
-    call explain(t, 'The nodes of a set, region or surface turn about the axis through x along a, by')
+    call explain(t, 'Nodes of a set, region or surface turn about the axis through x along a, by')
     call explain(t, 'the angle [degree] times the table, any angle. They are restrained by it;')
     call explain(t, 'DISPlacement adds. Beyond 1 degree a region of small strain turns as a whole.')
     call explain(t, which)

@@ -4,8 +4,8 @@ module loads
   use model_types, only: model_t, load_t, load_table_t, nodal_values_t, form_sine, form_versine
   implicit none
   private
-  public :: load_factor, load_factors, corner_times, turned_angles, has_load, conditions_at, add_displacement, add_force, &
-    add_values, append_values, join_load, list_loads
+  public :: load_factor, load_factors, corner_times, turned_angles, has_load, conditions_at, &
+    add_displacement, add_force, add_values, append_values, join_load, list_loads
 
   !> Parts into which a table that is a function of time is divided.
   integer, parameter :: function_parts = 16
