@@ -2,6 +2,7 @@
 
 Block and base of decks/loaded_block.inp; a test adds its loads, and what they come to is known.
 """
+import math
 import os
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -89,7 +90,84 @@ class LoadLaws:
         self.agree('all of them', runs[1], runs[0], 1e-10)
 
     def test_pressure_all_around(self):
-        with open(self.run(os.path.join(DECKS, 'squeezed_body.inp')).base + '.his') as stream:
-            row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
-        for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
-            self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
+        for shape, corner in (('TET4', 36), ('TET10', 175)):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', f'NODE {corner}'),
+                                     source=DECKS))
+            with open(r.base + '.his', encoding='ascii') as stream:
+                row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+            for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+                self.near(f'{shape}: u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-14)
+
+    def test_weight_of_ten_nodes(self):
+        sums = []
+        plane = (('3  1.2 0.9 0', '3  0.9 1 0'), ('6  1 0.1 1.2', '6  1.1 -0.2 1'),
+                 ('7  1.1 1.3 0.9', '7  1 0.8 1'), ('8  0 1 1.1', '8  0 0.8 1'))
+        for shape in ('TET4', 'TET10'):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', 'NODE 1'), (
+                r'skin 4', 'skin 0\n\nGRAVity 1 -2 3\n\nTRACtion\n  skin 3 4 5'), (
+                r'0\.3\n', '0.3\n  DENSity 2\n'), (r'OUTPut', 'OUTPut\n  REACtions body'), *plane,
+                source=DECKS))
+            sums.append(r.rea[1]['body'])
+        for i in range(3):
+            self.near(f'R{i + 1} of TET10', sums[1][i], sums[0][i], 1e-11)
+        self.true('and it is something', min(map(abs, sums[0])) > 1)
+
+    def test_springs_take_their_share(self):
+        runs = [self.input('manual/sprung_post', '--solver', solver, out=solver)
+                for solver in ('UMFP', 'REDU')]
+        self.true('solved condensed', b'solver: REDUced' in runs[1].text('.log'))
+        self.agree('REDUced', runs[1], runs[0], 1e-10)
+        for step, sets in runs[0].rea.items():
+            self.near(f'R1 in step {step}', sets['plate'][0] + sets['back'][0],
+                      -0.6*max(0.5*step - 1, 0), 1e-10)
+        for step in (11, 12):
+            self.near(f'friction in step {step}', runs[0].rea[step]['plate'][0], -0.3*2.4525, 1e-3)
+
+    def test_springs_follow_their_nodes(self):
+        spring = ('SET knot\n  NODEs 10', 'SPRIng\n  knot 5 0 4\n  knot 0 7 7\n  bottom 100 100 100')
+        change = ((r'REACtions', 'REACtions knot'), (r'FIELds    contact', 'HISTory NODE 10 1\n'
+                  '  HISTory NODE 10 2\n  HISTory NODE 10 3'))
+        for solver in ('UMFP', 'REDU'):
+            r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1\n  top 0.1 0.05 0 2',) + spring,
+                            '--solver', solver, changes=change)
+            with open(r.base + '.his', encoding='ascii') as stream:
+                moved = [line.split() for line in stream if line[0] != '#']
+            for words in moved:
+                for i, k in enumerate((5, 7, 11)):
+                    self.near(f'{solver}: spring {i + 1} in step {words[0]}',
+                              r.rea[int(words[0])]['knot'][i], -k*float(words[2 + i]), 1e-11)
+            for step, sets in r.rea.items():
+                c = r.only(step)
+                for i in range(3):
+                    self.near(f'{solver}: balance {i + 1} in step {step}', sets['top'][i] +
+                              sets['knot'][i], -c[f'F{i + 1}'], 1e-10)
+
+    def test_lay_turns_with_its_disc(self):
+        for solver in ('UMFP', 'REDU'):
+            r = self.input('manual/turning_disc', '--solver', solver, out=solver)
+            for step in range(2, 74):
+                r1, r2, r3 = r.rea[step]['top']
+                a = math.radians(5*(step - 1) - 2.5)
+                mu = 1/math.hypot(math.sin(a)/0.3, math.cos(a)/0.1)
+                self.near(f'{solver}: friction in step {step}', math.hypot(r1, r2)/abs(r3)/mu, 1, 0.01)
+                # an increment turns by 5 degrees: friction has the direction of the chord
+                self.near(f'{solver}: its direction in step {step}', math.degrees(math.atan2(r1, -r2)),
+                          2.5, 0.5)
+
+    def test_rotation_about_any_axis(self):
+        """A rigid base that turns; what is prescribed adds, and its corner goes on a circle."""
+        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId'), (r'  bottom  1 1 1\n', ''), (
+            r'FIELds    contact', '\n  '.join(f'HISTory NODE 28 {i}' for i in (1, 2, 3)))
+        turn = ('ROTAtion\n  base 0.5 0.25 -1  0.6 0 0.8  200  1', 'DISPlacement\n  base 0 0 -5 2')
+        r = self.loaded(RAMPS + turn, changes=rigid)
+        with open(r.base + '.his', encoding='ascii') as stream:
+            moved = [[float(w) for w in line.split()] for line in stream if line[0] != '#']
+        arm, axis = (-0.5, -0.25, 0.5), (0.6, 0, 0.8)
+        for step, t, *u in moved:
+            angle = math.radians(200*min(t, 1))
+            dot = sum(a*b for a, b in zip(arm, axis))
+            across = [axis[i - 2]*arm[i - 1] - axis[i - 1]*arm[i - 2] for i in range(3)]
+            for i in range(3):
+                place = arm[i]*math.cos(angle) + across[i]*math.sin(angle) + axis[i]*dot*(1 - math.cos(angle))
+                self.near(f'u{i + 1} at time {t}', u[i], place - arm[i] - (5*max(t - 1, 0) if i == 2 else 0),
+                          1e-12)
