@@ -5,6 +5,7 @@ module keywords
     add_condition_keywords, add_coordinate_keywords
   use load_keywords, only: add_load_keywords
   use contact_keywords, only: add_contact_keywords
+  use study_keywords, only: add_study_keywords
   use batch_keywords, only: add_solution_keywords, add_report_keywords
   implicit none
   private
@@ -23,6 +24,7 @@ contains
     call add_coordinate_keywords(table)
     call add_load_keywords(table)
     call add_contact_keywords(table)
+    call add_study_keywords(table)
     call add_solution_keywords(table)
     call add_report_keywords(table)
   end subroutine keyword_table
