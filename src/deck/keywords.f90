@@ -6,6 +6,7 @@ module keywords
   use load_keywords, only: add_load_keywords
   use contact_keywords, only: add_contact_keywords
   use batch_keywords, only: add_solution_keywords, add_report_keywords
+  use foreign_keywords, only: add_foreign_keywords
   implicit none
   private
   public :: keyword_table
@@ -25,5 +26,6 @@ contains
     call add_contact_keywords(table)
     call add_solution_keywords(table)
     call add_report_keywords(table)
+    call add_foreign_keywords(table)
   end subroutine keyword_table
 end module keywords

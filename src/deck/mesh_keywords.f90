@@ -29,6 +29,7 @@ contains
     call add_command(t, table_mesh, 'NOPRint', '', 'echo of the input off (read, without effect)')
     call add_command(t, table_mesh, 'END', '', 'ends the mesh commands (optional before BATCh)')
     call add_command(t, table_mesh, 'BATCh', '', 'starts the solution commands, up to END')
+    call add_command(t, table_mesh, 'MACRo', '', 'the same as BATCh')
     call add_command(t, table_mesh, 'STOP', '', 'ends the deck (optional)')
     call add_command(t, table_mesh, 'GLOBal', '', 'global options', available=.false.)
     call add_command(t, table_mesh, 'TRANsform', '', 'transforms the coordinates that follow', &

@@ -6,8 +6,9 @@ module mesh_section
   use hints, only: word_list_t, nearest_word, did_you_mean
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
-    takes_names, table_mesh, table_batch
-  use diagnostics, only: diagnostics_t, report_error
+    takes_names, fits_data, table_mesh, table_batch
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use command_tails, only: drop_tail
   use reading, only: reading_t, append_record, append_set, move_record
   use matching, only: match_t, match_record
   use deck_parameters, only: define_parameter
@@ -36,7 +37,7 @@ contains
       call define_parameter(reading, record, diagnostics)
       return
     end if
-    call classify(reading, record%items(1), kind, number)
+    call classify(reading, record, kind, number)
     select case (kind)
     case (starts_command)
       command = reading%table%commands(number)%key
@@ -51,17 +52,19 @@ contains
   end subroutine read_mesh_record
 
   !> Finds out by its first item what a record is.
-  subroutine classify(reading, item, kind, number)
+  subroutine classify(reading, record, kind, number)
     type(reading_t), intent(in) :: reading !! where reading stands
-    type(item_t), intent(in) :: item !! first item of the record
+    type(record_t), intent(in) :: record !! the record
     integer, intent(out) :: kind !! one of the constants above
     integer, intent(out) :: number !! index of the command or own word
+    type(item_t) :: item
     logical :: names
 
+    item = record%items(1)
     kind = starts_data
     number = 0
     if (item%kind /= item_word) return
-    if (.not. is_letter(item%text(1:1))) return
+    if (.not. is_letter(item%text(1:1)) .and. item%text(1:1) /= '*') return
     names = .false.
     if (reading%open > 0) then
       number = find_word(reading%table%commands(reading%open), item)
@@ -70,17 +73,36 @@ contains
       names = takes_names(reading%table%commands(reading%open))
     end if
     kind = starts_data
-    if (scan(item%text, '+*/^()') > 0) return
+    if (scan(item%text(2:), '+*/^()') > 0) return
     if (.not. names .and. index(item%text, '-') > 0) return
     kind = starts_command
     number = find_keyword(reading%table, table_mesh, item, spelt=names)
-    if (number > 0) return
+    if (number > 0) then
+      if (.not. may_be_data(reading, record, number)) return
+      number = 0
+    end if
     kind = starts_data
-    if (names) return
+    if (names .or. item%text(1:1) == '*') return
     if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) then
       kind = starts_nothing
     end if
   end subroutine classify
+
+  !> Whether a word of FEAP is a name or a parameter here: it must not take words away from decks
+  !! that know nothing of it.
+  logical function may_be_data(reading, record, number) result(data)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: number !! index of the command that its first item names
+
+    data = .false.
+    if (reading%open == 0 .or. .not. reading%table%commands(number)%foreign) return
+    associate (command => reading%table%commands(reading%open))
+      data = fits_data(command, item_count(record)) .and. takes_names(command)
+    end associate
+    data = data .or. find_parameter(reading%parameters(:reading%n_parameters), &
+                                    record%items(1)%text) > 0
+  end function may_be_data
 
   !> Closes the open set and starts another.
   subroutine start_command(reading, number, record, diagnostics)
@@ -102,6 +124,10 @@ contains
         call skip(reading)
         return
       end if
+      if (command%foreign) then
+        call pass_foreign(reading, command, record, diagnostics)
+        return
+      end if
       call match_head(reading, command, record, diagnostics, good)
       reading%open = number
       reading%keep = good
@@ -109,7 +135,7 @@ contains
       case ('para')
         reading%in_parameters = .true.
         reading%keep = .false.
-      case ('end', 'batc', 'stop')
+      case ('end', 'batc', 'macr', 'stop')
         reading%open = 0
       case ('pair')
         call continue_contact(reading, record, diagnostics, good)
@@ -120,6 +146,23 @@ contains
       end select
     end associate
   end subroutine start_command
+
+  !> Obeys a word of FEAP: passed over with a note, or refused with what to write instead.
+  subroutine pass_foreign(reading, command, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(keyword_t), intent(in) :: command !! the word
+    type(record_t), intent(in) :: record !! its record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+
+    if (command%ignored) then
+      call report_note(diagnostics, record%at, trim(command%name)//' is ignored')
+      reading%skipping = .true.
+    else
+      call report_error(diagnostics, record%at, trim(command%name)// &
+                        ' of FEAP is not available in this program', trim(command%summary))
+      call skip(reading)
+    end if
+  end subroutine pass_foreign
 
   !> Makes a PAIR after a blank line the first record of another CONTact set.
   subroutine continue_contact(reading, record, diagnostics, good)
@@ -160,6 +203,8 @@ contains
     logical, intent(out) :: good !! whether there was no error
     type(match_t) :: match
 
+    call drop_tail(record, command, diagnostics, good)
+    if (.not. good) return
     match%first = 2
     match%name = command%name
     match%head = command%name
