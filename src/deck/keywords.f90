@@ -5,6 +5,7 @@ module keywords
     add_condition_keywords, add_coordinate_keywords
   use load_keywords, only: add_load_keywords
   use contact_keywords, only: add_contact_keywords
+  use study_keywords, only: add_study_keywords
   use batch_keywords, only: add_solution_keywords, add_report_keywords
   use foreign_keywords, only: add_foreign_keywords
   implicit none
@@ -24,6 +25,7 @@ contains
     call add_coordinate_keywords(table)
     call add_load_keywords(table)
     call add_contact_keywords(table)
+    call add_study_keywords(table)
     call add_solution_keywords(table)
     call add_report_keywords(table)
     call add_foreign_keywords(table)

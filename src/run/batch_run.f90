@@ -24,6 +24,7 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
+  use sensitivity_table, only: write_sensitivities
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
@@ -221,7 +222,11 @@ contains
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
       context%audit, error)
+    if (context%sensitivity%active .and. .not. allocated(error)) call write_sensitivities( &
+      context%derivatives, context%model, context%state, context%sensitivity, error)
     call end_writing()
+    if (allocated(context%monitor%trouble) .and. .not. allocated(error)) call move_alloc( &
+      context%monitor%trouble, error)
     if (allocated(error)) return
     line%step = context%state%step
     line%increment = 1
@@ -352,6 +357,7 @@ contains
       return
     end if
     call accept(context%model, context%system, context%state, run%pending_time)
+    call context%monitor%accepted(context%model, context%system, context%state)
     call pass_end_time(run%position, run%pending_time)
     call finish_step(run, wall_seconds(), context, error)
   end subroutine close_increment

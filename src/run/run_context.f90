@@ -6,6 +6,8 @@ module run_context
   use run_files, only: run_files_t
   use run_monitor, only: run_monitor_t
   use terminal, only: terminal_t
+  use sensitivity_types, only: sensitivity_t
+  use sensitivity_table, only: sensitivity_table_t
   implicit none
   private
   public :: context_t
@@ -19,5 +21,7 @@ module run_context
     type(run_files_t) :: files !! log, tables and results
     type(run_monitor_t) :: monitor !! what the solution reports to: log and terminal
     type(terminal_t) :: terminal !! standard output
+    type(sensitivity_t) :: sensitivity !! derivatives along the run, if they are asked for
+    type(sensitivity_table_t) :: derivatives !! .sen, with these only
   end type context_t
 end module run_context

@@ -2,9 +2,14 @@
 module run_monitor
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use monitors, only: monitor_t, iteration_t
   use terminal, only: terminal_t, show_progress, print_line
+  use errors, only: raise, exit_no_convergence
+  use model_types, only: model_t
+  use system_types, only: system_t, state_t
+  use sensitivity_types, only: sensitivity_t
+  use sensitivities, only: follow_increment
   use run_log, only: log_t, log_iteration_t, log_iteration, log_line, &
     log_warning, log_cut, log_brief, log_full
   implicit none
@@ -18,6 +23,7 @@ module run_monitor
   type, extends(monitor_t) :: run_monitor_t
     type(log_t), pointer :: log => null() !! the log
     type(terminal_t), pointer :: terminal => null() !! the terminal
+    type(sensitivity_t), pointer :: sensitivity => null() !! derivatives, if they are asked for
     type(error_t), allocatable :: trouble !! the log could not be written
     integer :: step = 0 !! end time that is worked for
     integer :: steps = 0 !! end times of the whole deck
@@ -32,6 +38,7 @@ module run_monitor
     procedure :: detail => take_detail !! one line of a log that is not brief
     procedure :: warning => take_warning !! one line of the log and of the terminal
     procedure :: cut => take_cut !! one line of the log
+    procedure :: accepted => take_accepted !! derivatives of the increment
   end type run_monitor_t
 
 contains
@@ -115,6 +122,29 @@ contains
     end if
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_cut
+
+  !> Takes the derivatives through an increment that has been accepted.
+  subroutine take_accepted(self, model, system, state)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    type(model_t), intent(in) :: model !! with its new history
+    type(system_t), intent(inout) :: system !! as it was solved
+    type(state_t), intent(in) :: state !! the new state
+    type(error_t), allocatable :: error
+    character(:), allocatable :: trouble
+
+    if (.not. associated(self%sensitivity)) return
+    call follow_increment(model, system, state, self%sensitivity, trouble)
+    if (len(trouble) == 0) then
+      call self%detail('  derivatives: penalties, moduli and forces make the reactions to '// &
+        to_text(self%sensitivity%euler, 2)//' (Euler), '// &
+        count_noun(sum(self%sensitivity%kinks), 'point')//' at a border')
+      return
+    end if
+    call raise(error, exit_no_convergence, 'error: no derivatives at time '// &
+      to_text(state%time, 12)//': '//trouble//new_line('a')//'  leave SENSitivity out')
+    call move_alloc(error, self%trouble)
+  end subroutine take_accepted
+
   !> The number of an end time, and of how many where the deck says.
   pure function step_text(self, step) result(t)
     class(run_monitor_t), intent(in) :: self !! the receiver

@@ -1,6 +1,6 @@
 !> One run from the deck to its files.
 module session
-  use errors, only: error_t
+  use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas, set_blas_threads, start_blas
@@ -35,6 +35,10 @@ module session
   use signals, only: begin_writing, end_writing
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
   use command_line, only: options_t
+  use sensitivity_types, only: sensitivity_t
+  use sensitivity_reader, only: read_sensitivities
+  use sensitivity_start, only: begin_sensitivities
+  use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
   implicit none
   private
   public :: run_session
@@ -54,7 +58,7 @@ contains
     context%system%forced = options%solver
     context%terminal = open_terminal(options%quiet)
     call begin_cost(context%system%costs, cost_reading)
-    call read_problem(options, context%model, commands, deck_text, error)
+    call read_problem(options, context%model, commands, deck_text, context%sensitivity, error)
     if (allocated(error)) return
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
@@ -71,11 +75,12 @@ contains
   end subroutine run_session
 
   !> Deck to model; every error of the deck in one report.
-  subroutine read_problem(options, model, commands, deck_text, error)
+  subroutine read_problem(options, model, commands, deck_text, sensitivity, error)
     type(options_t), intent(in) :: options !! the command line
     type(model_t), intent(out) :: model !! the problem
     type(batch_command_t), allocatable, intent(out) :: commands(:) !! the solution commands
     character(:), allocatable, intent(out) :: deck_text !! the deck as written
+    type(sensitivity_t), intent(inout) :: sensitivity !! derivatives that are asked for
     type(error_t), allocatable, intent(out) :: error !! what is wrong with the deck
     type(deck_t) :: deck
     type(diagnostics_t) :: diagnostics
@@ -89,6 +94,8 @@ contains
     call check_files(deck, commands, restart_base(base_name(options), options%restart), &
       diagnostics)
     if (allocated(model%pairs)) call check_nodes(deck, commands, model%mesh, diagnostics)
+    if (error_count(diagnostics) == 0) call read_sensitivities(deck, options%deck, &
+      options%overrides, options%sens, diagnostics, model, sensitivity)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return
@@ -127,6 +134,7 @@ contains
       context%monitor%log => context%files%log
       context%monitor%terminal => context%terminal
       call report_start(options, states, context, error)
+      if (.not. allocated(error)) call start_derivatives(options, states, context, error)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
@@ -134,10 +142,31 @@ contains
         wall_seconds() - system%costs%started(cost_reading), trouble)
       call begin_writing()
       call close_files(files, system, trouble)
+      if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)
       call end_writing()
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
+
+  !> SENSitivity: the state before the first increment, and the table.
+  subroutine start_derivatives(options, states, context, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(saved_states_t), intent(in) :: states !! name of the files, the restart
+    type(context_t), target, intent(inout) :: context !! the problem; gets derivatives
+    type(error_t), allocatable, intent(out) :: error !! what derivatives do not know
+
+    if (.not. context%sensitivity%active) return
+    if (len(options%restart) > 0) then
+      call raise(error, exit_deck, 'error: SENSitivity does not know --restart: derivatives '// &
+        'are those of the whole path'//new_line('a')//'  run from the start, or leave '// &
+        'SENSitivity out')
+      return
+    end if
+    call begin_sensitivities(context%model, context%system, context%sensitivity, error)
+    if (.not. allocated(error)) call create_sensitivity_table(context%derivatives, &
+      states%base//'.sen', context%model, context%sensitivity, error)
+    context%monitor%sensitivity => context%sensitivity
+  end subroutine start_derivatives
 
   !> Logs what is worth to know before the first command: BLAS, restart, threads, gaps.
   subroutine report_start(options, states, context, error)

@@ -1,6 +1,8 @@
 !> What the solution procedures tell the outside while they work: the log, the progress line.
 module monitors
   use kinds, only: wp
+  use model_types, only: model_t
+  use system_types, only: system_t, state_t
   implicit none
   private
   public :: monitor_t, iteration_t
@@ -32,6 +34,7 @@ module monitors
     procedure :: detail => pass_detail !! the same, of an iteration: left out of a brief log
     procedure(report_event), deferred :: warning !! what the user should look at
     procedure(report_cut), deferred :: cut !! an increment has been cut
+    procedure :: accepted => pass_accepted !! an increment has been accepted
   end type monitor_t
 
   abstract interface
@@ -72,4 +75,15 @@ contains
 
     call self%event(text)
   end subroutine pass_detail
+
+  !> Nothing more is done with an increment where nobody wants it.
+  subroutine pass_accepted(self, model, system, state)
+    class(monitor_t), intent(inout) :: self !! the receiver
+    type(model_t), intent(in) :: model !! with its new history
+    type(system_t), intent(inout) :: system !! as it was solved
+    type(state_t), intent(in) :: state !! the new state
+
+    associate (unused => self, nobody => model, asks => system, for => state)
+    end associate
+  end subroutine pass_accepted
 end module monitors

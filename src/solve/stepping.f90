@@ -44,6 +44,7 @@ contains
       if (done + part == finest) time = end_time
       call solve_increment(model, system, state, time, settings, monitor, progress)
       if (progress%outcome == outcome_converged) then
+        call monitor%accepted(model, system, state)
         call tell_free_bodies(model, system, monitor)
         done = done + part
         if (done < finest .and. mod(done, 2*part) == 0) part = 2*part

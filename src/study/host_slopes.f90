@@ -1,0 +1,169 @@
+!> Derivatives of the start tips of an increment: of the tips that the last one has left, carried to
+!! the hosts of this one (doc/theory, "Derivatives of hosts").
+module host_slopes
+  use kinds, only: wp
+  use vectors, only: cross
+  use contact_types, only: pair_t
+  use contact_points, only: point_position
+  use facet_geometry, only: corners, barycentric, project_on_facet
+  use unfolding, only: unfold_point, unfold_slope
+  implicit none
+  private
+  public :: way_t, find_way, carry_slope, projection_slope
+
+  !> Facets on a way between two hosts, at most; and ways that are tried.
+  integer, parameter :: longest = 64, most_ways = 4000
+  !> Tips that differ by less, in shape functions, are the same.
+  real(wp), parameter :: same = 1.0e-9_wp
+
+  !> The facets that a tip has been unfolded over.
+  type :: way_t
+    integer :: n = 0 !! how many, the first and the last host included; 0 if none was found
+    integer :: facet(longest) = 0 !! (n) from host to host
+  end type way_t
+
+contains
+
+  !> The way on which a tip has come from its old host to the new one: over neighbours, the shortest
+  !! whose unfolding leads where the tip is. Where the surface is flat any way does.
+  subroutine find_way(pair, x, from, tip_from, to, tip_to, way, exact)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
+    integer, intent(in) :: from !! old host
+    real(wp), intent(in) :: tip_from(2) !! tip in it
+    integer, intent(in) :: to !! new host
+    real(wp), intent(in) :: tip_to(2) !! tip in that
+    type(way_t), intent(out) :: way !! the way; a shortest one if none leads to the tip
+    logical, intent(out) :: exact !! it leads to the tip
+    integer, allocatable :: distance(:)
+    type(way_t) :: trial
+    integer :: limit, tried
+
+    exact = .false.
+    call measure_distances(pair, to, from, distance)
+    if (distance(from) < 0 .or. distance(from) >= longest) return
+    tried = 0
+    do limit = distance(from), min(distance(from) + 3, longest - 1)
+      trial%n = 1
+      trial%facet(1) = from
+      call extend(barycentric(tip_from), trial)
+      if (exact .or. tried >= most_ways) return
+    end do
+
+  contains
+
+    !> Goes on from the last facet of a way in all directions that can arrive within the limit.
+    recursive subroutine extend(n, so_far)
+      real(wp), intent(in) :: n(3) !! shape functions in its last facet
+      type(way_t), intent(in) :: so_far !! the way
+      type(way_t) :: longer
+      real(wp) :: n_next(3)
+      integer :: k, last, next
+      logical :: found
+
+      last = so_far%facet(so_far%n)
+      if (last == to) then
+        tried = tried + 1
+        exact = maxval(abs(n(1:2) - tip_to)) <= same*(1.0_wp + maxval(abs(tip_to)))
+        if (exact .or. way%n == 0) way = so_far
+        return
+      end if
+      do k = 1, 3
+        next = pair%neighbours(k, last)
+        if (next == 0 .or. exact .or. tried >= most_ways) cycle
+        if (distance(next) < 0 .or. any(so_far%facet(:so_far%n) == next)) cycle
+        if (so_far%n + distance(next) > limit) cycle
+        call unfold_point(pair%facets(:, last), pair%facets(:, next), corners(x, &
+          pair%facets(:, last)), corners(x, pair%facets(:, next)), n, n_next, found)
+        if (.not. found) cycle
+        longer = so_far
+        longer%n = so_far%n + 1
+        longer%facet(longer%n) = next
+        call extend(n_next, longer)
+      end do
+    end subroutine extend
+  end subroutine find_way
+
+  !> Steps over neighbours from each facet to one of them, as far as another one and a little more.
+  subroutine measure_distances(pair, to, from, distance)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: to !! where to
+    integer, intent(in) :: from !! a facet that shall be reached
+    integer, allocatable, intent(out) :: distance(:) !! (facets) -1 where not reached
+    integer :: queue(size(pair%facets, 2)), head, tail, k, next
+
+    allocate (distance(size(queue)), source=-1)
+    distance(to) = 0
+    queue(1) = to
+    head = 1
+    tail = 1
+    do while (head <= tail)
+      if (distance(from) >= 0) then
+        if (distance(queue(head)) > distance(from) + 3) return
+      end if
+      do k = 1, 3
+        next = pair%neighbours(k, queue(head))
+        if (next == 0) cycle
+        if (distance(next) >= 0) cycle
+        distance(next) = distance(queue(head)) + 1
+        tail = tail + 1
+        queue(tail) = next
+      end do
+      head = head + 1
+    end do
+  end subroutine measure_distances
+
+  !> The derivative of a tip, carried along its way.
+  subroutine carry_slope(pair, x, dx, way, tip, dtip)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
+    real(wp), intent(in) :: dx(:, :) !! (3, nodes) their derivative [length]
+    type(way_t), intent(in) :: way !! the facets
+    real(wp), intent(in) :: tip(2) !! tip in the first one
+    real(wp), intent(inout) :: dtip(2) !! its derivative; out: that in the last one
+    real(wp) :: n(3), dn(3), n_next(3), dn_next(3)
+    integer :: k
+    logical :: found
+
+    n = barycentric(tip)
+    dn = [dtip, -sum(dtip)]
+    do k = 1, way%n - 1
+      associate (a => pair%facets(:, way%facet(k)), b => pair%facets(:, way%facet(k + 1)))
+        call unfold_slope(a, b, corners(x, a), corners(x, b), n, corners(dx, a), corners(dx, b), &
+          dn, dn_next)
+        call unfold_point(a, b, corners(x, a), corners(x, b), n, n_next, found)
+      end associate
+      n = n_next
+      dn = dn_next
+    end do
+    dtip = dn(1:2)
+  end subroutine carry_slope
+
+  !> The derivative of the projection of a point on a facet.
+  pure function projection_slope(pair, p, facet, x, dx) result(dxi)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: dx(:, :) !! (3, nodes) their derivative [length]
+    real(wp) :: dxi(2)
+    real(wp) :: c(3, 3), dc(3, 3), n(3), a1(3), a2(3), e(3), size_n, xi(2), gap, motion(3), de(3)
+    real(wp) :: d1(3), d2(3)
+
+    c = corners(x, pair%facets(:, facet))
+    dc = corners(dx, pair%facets(:, facet))
+    call project_on_facet(c, point_position(pair, p, x), xi, gap)
+    a1 = c(:, 1) - c(:, 3)
+    a2 = c(:, 2) - c(:, 3)
+    e = cross(a1, a2)
+    size_n = norm2(e)
+    e = e/size_n
+    d1 = cross(a2, e)/size_n
+    d2 = cross(e, a1)/size_n
+    n = barycentric(xi)
+    motion = point_position(pair, p, dx) - matmul(dc, n)
+    de = -d1*dot_product(e, dc(:, 1) - dc(:, 3)) - d2*dot_product(e, dc(:, 2) - dc(:, 3))
+    motion = motion - gap*de
+    dxi = [dot_product(d1, motion), dot_product(d2, motion)]
+  end function projection_slope
+end module host_slopes

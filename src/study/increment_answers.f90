@@ -1,0 +1,173 @@
+!> The linear system of an increment that has been accepted, for all parameters at once: right-hand
+!! sides, and displacements of the candidates (doc/theory, "Derivatives along the path").
+module increment_answers
+  use kinds, only: wp
+  use element_types, only: status_open
+  use elmt03, only: d03_epsilon
+  use loads, only: load_factor
+  use model_types, only: model_t
+  use condensed_types, only: condensed_body_t
+  use umfpack_solver, only: solver_done
+  use linear_answers, only: prepare_answers, answer_all
+  use increment_elements, only: work_t, element_change, add_forces
+  use sensitivity_types, only: sensitivity_t, slope_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: solve_all, factor_change
+
+contains
+
+  !> Solves for the displacements of the candidates, all parameters at once:
+  !! (I + C k) du = db - C c, and the forces c + k du.
+  subroutine solve_all(model, system, time, s, work, du, trouble)
+    type(model_t), intent(in) :: model !! reference positions
+    type(system_t), intent(inout) :: system !! condensed
+    real(wp), intent(in) :: time !! end of the increment
+    type(sensitivity_t), intent(inout) :: s !! gets iterations
+    type(work_t), intent(in) :: work !! elements, causes
+    real(wp), intent(inout) :: du(:, :, :) !! (3, nodes, n) prescribed; gets the candidates [length]
+    character(:), allocatable, intent(inout) :: trouble !! not solved
+    real(wp), allocatable :: loaded(:, :), c(:, :), b(:, :), y(:, :), t(:, :)
+    integer :: n, outcome, attempt, j, i
+    logical :: arrived
+
+    n = size(s%slopes)
+    allocate (loaded(system%condensed%n, n), c(system%condensed%n, n), source=0.0_wp)
+    call collect_right(model, system, time, s, work, du, loaded, c)
+    arrived = .false.
+    do attempt = 1, 2
+      call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
+      if (outcome /= solver_done) exit
+      associate (condensed => system%condensed)
+        b = loaded(condensed%live, :)
+        call subtract_yield(condensed%bodies, c(condensed%live, :), b)
+        if (.not. allocated(y)) allocate (y, t, mold=b)
+        call answer_all(condensed, b, y, t, arrived, s%iterations)
+      end associate
+      if (arrived) exit
+    end do
+    if (.not. arrived) then
+      trouble = 'the derivatives do not converge: the tangent of contact is singular at the '// &
+        'converged state'
+      return
+    end if
+    associate (condensed => system%condensed)
+      c(condensed%live, :) = c(condensed%live, :) + y
+      if (condensed%n_live < condensed%n) call yield_everywhere(condensed%bodies, c, loaded)
+      loaded(condensed%live, :) = t
+      do j = 1, n
+        do i = 1, condensed%n
+          du(condensed%direction(i), condensed%node(i), j) = loaded(i, j)
+        end do
+      end do
+    end associate
+  end subroutine solve_all
+
+  !> Displacements of the candidates without contact and forces of contact at fixed candidates.
+  subroutine collect_right(model, system, time, s, work, du, loaded, c)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(in) :: system !! condensed
+    real(wp), intent(in) :: time !! end of the increment
+    type(sensitivity_t), intent(in) :: s !! slopes
+    type(work_t), intent(in) :: work !! elements, causes
+    real(wp), intent(in) :: du(:, :, :) !! (3, nodes, n) prescribed [length]
+    real(wp), intent(inout) :: loaded(:, :) !! (candidates, n) [length]
+    real(wp), intent(inout) :: c(:, :) !! (candidates, n) [force]
+    real(wp) :: force(3, size(du, 2)), factor, change, stiffer
+    integer :: i, j, k, e
+
+    associate (condensed => system%condensed)
+      do j = 1, size(s%slopes)
+        force = 0.0_wp
+        do e = 1, size(work%elements)
+          if (work%slopes(e)%status == status_open) cycle
+          call add_forces(work%elements(e), element_change(work, e, j, &
+            system%contact%d(d03_epsilon, e), du(:, :, j)), force)
+        end do
+        do i = 1, condensed%n
+          c(i, j) = force(condensed%direction(i), condensed%node(i))
+        end do
+        associate (slope => s%slopes(j))
+          do k = 1, size(slope%loads)
+            factor = load_factor(model%tables, slope%loads(k)%table, time)
+            do i = 1, condensed%n
+              loaded(i, j) = loaded(i, j) + factor*slope%influence(condensed%direction(i), &
+                condensed%node(i), k)
+            end do
+          end do
+          do k = 1, size(model%conditions%loads)
+            factor = load_factor(model%tables, model%conditions%loads(k)%table, time)
+            change = factor_change(slope, model%conditions%loads(k)%table, time)
+            do i = 1, condensed%n
+              associate (m => condensed%direction(i), node => condensed%node(i))
+                stiffer = slope%stiffness(system%node_body(node))
+                loaded(i, j) = loaded(i, j) + change*condensed%influence(m, node, k) &
+                  + (slope%forces - stiffer)*factor*s%pushed(m, node, k)
+              end associate
+            end do
+          end do
+          do i = 1, condensed%n
+            loaded(i, j) = loaded(i, j) + slope%stiffness(system%node_body(condensed%node(i))) &
+              *condensed%yielded(i)
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine collect_right
+
+  !> b - C c on the live candidates.
+  subroutine subtract_yield(bodies, c, b)
+    type(condensed_body_t), intent(in) :: bodies(:) !! live compliances
+    real(wp), intent(in) :: c(:, :) !! (live, n) [force]
+    real(wp), intent(inout) :: b(:, :) !! (live, n) [length]
+    integer :: k
+
+    do k = 1, size(bodies)
+      associate (body => bodies(k))
+        if (body%n_live == 0) cycle
+        associate (first => body%first_live + 1, last => body%first_live + body%n_live)
+          b(first:last, :) = b(first:last, :) - matmul(body%live, c(first:last, :))
+        end associate
+      end associate
+    end do
+  end subroutine subtract_yield
+
+  !> u - C f on all candidates; only the lower triangles of the compliances count.
+  subroutine yield_everywhere(bodies, f, u)
+    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
+    real(wp), intent(in) :: f(:, :) !! (candidates, n) [force]
+    real(wp), intent(inout) :: u(:, :) !! (candidates, n) [length]
+    integer :: k, i, j
+
+    do k = 1, size(bodies)
+      associate (body => bodies(k))
+        if (body%m == 0) cycle
+        associate (first => body%first, a => body%compliance)
+          do j = 1, body%m
+            if (all(abs(f(first + j, :)) <= 0.0_wp)) cycle
+            do i = 1, size(f, 2)
+              u(first + 1:first + j - 1, i) = u(first + 1:first + j - 1, i) &
+                - a(j, :j - 1)*f(first + j, i)
+              u(first + j:first + body%m, i) = u(first + j:first + body%m, i) &
+                - a(j:, j)*f(first + j, i)
+            end do
+          end do
+        end associate
+      end associate
+    end do
+  end subroutine yield_everywhere
+
+  !> Derivative of the factor of a proportional load by a parameter.
+  real(wp) function factor_change(slope, table, time) result(change)
+    type(slope_t), intent(in) :: slope !! the parameter
+    integer, intent(in) :: table !! number of the proportional load
+    real(wp), intent(in) :: time !! time
+    integer :: i
+
+    change = 0.0_wp
+    do i = 1, size(slope%variants)
+      change = change + slope%variants(i)%weight*load_factor(slope%variants(i)%tables, table, time)
+    end do
+  end function factor_change
+end module increment_answers

@@ -1,0 +1,232 @@
+!> Direct differentiation of an increment that has been accepted: derivatives of tips,
+!! displacements, contact forces and reactions by all parameters (doc/theory, "Derivatives along the
+!! path").
+module sensitivities
+  use kinds, only: wp
+  use element_types, only: status_open
+  use elmlib, only: routine_none
+  use elmt03, only: d03_epsilon
+  use loads, only: load_factor, add_displacement, add_force
+  use model_types, only: model_t
+  use contact_points, only: count_points
+  use facet_geometry, only: facet_size
+  use host_slopes, only: projection_slope
+  use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
+    element_motion, add_forces
+  use increment_answers, only: solve_all, factor_change
+  use sensitivity_start, only: start_scene
+  use sensitivity_types, only: sensitivity_t, slope_t
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: follow_increment
+
+  !> Shares of the depth, and of a facet, within which a status is at its border.
+  real(wp), parameter :: border = 1.0e-9_wp, border_gap = 1.0e-12_wp
+
+contains
+
+  !> Takes the derivatives from the last state to the one that has just been accepted.
+  subroutine follow_increment(model, system, state, s, trouble)
+    type(model_t), intent(in) :: model !! pairs with their new history
+    type(system_t), intent(inout) :: system !! contact elements as solved; its factor is used
+    type(state_t), intent(in) :: state !! the new state
+    type(sensitivity_t), intent(inout) :: s !! derivatives
+    character(:), allocatable, intent(out) :: trouble !! empty if all went well
+    type(work_t) :: work
+    real(wp), allocatable :: du(:, :, :), right(:), contact_force(:, :)
+    real(wp) :: force(3, size(state%u, 2))
+    integer :: n, j
+
+    trouble = ''
+    if (.not. system%condensed%active) then
+      trouble = 'SENSitivity needs the solver REDUced in this version'
+      return
+    end if
+    if (.not. s%started) call start_scene(model, system, s)
+    n = size(s%slopes)
+    right = system%right
+    contact_force = system%contact_force
+    system%contact%hold = .false.
+    system%contact%slide = .false.
+    system%contact%keep = 0.0_wp
+    call load_elements(model, system, work)
+    call find_causes(model, system, s, work)
+    allocate (du(3, model%mesh%nodes, n), source=0.0_wp)
+    do j = 1, n
+      call change_loads(model, s%slopes(j), state%time, du(:, :, j), force)
+      where (system%equation > 0) du(:, :, j) = 0.0_wp
+    end do
+    call solve_all(model, system, state%time, s, work, du, trouble)
+    if (len(trouble) > 0) return
+    s%du = du
+    call collect_forces(model, system, s, work)
+    call settle(model, system, s, work)
+    call add_reactions(model, system, state, s)
+    system%right = right
+    system%contact_force = contact_force
+  end subroutine follow_increment
+
+  !> Derivatives of the prescribed displacements, and of the applied forces.
+  subroutine change_loads(model, slope, time, displacement, force)
+    type(model_t), intent(in) :: model !! loads and their tables
+    type(slope_t), intent(in) :: slope !! the parameter
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(out) :: displacement(:, :) !! (3, nodes) [length]
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
+    real(wp) :: factor, change
+    integer :: k
+
+    displacement = 0.0_wp
+    force = 0.0_wp
+    do k = 1, size(slope%loads)
+      factor = load_factor(model%tables, slope%loads(k)%table, time)
+      call add_displacement(slope%loads(k), factor, displacement)
+      call add_force(slope%loads(k), factor, force)
+    end do
+    do k = 1, size(model%conditions%loads)
+      associate (load => model%conditions%loads(k))
+        change = factor_change(slope, load%table, time)
+        call add_displacement(load, change, displacement)
+        call add_force(load, change + slope%forces*load_factor(model%tables, load%table, time), &
+          force)
+      end associate
+    end do
+  end subroutine change_loads
+
+  !> Contact forces of all nodes, contact sums, and how far points are from another status.
+  subroutine collect_forces(model, system, s, work)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks
+    type(work_t), intent(in) :: work !! elements, causes
+    real(wp) :: dr(12)
+    integer :: k, e, j
+
+    s%force = 0.0_wp
+    s%contact = 0.0_wp
+    s%range = huge(1.0_wp)
+    s%kinks = 0
+    do k = 1, size(model%pairs)
+      do e = system%first_point(k), system%first_point(k) + count_points(model%pairs(k)) - 1
+        if (system%contact%routine(e) == routine_none) cycle
+        call look_at_border(system, work, e, s, k)
+        if (work%slopes(e)%status == status_open) cycle
+        do j = 1, size(s%slopes)
+          dr = element_change(work, e, j, system%contact%d(d03_epsilon, e), s%du(:, :, j))
+          call add_forces(work%elements(e), dr, s%force(:, :, j))
+          s%contact(:, k, j) = s%contact(:, k, j) - dr(1:3)
+        end do
+      end do
+    end do
+  end subroutine collect_forces
+
+  !> Change of each parameter after which one point changes its status, to first order.
+  subroutine look_at_border(system, work, e, s, k)
+    type(system_t), intent(in) :: system !! contact elements
+    type(work_t), intent(in) :: work !! elements, causes
+    integer, intent(in) :: e !! the element
+    type(sensitivity_t), intent(inout) :: s !! gets range, kinks
+    integer, intent(in) :: k !! number of the pair
+    real(wp) :: dx(12), slope
+    integer :: j
+    logical :: kink, rubs
+
+    associate (mine => work%slopes(e), list => system%contact)
+      rubs = mine%status > status_open .and. any(abs(mine%dover_x) > 0.0_wp)
+      kink = abs(mine%rho) <= border_gap*facet_size(work%elements(e)%xl(:, list%slaves(e) + 1: &
+        list%slaves(e) + 3))
+      if (rubs .and. .not. kink) kink = abs(mine%over) <= border*mine%rho
+      if (kink) then
+        s%kinks(k) = s%kinks(k) + 1
+        return
+      end if
+      do j = 1, size(s%slopes)
+        dx = element_motion(work%elements(e), s%du(:, :, j))
+        slope = dot_product(mine%drho, work%by(:, e, j)) + dot_product(mine%drho_x, dx)
+        call narrow(mine%rho, slope, s%range(j, k))
+        if (.not. rubs) cycle
+        slope = dot_product(mine%dover, work%by(:, e, j)) + dot_product(mine%dover_x, dx)
+        call narrow(mine%over, slope, s%range(j, k))
+      end do
+    end associate
+  end subroutine look_at_border
+
+  !> A range becomes that in which a quantity keeps its sign.
+  pure subroutine narrow(value, slope, range)
+    real(wp), intent(in) :: value !! the quantity
+    real(wp), intent(in) :: slope !! its derivative
+    real(wp), intent(inout) :: range !! largest change
+
+    if (abs(value) < range*abs(slope)) range = abs(value/slope)
+  end subroutine narrow
+
+  !> Derivatives of the new tips; open points follow their projection.
+  subroutine settle(model, system, s, work)
+    type(model_t), intent(in) :: model !! pairs, settled
+    type(system_t), intent(in) :: system !! contact elements, positions
+    type(sensitivity_t), intent(inout) :: s !! du given; gets dtip, host, tip, status
+    type(work_t), intent(in) :: work !! elements, causes
+    real(wp) :: change(5)
+    integer :: k, p, e, j
+
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        e = system%first_point(k) + p - 1
+        associate (point => model%pairs(k)%old(p))
+          do j = 1, size(s%slopes)
+            if (point%host == 0) then
+              s%dtip(:, e, j) = 0.0_wp
+            else if (point%status <= status_open) then
+              s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%host, system%x_now, &
+                s%du(:, :, j))
+            else
+              change = tip_change(work, e, j, s%du(:, :, j))
+              s%dtip(:, e, j) = change(4:5)
+            end if
+          end do
+          s%host(e) = point%host
+          s%status(e) = point%status
+          s%tip(:, e) = point%tip
+        end associate
+      end do
+    end do
+  end subroutine settle
+
+  !> Derivatives of the reactions, by the levers of the sets, and Euler's sum.
+  subroutine add_reactions(model, system, state, s)
+    type(model_t), intent(in) :: model !! conditions
+    type(system_t), intent(in) :: system !! equations, bodies
+    type(state_t), intent(in) :: state !! time, displacements
+    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
+    real(wp) :: stiffer(3, size(state%u, 2)), given(3, size(state%u, 2))
+    real(wp) :: prescribed(3, size(state%u, 2))
+    integer :: i, k, j, node
+
+    do j = 1, size(s%slopes)
+      stiffer = 0.0_wp
+      do node = 1, size(stiffer, 2)
+        if (system%node_body(node) > 0) stiffer(:, node) = &
+          s%slopes(j)%stiffness(system%node_body(node))
+      end do
+      call change_loads(model, s%slopes(j), state%time, prescribed, given)
+      given = s%force(:, :, j) - given
+      do i = 1, size(s%sets)
+        do k = 1, 3
+          s%reaction(k, i, j) = sum(s%lever(:, :, k, i)*given) &
+            + sum(s%hold(:, :, k, i)*(s%du(:, :, j) + stiffer*state%u), system%equation == 0)
+        end do
+      end do
+    end do
+    do i = 1, size(s%sets)
+      do k = 1, 3
+        s%total(k, i) = sum(state%reaction*s%lever(:, :, k, i), system%equation == 0)
+      end do
+    end do
+    j = size(s%slopes)
+    s%euler = 0.0_wp
+    if (any(abs(s%total) > 0.0_wp)) s%euler = maxval(abs(s%reaction(:, :, j - 1) &
+      + s%reaction(:, :, j) - s%total))/maxval(abs(s%total))
+    s%worst = max(s%worst, s%euler)
+  end subroutine add_reactions
+end module sensitivities

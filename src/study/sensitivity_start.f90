@@ -1,0 +1,221 @@
+!> What the derivatives need of a scene, once: how supports answer to contact forces, and what the
+!! changed loads do (doc/theory, "Derivatives along the path").
+module sensitivity_start
+  use kinds, only: wp
+  use text, only: to_text
+  use errors, only: error_t, raise, exit_deck
+  use model_types, only: model_t, load_t
+  use loads, only: add_displacement, add_force
+  use mesh_names, only: find_nodes
+  use contact_points, only: count_points
+  use contact_parameters, only: is_stiff
+  use block_matrix, only: multiply
+  use body_solves, only: solve_condensed_body
+  use system_types, only: system_t
+  use sensitivity_types, only: sensitivity_t, slope_t
+  implicit none
+  private
+  public :: begin_sensitivities, start_scene
+
+contains
+
+  !> The state before the first increment: no parameter has changed anything.
+  subroutine begin_sensitivities(model, system, s, error)
+    type(model_t), intent(in) :: model !! pairs at their start
+    type(system_t), intent(in) :: system !! bodies, contact elements
+    type(sensitivity_t), intent(inout) :: s !! slopes given; gets its state
+    type(error_t), allocatable, intent(out) :: error !! a parameter that cannot be followed
+    integer :: n, points, j
+
+    if (.not. s%active) return
+    call check_scene(model, system, error)
+    if (allocated(error)) return
+    n = size(s%slopes)
+    points = system%contact%n
+    allocate (s%host(points), s%status(points), source=0)
+    allocate (s%tip(2, points), s%dtip(2, points, n), source=0.0_wp)
+    allocate (s%du(3, model%mesh%nodes, n), s%force(3, model%mesh%nodes, n), source=0.0_wp)
+    s%sets = model%output%reactions
+    allocate (s%reaction(3, size(s%sets), n), s%contact(3, size(model%pairs), n), &
+      s%total(3, size(s%sets)), source=0.0_wp)
+    allocate (s%range(n, size(model%pairs)), source=huge(1.0_wp))
+    allocate (s%kinks(size(model%pairs)), source=0)
+    do j = 1, n
+      call find_stiffness(model, system, s%slopes(j), error)
+      if (allocated(error)) return
+    end do
+    call remember_points(model, system, s)
+  end subroutine begin_sensitivities
+
+  !> Hosts, tips and status of the last state.
+  subroutine remember_points(model, system, s)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! where each pair begins
+    type(sensitivity_t), intent(inout) :: s !! gets host, status, tip
+    integer :: k, p
+
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        associate (e => system%first_point(k) + p - 1, point => model%pairs(k)%old(p))
+          s%host(e) = point%host
+          s%status(e) = point%status
+          s%tip(:, e) = point%tip
+        end associate
+      end do
+    end do
+  end subroutine remember_points
+
+  !> What derivatives do not know of yet is refused by its name.
+  subroutine check_scene(model, system, error)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! bodies
+    type(error_t), allocatable, intent(out) :: error !! what is not known
+    integer :: k
+
+    if (size(model%pairs) == 0) then
+      call refuse('a scene without contact pairs')
+    end if
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (pair%segmented) call refuse('SEGMent (pair '//pair%name//')')
+        if (pair%smooth) call refuse('SMOOth (pair '//pair%name//')')
+        if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
+        if (is_stiff(pair)) call refuse('a penalty that is solved for by multipliers (pair '// &
+          pair%name//', above 2000 E/h)')
+        if (pair%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
+      end associate
+    end do
+    if (any(system%weak)) call refuse('a body that contact alone holds')
+
+  contains
+
+    !> Keeps the first thing that is refused.
+    subroutine refuse(what)
+      character(*), intent(in) :: what !! what it is
+
+      if (allocated(error)) return
+      call raise(error, exit_deck, 'error: SENSitivity does not know '//what//new_line('a')// &
+        '  leave SENSitivity out, or take differences of two runs with --set')
+    end subroutine refuse
+  end subroutine check_scene
+
+  !> Changes of Young's modulus as changes of whole bodies.
+  subroutine find_stiffness(model, system, slope, error)
+    type(model_t), intent(in) :: model !! materials of the elements
+    type(system_t), intent(in) :: system !! bodies of the nodes
+    type(slope_t), intent(inout) :: slope !! gets stiffness
+    type(error_t), allocatable, intent(out) :: error !! only a part of a body changes
+    logical :: seen(system%bodies)
+    integer :: e, b, m
+
+    allocate (slope%stiffness(system%bodies), source=0.0_wp)
+    if (all(abs(slope%modulus) <= 0.0_wp)) return
+    seen = .false.
+    do e = 1, model%mesh%elements
+      m = model%element_material(e)
+      if (m == 0) cycle
+      if (model%materials(m)%rigid) cycle
+      b = maxval(system%node_body(model%mesh%ix(1:4, e)))
+      if (b == 0) cycle
+      if (seen(b) .and. abs(slope%stiffness(b) - slope%modulus(m)) > &
+        1.0e-9_wp*(abs(slope%stiffness(b)) + abs(slope%modulus(m)))) then
+        call raise(error, exit_deck, 'error: the derivative by '//slope%name// &
+          ' wants a whole body to become stiffer, and material '// &
+          to_text(model%materials(m)%number)//' is a part of one'//new_line('a')// &
+          '  give all materials of the body the same parameter as a factor of their E')
+        return
+      end if
+      seen(b) = .true.
+      slope%stiffness(b) = slope%modulus(m)
+    end do
+  end subroutine find_stiffness
+
+  !> Levers of the reaction sets, and displacements for unit changes of loads.
+  subroutine start_scene(model, system, s)
+    type(model_t), intent(in) :: model !! conditions, sets
+    type(system_t), intent(in) :: system !! condensed
+    type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
+    real(wp), allocatable :: u(:, :), force(:, :)
+    integer, allocatable :: nodes(:)
+    integer :: i, k, j
+    logical :: found
+
+    allocate (u(3, model%mesh%nodes), force(3, model%mesh%nodes))
+    allocate (s%lever(3, model%mesh%nodes, 3, size(s%sets)), source=0.0_wp)
+    allocate (s%hold(3, model%mesh%nodes, 3, size(s%sets)), source=0.0_wp)
+    do i = 1, size(s%sets)
+      call find_nodes(model%mesh, s%sets(i)%s, nodes, found)
+      do k = 1, 3
+        u = 0.0_wp
+        u(k, nodes) = 1.0_wp
+        where (system%equation > 0) u = 0.0_wp
+        force = 0.0_wp
+        call find_displacements(system, force, u)
+        s%lever(:, :, k, i) = u
+        call multiply(system%bulk_matrix, u, s%hold(:, :, k, i))
+        where (system%equation > 0) s%hold(:, :, k, i) = 0.0_wp
+      end do
+    end do
+    associate (loads => model%conditions%loads)
+      allocate (s%pushed(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      do k = 1, size(loads)
+        call push_bodies(system, loads(k), s%pushed(:, :, k))
+      end do
+    end associate
+    do j = 1, size(s%slopes)
+      associate (slope => s%slopes(j))
+        allocate (slope%influence(3, model%mesh%nodes, size(slope%loads)), source=0.0_wp)
+        do k = 1, size(slope%loads)
+          call load_bodies(system, slope%loads(k), slope%influence(:, :, k))
+        end do
+      end associate
+    end do
+    s%started = .true.
+  end subroutine start_scene
+
+  !> Displacements of all bodies for a unit of the forces of a load.
+  subroutine push_bodies(system, load, u)
+    type(system_t), intent(in) :: system !! factors of the bodies
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
+    real(wp) :: force(3, size(u, 2))
+
+    u = 0.0_wp
+    force = 0.0_wp
+    call add_force(load, 1.0_wp, force)
+    call find_displacements(system, force, u)
+  end subroutine push_bodies
+
+  !> Displacements of all bodies for a unit of a load.
+  subroutine load_bodies(system, load, u)
+    type(system_t), intent(in) :: system !! factors of the bodies
+    type(load_t), intent(in) :: load !! the load
+    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
+    real(wp) :: force(3, size(u, 2))
+
+    u = 0.0_wp
+    force = 0.0_wp
+    call add_displacement(load, 1.0_wp, u)
+    where (system%equation > 0) u = 0.0_wp
+    call add_force(load, 1.0_wp, force)
+    call find_displacements(system, force, u)
+  end subroutine load_bodies
+
+  !> Displacements of all bodies under forces and prescribed values.
+  subroutine find_displacements(system, force, u)
+    type(system_t), intent(in) :: system !! factors of the bodies
+    real(wp), intent(inout) :: force(:, :) !! (3, nodes) applied forces; changed [force]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) prescribed values; out: all [length]
+    real(wp), allocatable :: internal(:, :)
+    integer :: b
+
+    if (all(abs(u) <= 0.0_wp) .and. all(abs(force) <= 0.0_wp)) return
+    allocate (internal, mold=u)
+    call multiply(system%bulk_matrix, u, internal)
+    force = force - internal
+    do b = 1, system%bodies
+      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
+      call solve_condensed_body(system%condensed%bodies(b), force, u)
+    end do
+  end subroutine find_displacements
+end module sensitivity_start

@@ -1,0 +1,119 @@
+!> The table of derivatives, x.sen (doc/manual, "Derivatives along the run").
+module sensitivity_table
+  use kinds, only: wp
+  use errors, only: error_t
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use model_types, only: model_t
+  use system_types, only: state_t
+  use sensitivity_types, only: sensitivity_t
+  implicit none
+  private
+  public :: sensitivity_table_t, create_sensitivity_table, write_sensitivities, &
+    close_sensitivity_table
+
+  !> The table, open for writing.
+  type :: sensitivity_table_t
+    type(text_file_t) :: file !! its file
+    integer :: quantity = 8 !! width of the column of quantities
+    integer :: parameter = 9 !! width of the column of parameters
+  end type sensitivity_table_t
+
+contains
+
+  !> Creates the table.
+  subroutine create_sensitivity_table(table, path, model, s, error)
+    type(sensitivity_table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    type(model_t), intent(in) :: model !! title, pairs
+    type(sensitivity_t), intent(in) :: s !! sets, parameters
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    do i = 1, size(s%sets)
+      table%quantity = max(table%quantity, len(s%sets(i)%s))
+    end do
+    do i = 1, size(model%pairs)
+      table%quantity = max(table%quantity, len(model%pairs(i)%name))
+    end do
+    do i = 1, s%shown
+      table%parameter = max(table%parameter, len(s%slopes(i)%name))
+    end do
+    call write_line(table%file, '# '//trim(adjustl(model%title)), error)
+    if (.not. allocated(error)) call write_line(table%file, '# derivatives of reactions (sets) '// &
+      'and of contact sums (pairs) by parameters', error)
+    if (.not. allocated(error)) call write_line(table%file, '#   step'//repeat(' ', 19)// &
+      'time  '//padded('quantity', table%quantity)//'  '//padded('parameter', table%parameter)// &
+      repeat(' ', 21)//'d1'//repeat(' ', 21)//'d2'//repeat(' ', 21)//'d3   kinks'// &
+      repeat(' ', 18)//'range', error)
+    if (.not. allocated(error)) call flush_text_file(table%file, error)
+  end subroutine create_sensitivity_table
+
+  !> Writes the rows of one end time.
+  subroutine write_sensitivities(table, model, state, s, error)
+    type(sensitivity_table_t), intent(inout) :: table !! open table
+    type(model_t), intent(in) :: model !! pairs
+    type(state_t), intent(in) :: state !! step and time
+    type(sensitivity_t), intent(in) :: s !! derivatives
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i, j
+
+    do i = 1, size(s%sets)
+      do j = 1, s%shown
+        call write_line(table%file, row(s%sets(i)%s, j, s%reaction(:, i, j), sum(s%kinks), &
+          minval(s%range(j, :))), error)
+        if (allocated(error)) return
+      end do
+    end do
+    do i = 1, size(model%pairs)
+      do j = 1, s%shown
+        call write_line(table%file, row(model%pairs(i)%name, j, s%contact(:, i, j), s%kinks(i), &
+          s%range(j, i)), error)
+        if (allocated(error)) return
+      end do
+    end do
+    call flush_text_file(table%file, error)
+
+  contains
+
+    !> One row; a range without an end is 0.
+    function row(quantity, j, d, kinks, range) result(line)
+      character(*), intent(in) :: quantity !! name of the set or pair
+      integer, intent(in) :: j !! the parameter
+      real(wp), intent(in) :: d(3) !! the derivative
+      integer, intent(in) :: kinks !! points at a border
+      real(wp), intent(in) :: range !! of the parameter
+      character(:), allocatable :: line
+      character(200) :: numbers
+      character(31) :: start
+
+      write (start, '(i8,2x,es21.12e3)') state%step, state%time
+      write (numbers, '(3(2x,es21.12e3),i8,2x,es21.12e3)') merge(0.0_wp, d, abs(d) <= 0.0_wp), &
+        kinks, merge(0.0_wp, range, range >= huge(1.0_wp))
+      line = start//'  '//padded(quantity, table%quantity)//'  '// &
+        padded(s%slopes(j)%name, table%parameter)//trim(numbers)
+    end function row
+  end subroutine write_sensitivities
+
+  !> Closes the table.
+  subroutine close_sensitivity_table(table, error)
+    type(sensitivity_table_t), intent(inout) :: table !! the table
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call close_text_file(table%file, error)
+  end subroutine close_sensitivity_table
+
+  !> A name with blanks behind it, and underscores within.
+  pure function padded(name, width) result(t)
+    character(*), intent(in) :: name !! the name
+    integer, intent(in) :: width !! length of the result
+    character(width) :: t
+    integer :: i
+
+    t = name
+    do i = 1, len_trim(name)
+      if (t(i:i) == ' ') t(i:i) = '_'
+    end do
+  end function padded
+end module sensitivity_table
