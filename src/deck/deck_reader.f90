@@ -12,9 +12,9 @@ module deck_reader
   use line_reader, only: open_reader, next_title, status_record, status_blank, status_end, &
     status_damaged
   use matching, only: match_t, match_record
-  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record
+  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record, close_set
   use deck_parameters, only: check_overrides
-  use mesh_section, only: read_mesh_record, read_blank_line, close_set
+  use mesh_section, only: read_mesh_record, read_blank_line
   use batch_section, only: read_batch_record, read_table_record, check_loops
   implicit none
   private

@@ -8,7 +8,8 @@ module keyword_types
   implicit none
   private
   public :: own_word_t, keyword_t, keyword_table_t, add_command, add_word, add_data, explain, &
-    add_ignored, add_refused, fits_data, find_keyword, find_word, list_keywords, list_words, takes_names
+    add_ignored, add_refused, fits_data, find_keyword, find_word, list_keywords, list_words, &
+    takes_names
   public :: table_mesh, table_batch
 
   !> The two tables of commands.
