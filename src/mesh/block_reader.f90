@@ -127,7 +127,7 @@ contains
         c = item_integer(record, 1)
         if (c < 1 .or. c > 27) then
           call refuse(record%items(1)%at, 'master point '//to_text(c), &
-            'the corners are master points 1 to 8, edges, faces and centre 9 to 27', diagnostics, request)
+            'points 1 to 8 are the corners, 9 to 27 edges, faces and centre', diagnostics, request)
           cycle
         end if
         if (there(c)) call refuse(record%items(1)%at, 'master point '//to_text(c)// &
@@ -209,7 +209,7 @@ contains
       do t = 1, 6
         e = e + 1
         nodes = block_tetrahedron(request%block, c, t) + request%first_node - 1
-        if (reorder) nodes = mirrored(nodes)
+        if (reorder .neqv. mesh%mirrors) nodes = mirrored(nodes)
         call place_element(mesh, origin, e, nodes, request%material, index, request%record, twice)
         if (twice) then
           call report_error(diagnostics, set%records(request%record)%at, 'element '// &

@@ -5,8 +5,8 @@ module mesh_generation
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
-  public :: block_t, complete_block, block_nodes, block_elements, block_point, block_tetrahedron, block_fits, &
-    check_block, orientation_right, orientation_left, orientation_bad
+  public :: block_t, complete_block, block_nodes, block_elements, block_point, block_tetrahedron, &
+    block_fits, check_block, cell_tetrahedra, orientation_right, orientation_left, orientation_bad
 
   !> Orientation of a block: its tetrahedra have positive, negative, or mixed and zero volumes.
   integer, parameter :: orientation_right = 1
@@ -37,8 +37,8 @@ module mesh_generation
 
 contains
 
-  !> Gives the master points that the deck leaves out their places, as FEAP does: edges straight,
-  !! faces and centre as the edges around them have it.
+  !> Gives the master points that the deck leaves out their places: edges straight, faces and centre
+  !! as the edges around them have it (transfinite: FEAP's faces, and a centre that fits them).
   pure subroutine complete_block(block, there)
     type(block_t), intent(inout) :: block !! corners and points of `there` given
     logical, intent(in) :: there(27) !! points that are given
@@ -55,8 +55,10 @@ contains
         if (zeros == 2) block%point(:, c) = 0.5_wp*total(edges) - 0.25_wp*total(corners)
       end do
     end do
-    if (.not. there(27)) block%point(:, 27) = 0.25_wp*(sum(block%point(:, 13:16), 2) + &
-      sum(block%point(:, 18:21), 2) + sum(block%point(:, 23:26), 2) - sum(block%point(:, :8), 2))
+    edges = count(natural == 0, dim=1) == 1
+    corners = count(natural == 0, dim=1) == 0
+    if (.not. there(27)) block%point(:, 27) = 0.5_wp*total(count(natural == 0, dim=1) == 2) - &
+      0.25_wp*total(edges) + 0.125_wp*total(corners)
 
   contains
 
@@ -110,7 +112,7 @@ contains
     type(block_t), intent(in) :: block !! the block
     integer, intent(in) :: n !! node within the block
     real(wp) :: x(3), r(3), share(3, -1:1)
-    integer :: i(3), c, k, points(3)
+    integer :: i(3), c, points(3)
 
     points = block%order*block%cells + 1
     i(1) = mod(n - 1, points(1))
@@ -129,7 +131,8 @@ contains
     share(:, 0) = 4.0_wp*r*(1.0_wp - r)
     share(:, 1) = r*(2.0_wp*r - 1.0_wp)
     do c = 1, 27
-      x = x + product([(share(k, natural(k, c)), k=1, 3)])*block%point(:, c)
+      x = x + share(1, natural(1, c))*share(2, natural(2, c))*share(3, natural(3, c))* &
+        block%point(:, c)
     end do
   end function block_point
 
