@@ -28,7 +28,7 @@ CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=s
 FLAGS_release := -O3 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -Og -g $(CHECKS)
 FLAGS_coverage := -O0 -g --coverage
-FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined \
+FLAGS_sanitize := -O1 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
   -fno-sanitize-recover=undefined $(CHECKS)
 
 MODES := release debug coverage sanitize

@@ -23,6 +23,9 @@ module contact_cells
   !> The cells of a facet stay while the tips have moved by less than this on the master since they
   !! were made, in shape functions, and while the facet is covered to this share.
   real(wp), parameter :: unmoved = 1.0e-3_wp
+  !> The same for points that slip where none sticks: their tips are integrated with the shape
+  !! functions of the host continued, whose error is of second order in this.
+  real(wp), parameter :: followed = 1.0e-2_wp
   !> The same for points that slip, after a solve or beside points that stick: they were expected
   !! to, and what is handed on where both are in a facet is not what it was.
   real(wp), parameter :: slipped = 0.05_wp
@@ -222,11 +225,11 @@ contains
     sticks = any(status == status_stick)
     select case (when)
     case (at_start)
-      limits = [merge(slipped, unmoved, sticks), unmoved]
+      limits = [merge(slipped, followed, sticks), unmoved]
     case (at_touch)
       limits = merge(exactly, huge(exactly), sticks)
     case default
-      limits = [merge(slipped, unmoved, sticks .or. expected), unmoved]
+      limits = [merge(slipped, followed, sticks .or. expected), unmoved]
     end select
   end function ways_allowed
 

@@ -137,17 +137,20 @@ contains
     center = polygon(:, 1) + center
   end subroutine moments
 
-  !> Root of a symmetric positive matrix.
+  !> Root of a symmetric positive matrix; zero where it is none, for a figure that crosses itself.
   pure subroutine square_root(a, root)
     real(wp), intent(in) :: a(2, 2) !! the matrix
     real(wp), intent(out) :: root(2, 2) !! its root
-    real(wp) :: s
+    real(wp) :: s, trace
 
     s = sqrt(max(0.0_wp, a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)))
+    trace = a(1, 1) + a(2, 2) + 2.0_wp*s
+    root = 0.0_wp
+    if (.not. trace > 0.0_wp) return
     root = a
     root(1, 1) = root(1, 1) + s
     root(2, 2) = root(2, 2) + s
-    root = root/sqrt(a(1, 1) + a(2, 2) + 2.0_wp*s)
+    root = root/sqrt(trace)
   end subroutine square_root
 
   !> Unit vector to the corner that is furthest from the centroid, in units of the ellipse.

@@ -76,5 +76,6 @@ module result_types
     ! Of the condensed form, if it is in use
     integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]
+    character(:), allocatable :: note !! what its reader has to say of it
   end type saved_state_t
 end module result_types

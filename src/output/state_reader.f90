@@ -49,13 +49,54 @@ contains
       end if
     end if
     if (.not. allocated(error) .and. slot > 0) then
-      call read_slot(file, model, slot, state, error)
-      if (.not. allocated(error)) call check_sum(file, slot, state%step, error)
-      if (allocated(error)) call raise_damaged(path, error)
+      call read_whole(file, model, slot, state, error)
+      if (allocated(error) .and. step == 0) call read_earlier(file, model, slot, state, error)
       if (.not. allocated(error)) call check_state(path, model, state, error)
     end if
     call close_hdf5(file, ignored)
   end subroutine read_state
+
+  !> Reads the state at one place and holds it against its sum.
+  subroutine read_whole(file, model, slot, state, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: slot !! place of the state
+    type(saved_state_t), intent(out) :: state !! the state
+    type(error_t), allocatable, intent(out) :: error !! it is not whole
+
+    call read_slot(file, model, slot, state, error)
+    if (.not. allocated(error)) call check_sum(file, slot, state%step, error)
+    if (allocated(error)) call raise_damaged(file%path, error)
+  end subroutine read_whole
+
+  !> Reads the last of the earlier states that is whole: while HDF5 splits a list of blocks, a run
+  !! that is killed may take the last states with it.
+  subroutine read_earlier(file, model, last, state, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: last !! place of the last state, which is not whole
+    type(saved_state_t), intent(inout) :: state !! the state; its note says that it is not the last
+    type(error_t), allocatable, intent(inout) :: error !! that of the last; stays if none is whole
+    type(error_t), allocatable :: trouble
+    integer, allocatable :: steps(:)
+    integer :: dims(3), rank, slot, bound
+
+    call series_shape(file, root//'step', dims, rank)
+    allocate (steps(dims(1)), source=0)
+    call read_block(file, root//'step', steps, 1, trouble)
+    bound = steps(last)
+    do
+      slot = maxloc(steps, 1, mask=steps > 0 .and. steps < bound)
+      if (slot == 0) return
+      call read_whole(file, model, slot, state, trouble)
+      if (.not. allocated(trouble)) exit
+      bound = steps(slot)
+    end do
+    state%note = 'the state of step '//to_text(steps(last))//' in '//file%path//' is not whole '// &
+      '(its run was killed while it wrote, or something has changed the file): that of step '// &
+      to_text(state%step)//' is taken'
+    deallocate (error)
+  end subroutine read_earlier
 
   !> Says that a state cannot be taken, and why.
   subroutine raise_damaged(path, error)

@@ -52,6 +52,7 @@ contains
     if (allocated(error)) return
     run%position%clock = saved%time
     if (is_passing(run%position)) return
+    if (allocated(saved%note)) call context%monitor%warning(saved%note)
     call take_state(saved, context%model, context%system, context%state)
     call check_balance(path, context%model, context%system, context%state, saved, error)
     if (allocated(error)) return

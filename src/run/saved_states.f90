@@ -28,6 +28,7 @@ module saved_states
     character(:), allocatable :: restart !! file that was restarted from, empty for none
     integer :: step = 0 !! step of the state in it, 0 without a restart
     real(wp) :: time = 0.0_wp !! its time
+    character(:), allocatable :: note !! what its reader had to say of it
     integer :: n_passed = 0 !! SAVE commands that were passed over
     type(string_t), allocatable :: passed(:) !! their names, and some room
   end type saved_states_t

@@ -189,6 +189,7 @@ contains
       'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
     if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &
       context%files, context%terminal, error)
+    if (allocated(states%note)) call context%monitor%warning(states%note)
     if (options%threads > 1) call report_threads(options%threads, context%monitor)
     call report_gaps(context, .false.)
     call tell_warnings(context)
@@ -229,6 +230,7 @@ contains
     state%step = saved%step
     states%step = saved%step
     states%time = saved%time
+    call move_alloc(saved%note, states%note)
   end subroutine go_on
 
   !> Says where a restarted run begins and where it writes.

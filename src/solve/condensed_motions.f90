@@ -2,13 +2,18 @@
 !! that contact holds").
 module condensed_motions
   use kinds, only: wp
+  use text, only: to_text
   use rigid_motions, only: choose_pins, mode_row
   use condensed_types, only: condensed_t
   use system_types, only: system_t
   implicit none
   private
   public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion
+    sum_forces, push_live, in_lengths, add_live_motion, lost_digits
+
+  !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
+  !! costs are missing where the body touches.
+  real(wp), parameter :: most_slender = 1.0e5_wp
 
 contains
 
@@ -26,6 +31,28 @@ contains
         body%pin_node, body%pin_direction)
     end associate
   end subroutine pin_body
+
+  !> Why the condensed form would lack digits where a body that contact alone holds touches: its
+  !! compliances differ too much. Empty if they do not.
+  function lost_digits(condensed) result(why)
+    type(condensed_t), intent(in) :: condensed !! bodies with their compliances
+    character(:), allocatable :: why
+    real(wp), allocatable :: softness(:)
+    real(wp) :: slenderness
+    integer :: b, i
+
+    slenderness = 1.0_wp
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0 .or. body%m == 0) cycle
+        softness = [(body%compliance(i, i), i=1, body%m)]
+        slenderness = max(slenderness, maxval(softness)/max(minval(softness), tiny(1.0_wp)))
+      end associate
+    end do
+    why = ''
+    if (slenderness > most_slender) why = 'it would cost digits: a body that contact alone '// &
+      'holds is '//to_text(slenderness, 2)//' times softer in one place than in another'
+  end function lost_digits
 
   !> Work of nodal forces on the rigid motions that supports leave.
   pure subroutine push_bodies(system, force, push)

@@ -14,7 +14,7 @@ module condensed_system
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
-  use condensed_motions, only: find_imbalance, add_motion_inside
+  use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
@@ -30,7 +30,7 @@ contains
   subroutine start_condensed(model, system, if_cheaper, why, share)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets condensed
-    logical, intent(in) :: if_cheaper !! not where sparse factors cost less
+    logical, intent(in) :: if_cheaper !! not where sparse factors cost less, or no digits
     character(:), allocatable, intent(out) :: why !! why not; empty if it is done
     real(wp), intent(out) :: share !! what it costs over what sparse factors do, estimated
     integer :: outcome
@@ -61,6 +61,10 @@ contains
       why = 'its factorisation failed'
       if (outcome == solver_not_definite) why = 'the stiffness of a body is not positive definite'
       if (outcome == solver_out_of_memory) why = 'its factors need more memory than there is'
+    else if (if_cheaper) then
+      why = lost_digits(system%condensed)
+    end if
+    if (len(why) > 0) then
       call free_condensed(system)
       return
     end if

@@ -58,7 +58,7 @@ contains
       call start_condensed(model, system, system%asked == solver_auto, obstacle, &
         scene%dense_share)
       if (len(obstacle) > 0) then
-        if (index(obstacle, 'cost more') > 0) then
+        if (index(obstacle, 'would cost') > 0) then
           call monitor%event('  REDUced is not taken, '//obstacle)
         else
           call monitor%warning('REDUced cannot be had, '//obstacle)

@@ -160,3 +160,10 @@ def spreading(bench):
     bench.compare('cut increments, 30 facets', EXACT, 0.0, cuts, 0.0, scale=1.0)
     bench.compare('sticking nodes, 30 facets', EXACT, 0.0, tables.contact('band')[-1]['stick'], 0.0,
                   scale=1.0)
+    # a band that contact alone holds, a million times softer as a whole than where it touches
+    band, form = Band(bench.draw('radius', 0.5, 2.0), 60, bench.whole('facets of the finer drum', 45, 75), 0.5), \
+        'GTOS SEGMent'
+    deck = belt_deck(band, f'    FRICtion COULomb {bench.draw("mu", 0.2, 0.4)}\n')
+    tables = bench.run_text('slender', deck.replace('NTOS under drum', 'GTOS under drum SEGM'))
+    bench.compare('sticking points, 60 facets', EXACT, 0.0, tables.contact('band')[-1]['stick'], 0.0,
+                  scale=1.0, form=form)
