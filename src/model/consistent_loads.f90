@@ -3,26 +3,114 @@
 module consistent_loads
   use kinds, only: wp
   use vectors, only: cross
+  use facet_quadrature, only: make_rule
+  use solid_shapes, only: shape_slopes
+  use cells, only: most_facet_nodes, tet4, tet10
   implicit none
   private
-  public :: facet_areas, cell_volumes
+  public :: facet_loads, cell_volumes
+
+  !> Points on a facet of six nodes: degree 4, exact for N_a times its normal.
+  integer, parameter :: facet_points = 6
+  !> Volume coordinates and shares of the rule of 14 points, degree 5, exact for N_a times the
+  !! Jacobian of ten nodes: two times four points near corners and facets, six near edges.
+  real(wp), parameter :: l_near(2) = [0.31088591926330060980_wp, 0.092735250310891226402_wp]
+  real(wp), parameter :: near_share(2) = [0.11268792571801585080_wp, 0.073493043116361949544_wp]
+  real(wp), parameter :: l_edge = 0.045503704125649649492_wp
+  real(wp), parameter :: edge_share = 0.042546020777081466438_wp
 
 contains
 
-  !> Integrals of the shape functions times the outward normal over a reference facet: a pressure p
-  !! gives -p times these, a traction t gives t times their lengths.
-  pure function facet_areas(x) result(areas)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) counter-clockwise seen from outside [length]
-    real(wp) :: areas(3, size(x, 2))
+  !> Integrals of the shape functions over a facet, and of these times its outward normal: what a
+  !! traction and a pressure that pulls give its nodes.
+  pure subroutine facet_loads(x, areas, normals)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) 3 corners, or 6 with mid nodes, seen from outside
+    real(wp), intent(out) :: areas(:) !! (nodes) [length^2]
+    real(wp), intent(out) :: normals(:, :) !! (3, nodes) [length^2]
+    real(wp) :: l(3, facet_points), shares(facet_points), n(most_facet_nodes), &
+      slopes(2, most_facet_nodes), normal(3)
+    integer :: q, a, nodes
 
-    areas = spread(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))/6.0_wp, 2, size(x, 2))
-  end function facet_areas
+    nodes = size(x, 2)
+    if (nodes == 3) then
+      normal = cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))/6.0_wp
+      normals = spread(normal, 2, 3)
+      areas = norm2(normal)
+      return
+    end if
+    areas = 0.0_wp
+    normals = 0.0_wp
+    call make_rule(facet_points, l, shares)
+    do q = 1, facet_points
+      call facet_slopes(l(:, q), n, slopes)
+      normal = 0.5_wp*shares(q)*cross(matmul(x, slopes(1, :nodes)), matmul(x, slopes(2, :nodes)))
+      do a = 1, nodes
+        areas(a) = areas(a) + n(a)*norm2(normal)
+        normals(:, a) = normals(:, a) + n(a)*normal
+      end do
+    end do
+  end subroutine facet_loads
 
-  !> Integrals of the shape functions over a reference cell: a load b per volume gives b times them.
+  !> Shape functions of a facet of six nodes, and their slopes towards corners 2 and 3.
+  pure subroutine facet_slopes(l, n, slopes)
+    real(wp), intent(in) :: l(3) !! area coordinates
+    real(wp), intent(out) :: n(6) !! shape functions: corners, middles of edges 12, 23, 31
+    real(wp), intent(out) :: slopes(2, 6) !! by the area coordinates 2 and 3, the first the rest
+    real(wp) :: by_l(3, 6)
+    integer :: k, j
+
+    by_l = 0.0_wp
+    do k = 1, 3
+      j = mod(k, 3) + 1
+      n(k) = l(k)*(2.0_wp*l(k) - 1.0_wp)
+      n(3 + k) = 4.0_wp*l(k)*l(j)
+      by_l(k, k) = 4.0_wp*l(k) - 1.0_wp
+      by_l(k, 3 + k) = 4.0_wp*l(j)
+      by_l(j, 3 + k) = 4.0_wp*l(k)
+    end do
+    slopes(1, :) = by_l(2, :) - by_l(1, :)
+    slopes(2, :) = by_l(3, :) - by_l(1, :)
+  end subroutine facet_slopes
+
+  !> Integrals of the shape functions over a reference cell, what a unit of load per volume gives.
   pure function cell_volumes(x) result(volumes)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) [length]
-    real(wp) :: volumes(size(x, 2))
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) 4 corners, or 10 with mid nodes [length]
+    real(wp) :: volumes(size(x, 2)), l(4)
+    integer :: i, j
 
-    volumes = dot_product(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)), x(:, 4) - x(:, 1))/24.0_wp
+    if (size(x, 2) == tet4%nodes) then
+      volumes = dot_product(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)), x(:, 4) - x(:, 1))/24.0_wp
+      return
+    end if
+    volumes = 0.0_wp
+    do i = 1, 4
+      do j = 1, 2
+        l = l_near(j)
+        l(i) = 1.0_wp - 3.0_wp*l_near(j)
+        call add_point(x, l, near_share(j), volumes)
+      end do
+      do j = 1, i - 1
+        l = l_edge
+        l([i, j]) = 0.5_wp - l_edge
+        call add_point(x, l, edge_share, volumes)
+      end do
+    end do
   end function cell_volumes
+
+  !> Adds a point of the rule for ten nodes.
+  pure subroutine add_point(x, l, share, volumes)
+    real(wp), intent(in) :: x(3, 10) !! nodes [length]
+    real(wp), intent(in) :: l(4) !! volume coordinates
+    real(wp), intent(in) :: share !! of the volume of the parent
+    real(wp), intent(inout) :: volumes(10) !! integrals of the shape functions [length^3]
+    real(wp) :: j(3, 3), weight
+    integer :: m
+
+    j = matmul(x, transpose(shape_slopes(tet10%nodes, l)))
+    weight = share/6.0_wp*dot_product(cross(j(:, 1), j(:, 2)), j(:, 3))
+    volumes(:4) = volumes(:4) + weight*l*(2.0_wp*l - 1.0_wp)
+    do m = 5, 10
+      volumes(m) = volumes(m) + weight*4.0_wp*l(tet10%ends(1, m))*l(tet10%ends(2, m))
+    end do
+  end subroutine add_point
 end module consistent_loads

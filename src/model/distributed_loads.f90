@@ -8,9 +8,11 @@ module distributed_loads
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_names, only: find_region, find_set, find_surface, in_region
   use node_queries, only: report_unknown_name
+  use bulk_laws, only: laws
   use model_types, only: model_t
   use loads, only: add_values, has_load, join_load
-  use consistent_loads, only: cell_volumes, facet_areas
+  use cells, only: facet_of, most_facet_nodes
+  use consistent_loads, only: cell_volumes, facet_loads
   implicit none
   private
   public :: read_distributed_loads, check_load_table
@@ -148,27 +150,34 @@ contains
     logical, intent(in) :: pressure !! of PRESsure
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! its loads grow
-    real(wp) :: t(3), force(3, model%mesh%nodes), area
-    integer :: table, surface, f, k
+    real(wp) :: t(3), force(3, model%mesh%nodes), area, areas(most_facet_nodes), &
+      normals(3, most_facet_nodes)
+    integer :: nodes(most_facet_nodes), table, surface, f, k, n
     logical :: good
 
     call check_load_table(model, record, merge(3, 5, pressure), diagnostics, table, good)
     call find_loaded_surface(model, record, diagnostics, surface)
     if (surface == 0 .or. .not. good) return
+    if (pressure .and. is_finite(model, surface)) then
+      call report_error(diagnostics, item_location(record, 1), 'a pressure that follows a '// &
+        'region of finite strain is not available in this version', 'write TRACtion: it is dead')
+      return
+    end if
     t = [(item_real(record, 1 + k), k=1, 3)]
     force = 0.0_wp
     area = 0.0_wp
-    do f = 1, size(model%mesh%surfaces(surface)%facets, 2)
-      associate (nodes => model%mesh%surfaces(surface)%facets(:, f))
-        associate (areas => facet_areas(model%mesh%x(:, nodes)))
-          area = area + sum(norm2(areas, 1))
-          do k = 1, size(nodes)
-            if (pressure) force(:, nodes(k)) = force(:, nodes(k)) - t(1)*areas(:, k)
-            if (.not. pressure) force(:, nodes(k)) = force(:, nodes(k)) + t*norm2(areas(:, k))
-          end do
-        end associate
-      end associate
-    end do
+    associate (faces => model%mesh%surfaces(surface))
+      do f = 1, size(faces%facets, 2)
+        nodes = facet_of(model%mesh%ix(:, faces%elements(f)), faces%facets(:, f))
+        n = count(nodes > 0)
+        call facet_loads(model%mesh%x(:, nodes(:n)), areas(:n), normals(:, :n))
+        area = area + sum(areas(:n))
+        do k = 1, n
+          if (pressure) force(:, nodes(k)) = force(:, nodes(k)) - t(1)*normals(:, k)
+          if (.not. pressure) force(:, nodes(k)) = force(:, nodes(k)) + t*areas(k)
+        end do
+      end do
+    end associate
     call take_forces(force, table, model)
     call report_note(diagnostics, record%at, trim(merge('pressure', 'traction', pressure))// &
       ' on an area of '//to_text(area, 6)//', force '//vector_text(sum(force, 2)))
@@ -195,6 +204,22 @@ contains
         item_name(record, 1)//', and its name here')
     end if
   end subroutine find_loaded_surface
+
+  !> Some element behind a surface has a law of finite strain.
+  pure logical function is_finite(model, surface) result(yes)
+    type(model_t), intent(in) :: model !! mesh and materials
+    integer, intent(in) :: surface !! index of the surface
+    integer :: f, m
+
+    yes = .false.
+    associate (elements => model%mesh%surfaces(surface)%elements)
+      do f = 1, size(elements)
+        m = model%element_material(elements(f))
+        if (m == 0) cycle
+        yes = yes .or. (laws(model%materials(m)%law)%finite .and. .not. model%materials(m)%rigid)
+      end do
+    end associate
+  end function is_finite
 
   !> Adds nodal forces to the load of a table.
   subroutine take_forces(force, table, model)

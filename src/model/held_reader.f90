@@ -1,10 +1,12 @@
-!> Reads the HOLD data sets: regions whose rigid motions that nothing resists are held.
+!> Reads what holds bodies beside restraints: the HOLD data sets, regions whose rigid motions that
+!! nothing resists are held, and SPRIng, springs to ground.
 module held_reader
-  use deck_types, only: deck_t
-  use records, only: item_location, item_name
+  use kinds, only: wp
+  use deck_types, only: deck_t, record_t
+  use records, only: item_location, item_name, item_real
   use diagnostics, only: diagnostics_t
   use mesh_names, only: find_region, region_nodes
-  use node_queries, only: report_unknown_name
+  use node_queries, only: report_unknown_name, nodes_of_item
   use model_types, only: model_t
   implicit none
   private
@@ -12,29 +14,62 @@ module held_reader
 
 contains
 
-  !> Marks the nodes of the regions.
+  !> Reads all data sets.
   subroutine read_held(deck, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(model_t), intent(inout) :: model !! mesh read; gets held
-    integer, allocatable :: nodes(:)
-    integer :: i, k, index
+    type(model_t), intent(inout) :: model !! mesh read; gets held and springs
+    integer :: i, k
 
     allocate (model%held(model%mesh%nodes), source=.false.)
     do i = 1, size(deck%mesh)
-      if (deck%mesh(i)%command /= 'hold') cycle
       do k = 1, deck%mesh(i)%count
-        associate (record => deck%mesh(i)%records(k))
-          call find_region(model%mesh, item_name(record, 1), index)
-          if (index == 0) then
-            call report_unknown_name(model%mesh, item_location(record, 1), item_name(record, 1), &
-              diagnostics)
-            cycle
-          end if
-        end associate
-        call region_nodes(model%mesh, index, nodes)
-        model%held(nodes) = .true.
+        select case (deck%mesh(i)%command)
+        case ('hold')
+          call hold_region(deck%mesh(i)%records(k), diagnostics, model)
+        case ('spri')
+          call add_spring(deck%mesh(i)%records(k), diagnostics, model)
+        end select
       end do
     end do
   end subroutine read_held
+
+  !> Marks the nodes of a region.
+  subroutine hold_region(record, diagnostics, model)
+    type(record_t), intent(in) :: record !! a record of HOLD
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! gets held
+    integer, allocatable :: nodes(:)
+    integer :: index
+
+    call find_region(model%mesh, item_name(record, 1), index)
+    if (index == 0) then
+      call report_unknown_name(model%mesh, item_location(record, 1), item_name(record, 1), &
+        diagnostics)
+      return
+    end if
+    call region_nodes(model%mesh, index, nodes)
+    model%held(nodes) = .true.
+  end subroutine hold_region
+
+  !> Springs on each node of a set; those of several records add.
+  subroutine add_spring(record, diagnostics, model)
+    type(record_t), intent(in) :: record !! `set k1 k2 k3`
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! gets springs
+    integer, allocatable :: nodes(:)
+    real(wp) :: stiffness(3)
+    integer :: i, k
+
+    call nodes_of_item(model%mesh, record, 1, diagnostics, nodes)
+    stiffness = [(item_real(record, 1 + k), k=1, 3)]
+    if (size(nodes) == 0 .or. all(stiffness <= 0.0_wp)) return
+    associate (conditions => model%conditions)
+      if (.not. allocated(conditions%spring)) &
+        allocate (conditions%spring(3, model%mesh%nodes), source=0.0_wp)
+      do i = 1, size(nodes)
+        conditions%spring(:, nodes(i)) = conditions%spring(:, nodes(i)) + stiffness
+      end do
+    end associate
+  end subroutine add_spring
 end module held_reader

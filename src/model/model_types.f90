@@ -50,6 +50,7 @@ module model_types
   type :: conditions_t
     logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
     type(load_t), allocatable :: loads(:) !! no two of one table
+    real(wp), allocatable :: spring(:, :) !! (3, nodes) to ground, if there are any [force/length]
   end type conditions_t
 
   !> A proportional load: piecewise linear, or FEAP's type 1 function.

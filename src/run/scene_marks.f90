@@ -29,6 +29,8 @@ contains
       merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
     sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
       model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
+    if (allocated(system%spring)) sum = ieor(sum, sum_of('springs', reshape(system%spring, &
+      [size(system%spring)])))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
     end do

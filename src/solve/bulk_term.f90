@@ -11,6 +11,7 @@ module bulk_term
   use model_types, only: model_t
   use block_matrix, only: build_graph, locate_elements, multiply
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
+  use springs, only: add_springs, add_spring_forces
   use system_types, only: system_t
   implicit none
   private
@@ -92,6 +93,8 @@ contains
     system%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted, &
       system%bulk_matrix)
+    call add_springs(system)
+    call add_spring_forces(u, system)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_tangent_at
 
@@ -151,6 +154,7 @@ contains
 
     system%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted)
+    call add_spring_forces(u, system)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.

@@ -16,6 +16,7 @@ module increments
   use contact_types, only: pair_t
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use multiplier_motion, only: hand_back_multipliers
+  use springs, only: spring_reactions
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text, count_noun
@@ -341,6 +342,7 @@ contains
     else where
       state%reaction = 0.0_wp
     end where
+    call spring_reactions(system, state)
     system%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
   end subroutine accept

@@ -9,6 +9,7 @@ module rigid_joints
   use contact_types, only: pair_t
   use contact_points, only: is_first, count_points, point_position, longest_facet
   use model_types, only: model_t
+  use springs, only: is_supported
   use system_types, only: system_t
   implicit none
   private
@@ -112,7 +113,7 @@ contains
       if (joint%sides(1) == 0) cycle
       joint%place = system%x_old(:, i)
       do k = 1, 3
-        if (system%equation(k, i) /= 0) cycle
+        if (.not. is_supported(system, k, i)) cycle
         joint%normal = 0.0_wp
         joint%normal(k) = 1.0_wp
         call keep(parts, joint)

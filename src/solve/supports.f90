@@ -13,6 +13,7 @@ module supports
   use block_matrix, only: find_block
   use system_types, only: system_t
   use rigid_motions, only: find_motions
+  use springs, only: is_supported
   implicit none
   private
   public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, &
@@ -51,7 +52,7 @@ contains
       if (system%node_body(i) /= body) cycle
       do k = 1, 3
         if (system%equation(k, i) > 0) dofs = dofs + 1
-        if (system%equation(k, i) == 0) then
+        if (is_supported(system, k, i)) then
           call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
         end if
       end do
@@ -133,13 +134,15 @@ contains
   subroutine find_weak_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! gets weak
-    integer :: body
+    integer :: held(3, size(system%equation, 2)), body
 
+    held = system%equation
+    if (allocated(system%spring)) where (system%spring > 0.0_wp) held = 0
     allocate (system%weak(system%bodies), system%grounded(system%bodies), &
       system%told(system%bodies), source=.false.)
     allocate (system%motions(system%bodies))
     do body = 1, system%bodies
-      call find_motions(x, system%equation, system%node_body, body, system%motions(body))
+      call find_motions(x, held, system%node_body, body, system%motions(body))
     end do
     system%weak = system%motions%n > 0
   end subroutine find_weak_bodies

@@ -8,6 +8,7 @@ module system_building
   use facet_geometry, only: facet_size
   use bulk_term, only: build_bulk
   use contact_hosts, only: start_pair
+  use springs, only: start_springs
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
   implicit none
@@ -38,6 +39,7 @@ contains
 
     call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
     call number_equations(model%conditions%restrained, system)
+    call start_springs(model, system)
     call find_weak_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)

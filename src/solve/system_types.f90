@@ -35,6 +35,8 @@ module system_types
   type :: system_t
     integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     integer :: equations = 0 !! free degrees of freedom
+    real(wp), allocatable :: spring(:, :) !! (3, nodes) springs to ground, if there are any; zero
+    !! where restrained [force/length]
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave

@@ -6,6 +6,7 @@ module touch_bodies
   use lapack_interface, only: dsyev
   use model_types, only: model_t
   use facet_geometry, only: corners, facet_normal
+  use springs, only: is_supported
   use system_types, only: system_t
   implicit none
   private
@@ -45,7 +46,7 @@ contains
       do k = 1, 3
         n = 0.0_wp
         n(k) = 1.0_wp
-        if (system%equation(k, i) == 0) call add(n, system%x_old(:, i))
+        if (is_supported(system, k, i)) call add(n, system%x_old(:, i))
       end do
     end do
     do k = 1, size(model%pairs)

@@ -89,7 +89,54 @@ class LoadLaws:
         self.agree('all of them', runs[1], runs[0], 1e-10)
 
     def test_pressure_all_around(self):
-        with open(self.run(os.path.join(DECKS, 'squeezed_body.inp')).base + '.his') as stream:
-            row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
-        for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
-            self.near(f'u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-15)
+        for shape, corner in (('TET4', 36), ('TET10', 175)):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', f'NODE {corner}'),
+                                     source=DECKS))
+            with open(r.base + '.his', encoding='ascii') as stream:
+                row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+            for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+                self.near(f'{shape}: u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-14)
+
+    def test_weight_of_ten_nodes(self):
+        sums = []
+        plane = (('3  1.2 0.9 0', '3  0.9 1 0'), ('6  1 0.1 1.2', '6  1.1 -0.2 1'),
+                 ('7  1.1 1.3 0.9', '7  1 0.8 1'), ('8  0 1 1.1', '8  0 0.8 1'))
+        for shape in ('TET4', 'TET10'):
+            r = self.run(self.edited('squeezed_body', ('TET4', shape), ('NODE 36', 'NODE 1'), (
+                r'skin 4', 'skin 0\n\nGRAVity 1 -2 3\n\nTRACtion\n  skin 3 4 5'), (
+                r'0\.3\n', '0.3\n  DENSity 2\n'), (r'OUTPut', 'OUTPut\n  REACtions body'), *plane,
+                source=DECKS))
+            sums.append(r.rea[1]['body'])
+        for i in range(3):
+            self.near(f'R{i + 1} of TET10', sums[1][i], sums[0][i], 1e-11)
+        self.true('and it is something', min(map(abs, sums[0])) > 1)
+
+    def test_springs_take_their_share(self):
+        runs = [self.input('manual/sprung_post', '--solver', solver, out=solver)
+                for solver in ('UMFP', 'REDU')]
+        self.true('solved condensed', b'solver: REDUced' in runs[1].text('.log'))
+        self.agree('REDUced', runs[1], runs[0], 1e-10)
+        for step, sets in runs[0].rea.items():
+            self.near(f'R1 in step {step}', sets['plate'][0] + sets['back'][0],
+                      -0.6*max(0.5*step - 1, 0), 1e-10)
+        for step in (11, 12):
+            self.near(f'friction in step {step}', runs[0].rea[step]['plate'][0], -0.3*2.4525, 1e-3)
+
+    def test_springs_follow_their_nodes(self):
+        spring = ('SET knot\n  NODEs 10', 'SPRIng\n  knot 5 0 4\n  knot 0 7 7\n  bottom 100 100 100')
+        change = ((r'REACtions', 'REACtions knot'), (r'FIELds    contact', 'HISTory NODE 10 1\n'
+                  '  HISTory NODE 10 2\n  HISTory NODE 10 3'))
+        for solver in ('UMFP', 'REDU'):
+            r = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1\n  top 0.1 0.05 0 2',) + spring,
+                            '--solver', solver, changes=change)
+            with open(r.base + '.his', encoding='ascii') as stream:
+                moved = [line.split() for line in stream if line[0] != '#']
+            for words in moved:
+                for i, k in enumerate((5, 7, 11)):
+                    self.near(f'{solver}: spring {i + 1} in step {words[0]}',
+                              r.rea[int(words[0])]['knot'][i], -k*float(words[2 + i]), 1e-11)
+            for step, sets in r.rea.items():
+                c = r.only(step)
+                for i in range(3):
+                    self.near(f'{solver}: balance {i + 1} in step {step}', sets['top'][i] +
+                              sets['knot'][i], -c[f'F{i + 1}'], 1e-10)

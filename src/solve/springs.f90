@@ -1,0 +1,68 @@
+!> Springs to ground: stiffness on the diagonal of the bulk's matrix, forces that count as reactions
+!! (doc/theory, "Loads").
+module springs
+  use kinds, only: wp
+  use model_types, only: model_t
+  use block_matrix, only: find_block
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: start_springs, add_springs, add_spring_forces, spring_reactions, is_supported
+
+contains
+
+  !> Takes the springs of free degrees of freedom; on the others they would act on supports alone.
+  pure subroutine start_springs(model, system)
+    type(model_t), intent(in) :: model !! springs
+    type(system_t), intent(inout) :: system !! equations given; gets spring, if there are such
+
+    if (.not. allocated(model%conditions%spring)) return
+    system%spring = model%conditions%spring
+    where (system%equation == 0) system%spring = 0.0_wp
+  end subroutine start_springs
+
+  !> Adds them to the bulk's matrix.
+  pure subroutine add_springs(system)
+    type(system_t), intent(inout) :: system !! its bulk_matrix has been assembled
+    integer :: node, place, k
+
+    if (.not. allocated(system%spring)) return
+    do node = 1, size(system%spring, 2)
+      if (all(system%spring(:, node) <= 0.0_wp)) cycle
+      place = find_block(system%bulk_matrix, node, node)
+      do k = 1, 3
+        associate (stiffness => system%bulk_matrix%val(k, k, place))
+          stiffness = stiffness + system%spring(k, node)
+        end associate
+      end do
+    end do
+  end subroutine add_springs
+
+  !> Adds their forces to those of the bulk.
+  pure subroutine add_spring_forces(u, system)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! springs; bulk_force grows
+
+    if (allocated(system%spring)) system%bulk_force = system%bulk_force + system%spring*u
+  end subroutine add_spring_forces
+
+  !> Their forces on the bodies are reactions.
+  pure subroutine spring_reactions(system, state)
+    type(system_t), intent(in) :: system !! springs
+    type(state_t), intent(inout) :: state !! u given; gets reaction on free degrees of freedom
+
+    if (.not. allocated(system%spring)) return
+    where (system%equation > 0) state%reaction = -system%spring*state%u
+  end subroutine spring_reactions
+
+  !> A support or a spring resists a degree of freedom.
+  pure logical function is_supported(system, k, node) result(yes)
+    type(system_t), intent(in) :: system !! equations, springs
+    integer, intent(in) :: k !! 1, 2 or 3
+    integer, intent(in) :: node !! the node
+
+    yes = system%equation(k, node) == 0
+    if (yes .or. .not. allocated(system%spring)) return
+    yes = system%spring(k, node) > 0.0_wp
+  end function is_supported
+end module springs
