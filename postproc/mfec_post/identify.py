@@ -12,6 +12,7 @@ import csv
 import itertools
 import os
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -50,7 +51,8 @@ def add_options(one: argparse.ArgumentParser) -> None:
     one.add_argument('--refits', action='store_true', help='fit all three slip rules')
     one.add_argument('--start', choices=('drag', 'deck'), default='drag', help='start from steady '
                      'drag, or from the values of the deck')
-    one.add_argument('--program', default='mfec', help='the program (default: mfec)')
+    one.add_argument('--program', default=shutil.which('mfec') or './mfec',
+                     help='the program (default: mfec of the path, else ./mfec)')
     one.add_argument('--out', default='identify.png', help='picture of data, fit and residual')
 
 
