@@ -27,6 +27,7 @@ module condition_draft
     real(wp), allocatable :: force(:, :) !! (3, nodes) likewise [force]
     integer, allocatable :: table(:, :) !! (3, nodes) their tables, 0 for the sum of all
     type(load_t), allocatable :: added(:) !! loads of records with a table
+    type(load_t), allocatable :: turns(:) !! rotations
     type(location_t), allocatable :: displacement_at(:, :) !! (3, nodes) item of the value
   end type condition_draft_t
 
@@ -40,7 +41,7 @@ contains
     allocate (draft%restrained(3, nodes), source=.false.)
     allocate (draft%displacement(3, nodes), draft%force(3, nodes), source=0.0_wp)
     allocate (draft%table(3, nodes), source=0)
-    allocate (draft%displacement_at(3, nodes), draft%added(0))
+    allocate (draft%displacement_at(3, nodes), draft%added(0), draft%turns(0))
   end subroutine start_draft
 
   !> The conditions of a draft: one load for each table, in the order in which nodes ask for them.
@@ -56,6 +57,7 @@ contains
       call append_values(draft%added(i)%displacement, conditions%loads(place)%displacement)
       call append_values(draft%added(i)%force, conditions%loads(place)%force)
     end do
+    conditions%loads = [conditions%loads, draft%turns]
   end subroutine finish_draft
 
   !> The table that a record names behind its three values, or no_table.

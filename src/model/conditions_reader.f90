@@ -11,6 +11,7 @@ module conditions_reader
     quantity_restraint, &
     quantity_displacement, quantity_force, quantity_load
   use numbered_conditions, only: read_numbered_conditions
+  use rotations_reader, only: read_rotations
   use located_conditions, only: read_edge_conditions, read_point_conditions
   implicit none
   private
@@ -53,6 +54,7 @@ contains
         end select
       end associate
     end do
+    call read_rotations(deck, model, diagnostics, draft%restrained, draft%turns)
     call restrain_rigid_nodes(model, draft)
     call restrain_loose_nodes(deck, model, diagnostics, draft)
     call check_displacements(draft, diagnostics)

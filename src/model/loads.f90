@@ -1,11 +1,14 @@
 !> Loads: the factor of a table at a time, and what all loads prescribe then (doc/theory, "Loads").
 module loads
   use kinds, only: wp
-  use model_types, only: model_t, load_t, load_table_t, nodal_values_t
+  use model_types, only: model_t, load_t, load_table_t, nodal_values_t, form_sine, form_versine
   implicit none
   private
-  public :: load_factor, load_factors, has_load, conditions_at, add_displacement, add_force, &
-    add_values, append_values, join_load, list_loads
+  public :: load_factor, load_factors, corner_times, turned_angles, has_load, conditions_at, &
+    add_displacement, add_force, add_values, append_values, join_load, list_loads
+
+  !> Parts into which a table that is a function of time is divided.
+  integer, parameter :: function_parts = 16
 
 contains
 
@@ -36,9 +39,53 @@ contains
     real(wp) :: factors(size(model%conditions%loads))
     integer :: k
 
-    factors = [(load_factor(model%tables, model%conditions%loads(k)%table, time), &
-      k=1, size(factors))]
+    do k = 1, size(factors)
+      associate (load => model%conditions%loads(k))
+        factors(k) = load_factor(model%tables, load%table, time)
+        if (load%form == form_sine) factors(k) = sin(load%angle*factors(k))
+        ! one less the cosine, without cancellation
+        if (load%form == form_versine) factors(k) = 2.0_wp*sin(0.5_wp*load%angle*factors(k))**2
+      end associate
+    end do
   end function load_factors
+
+  !> Angles of the rotations at `time`, 0 for other loads.
+  pure function turned_angles(model, time) result(angles)
+    type(model_t), intent(in) :: model !! loads and their tables
+    real(wp), intent(in) :: time !! the time
+    real(wp) :: angles(size(model%conditions%loads))
+    integer :: k
+
+    angles = [(model%conditions%loads(k)%angle*load_factor(model%tables, &
+      model%conditions%loads(k)%table, time), k=1, size(angles))]
+  end function turned_angles
+
+  !> Times at which tables have their corners; functions are divided.
+  pure subroutine corner_times(tables, times)
+    type(load_table_t), intent(in) :: tables(:) !! the proportional loads
+    real(wp), allocatable, intent(out) :: times(:) !! ascending, at least one
+    real(wp), allocatable :: all_times(:)
+    real(wp) :: latest
+    integer :: i, k
+
+    allocate (all_times(1), source=0.0_wp)
+    do i = 1, size(tables)
+      associate (t => tables(i)%t)
+        if (tables(i)%function_form) then
+          all_times = [all_times, [(t(1) + (t(2) - t(1))*real(k, wp)/real(function_parts, wp), &
+            k=0, function_parts)]]
+        else
+          all_times = [all_times, t]
+        end if
+      end associate
+    end do
+    allocate (times(0))
+    latest = minval(all_times) - 1.0_wp
+    do while (any(all_times > latest))
+      latest = minval(all_times, all_times > latest)
+      times = [times, latest]
+    end do
+  end subroutine corner_times
 
   !> Adds what a load prescribes.
   pure subroutine add_displacement(load, factor, u)
@@ -106,19 +153,26 @@ contains
     call move_alloc(more%value, values%value)
   end subroutine double_room
 
-  !> Place of the load with this table, which is added to the list if there is none.
-  pure subroutine join_load(loads, table, place)
+  !> Place of the load with this factor, which is added to the list if there is none.
+  pure subroutine join_load(loads, table, place, form, angle)
     type(load_t), allocatable, intent(inout) :: loads(:) !! the list
     integer, intent(in) :: table !! number of a table
     integer, intent(out) :: place !! where it is
+    integer, intent(in), optional :: form !! of a rotation
+    real(wp), intent(in), optional :: angle !! of a rotation
     type(load_t), allocatable :: more(:)
+    type(load_t) :: wanted
 
+    wanted%table = table
+    if (present(form)) wanted%form = form
+    if (present(angle)) wanted%angle = angle
     do place = 1, size(loads)
-      if (loads(place)%table == table) return
+      if (loads(place)%table /= table .or. loads(place)%form /= wanted%form) cycle
+      if (abs(loads(place)%angle - wanted%angle) <= 0.0_wp) return
     end do
     allocate (more(place))
     more(:place - 1) = loads
-    more(place)%table = table
+    more(place) = wanted
     call move_alloc(more, loads)
   end subroutine join_load
 

@@ -11,6 +11,7 @@ module model_types
   public :: model_t, material_t, conditions_t, load_t, nodal_values_t, load_table_t, &
     output_request_t, history_request_t
   public :: state_all, state_last, state_none
+  public :: form_plain, form_sine, form_versine
 
   !> How many states are kept for restarts.
   integer, parameter :: state_all = 1
@@ -39,9 +40,17 @@ module model_types
     real(wp), allocatable :: value(:) !! (n or more) how much
   end type nodal_values_t
 
-  !> A load: prescribed displacements and forces that grow with one table.
+  !> The factor of a load, from that of its table: the same, the sine of the angle times it, or one
+  !! less the cosine.
+  integer, parameter :: form_plain = 1
+  integer, parameter :: form_sine = 2
+  integer, parameter :: form_versine = 3
+
+  !> A load: prescribed displacements and forces that grow with one factor.
   type :: load_t
     integer :: table = 0 !! number of its table, 0 for the sum of all
+    integer :: form = form_plain !! how its factor follows from the table
+    real(wp) :: angle = 0.0_wp !! of a rotation, where the table is 1
     type(nodal_values_t) :: displacement !! of restrained degrees of freedom, factor 1 [length]
     type(nodal_values_t) :: force !! on any degree of freedom, factor 1 [force]
   end type load_t
@@ -49,7 +58,7 @@ module model_types
   !> What is prescribed at the nodes; the loads of a degree of freedom add.
   type :: conditions_t
     logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
-    type(load_t), allocatable :: loads(:) !! no two of one table
+    type(load_t), allocatable :: loads(:) !! no two of one table and form
     real(wp), allocatable :: spring(:, :) !! (3, nodes) to ground, if there are any [force/length]
   end type conditions_t
 

@@ -24,7 +24,7 @@ contains
         associate (record => deck%mesh(i)%records(k), command => deck%mesh(i)%command)
           if (item_count(record) == 0) cycle
           select case (command)
-          case ('boun', 'disp', 'forc', 'fpro', 'hold', 'trac', 'pres', 'spri')
+          case ('boun', 'disp', 'forc', 'fpro', 'hold', 'trac', 'pres', 'spri', 'rota')
             call check_name(record%items(1), mesh, diagnostics)
           case ('cont', 'pair')
             if (.not. is_word(record%items(1), 'ntos')) cycle

@@ -4,7 +4,7 @@ module candidates
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use loads, only: load_factors, add_displacement
+  use loads, only: load_factors, add_displacement, corner_times, turned_angles
   use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
   use predictor, only: carry_bodies
   use system_types, only: system_t
@@ -17,8 +17,8 @@ module candidates
   real(wp), parameter :: reach = 1.5_wp
   !> Most positions that are looked at between two corners of a load.
   integer, parameter :: most_positions = 200
-  !> Parts into which a load that is a function of time is divided.
-  integer, parameter :: function_parts = 16
+  !> Nodes that turn are looked at in steps of this angle, about 5 degrees.
+  real(wp), parameter :: turn_step = 0.09_wp
 
   !> Dense systems of so few rows cost next to nothing.
   real(wp), parameter :: few_rows = 1500.0_wp
@@ -127,30 +127,24 @@ contains
     end do
   end subroutine rigid_motions
 
-  !> Times at which the loads turn.
+  !> Times at which the loads have their corners, and between these such that no rotation is larger
+  !! than a few degrees from one to the next: its nodes do not go straight.
   subroutine load_corners(model, times)
     type(model_t), intent(in) :: model !! loads
     real(wp), allocatable, intent(out) :: times(:) !! ascending, at least one
-    real(wp), allocatable :: all_times(:)
-    real(wp) :: latest
-    integer :: i, k
+    real(wp), allocatable :: corners(:)
+    real(wp) :: angles(size(model%conditions%loads), 2)
+    integer :: i, k, parts
 
-    allocate (all_times(1), source=0.0_wp)
-    do i = 1, size(model%tables)
-      associate (t => model%tables(i)%t)
-        if (model%tables(i)%function_form) then
-          all_times = [all_times, [(t(1) + (t(2) - t(1))*real(k, wp)/real(function_parts, wp), &
-            k=0, function_parts)]]
-        else
-          all_times = [all_times, t]
-        end if
-      end associate
-    end do
-    allocate (times(0))
-    latest = minval(all_times) - 1.0_wp
-    do while (any(all_times > latest))
-      latest = minval(all_times, all_times > latest)
-      times = [times, latest]
+    call corner_times(model%tables, corners)
+    times = corners(:1)
+    do i = 2, size(corners)
+      do k = 1, 2
+        angles(:, k) = turned_angles(model, corners(i - 2 + k))
+      end do
+      parts = max(1, ceiling(maxval([0.0_wp, abs(angles(:, 2) - angles(:, 1))])/turn_step))
+      times = [times, [(corners(i - 1) + (corners(i) - corners(i - 1))*real(k, wp)/real(parts, &
+        wp), k=1, parts)]]
     end do
   end subroutine load_corners
 

@@ -4,7 +4,7 @@ module sensitivity_start
   use kinds, only: wp
   use text, only: to_text, string_t
   use errors, only: error_t, raise, exit_deck
-  use model_types, only: model_t, load_t
+  use model_types, only: model_t, load_t, form_plain
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use contact_points, only: count_points
@@ -85,6 +85,8 @@ contains
         if (pair%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
       end associate
     end do
+    if (allocated(system%spring)) call refuse('SPRIng')
+    if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
     if (any(system%weak)) call refuse('a body that contact alone holds')
 
   contains

@@ -2,6 +2,7 @@
 
 Block and base of decks/loaded_block.inp; a test adds its loads, and what they come to is known.
 """
+import math
 import os
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -140,3 +141,33 @@ class LoadLaws:
                 for i in range(3):
                     self.near(f'{solver}: balance {i + 1} in step {step}', sets['top'][i] +
                               sets['knot'][i], -c[f'F{i + 1}'], 1e-10)
+
+    def test_lay_turns_with_its_disc(self):
+        for solver in ('UMFP', 'REDU'):
+            r = self.input('manual/turning_disc', '--solver', solver, out=solver)
+            for step in range(2, 74):
+                r1, r2, r3 = r.rea[step]['top']
+                a = math.radians(5*(step - 1) - 2.5)
+                mu = 1/math.hypot(math.sin(a)/0.3, math.cos(a)/0.1)
+                self.near(f'{solver}: friction in step {step}', math.hypot(r1, r2)/abs(r3)/mu, 1, 0.01)
+                # an increment turns by 5 degrees: friction has the direction of the chord
+                self.near(f'{solver}: its direction in step {step}', math.degrees(math.atan2(r1, -r2)),
+                          2.5, 0.5)
+
+    def test_rotation_about_any_axis(self):
+        """A rigid base that turns; what is prescribed adds, and its corner goes on a circle."""
+        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId'), (r'  bottom  1 1 1\n', ''), (
+            r'FIELds    contact', '\n  '.join(f'HISTory NODE 28 {i}' for i in (1, 2, 3)))
+        turn = ('ROTAtion\n  base 0.5 0.25 -1  0.6 0 0.8  200  1', 'DISPlacement\n  base 0 0 -5 2')
+        r = self.loaded(RAMPS + turn, changes=rigid)
+        with open(r.base + '.his', encoding='ascii') as stream:
+            moved = [[float(w) for w in line.split()] for line in stream if line[0] != '#']
+        arm, axis = (-0.5, -0.25, 0.5), (0.6, 0, 0.8)
+        for step, t, *u in moved:
+            angle = math.radians(200*min(t, 1))
+            dot = sum(a*b for a, b in zip(arm, axis))
+            across = [axis[i - 2]*arm[i - 1] - axis[i - 1]*arm[i - 2] for i in range(3)]
+            for i in range(3):
+                place = arm[i]*math.cos(angle) + across[i]*math.sin(angle) + axis[i]*dot*(1 - math.cos(angle))
+                self.near(f'u{i + 1} at time {t}', u[i], place - arm[i] - (5*max(t - 1, 0) if i == 2 else 0),
+                          1e-12)
