@@ -39,7 +39,7 @@ contains
       do k = 1, 3
         if (pair%neighbours(k, f) == 0) cycle
         pair%fold(k, f) = is_fold(pair%facets(:, f), pair%facets(:, pair%neighbours(k, f)), x)
-        if (pair%smooth) pair%fold(k, f) = pair%fold(k, f) .and. pair%sharp(k, f)
+        if (allocated(pair%sharp)) pair%fold(k, f) = pair%fold(k, f) .and. pair%sharp(k, f)
       end do
     end do
     if (pair%segmented) return

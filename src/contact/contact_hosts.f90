@@ -15,6 +15,7 @@ module contact_hosts
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, altitude
+  use master_facets, only: find_sharp_edges
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points, touches
@@ -43,6 +44,7 @@ contains
     integer :: p
 
     if (pair%smooth .and. .not. allocated(pair%patch)) call find_corners(pair, x)
+    if (allocated(pair%middles) .and. .not. allocated(pair%sharp)) call find_sharp_edges(pair, x)
     call find_folds(pair, x)
     call find_ridges(pair, x)
     call build_tree(pair%tree, pair%facets, x)
@@ -359,7 +361,7 @@ contains
     call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    if (pair%smooth) call walk(pair, x, point_position(pair, p, x), facet)
+    if (allocated(pair%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return

@@ -1,7 +1,7 @@
 !> Parameters d of the contact element of one point of a pair.
 module contact_parameters
   use kinds, only: wp, pi
-  use elmlib, only: n_parameters, routine_mfec, routine_smooth
+  use elmlib, only: n_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, &
     d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
@@ -9,7 +9,7 @@ module contact_parameters
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, first_raise, pair_routine, is_stiff, &
+  public :: point_parameters, point_shift, first_raise, is_stiff, &
     is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
@@ -30,14 +30,6 @@ module contact_parameters
   real(wp), parameter :: stiffest_exact = 1.0e11_wp
 
 contains
-
-  !> The contact element of a pair.
-  pure integer function pair_routine(pair) result(routine)
-    type(pair_t), intent(in) :: pair !! the pair
-
-    routine = routine_mfec
-    if (pair%smooth) routine = routine_smooth
-  end function pair_routine
 
   !> The d of elmt03 or elmt04 for one point on one facet.
   pure function point_parameters(pair, p, facet) result(d)

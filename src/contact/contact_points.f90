@@ -7,10 +7,12 @@ module contact_points
   use contact_types, only: pair_t
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
+  use master_facets, only: all_nodes
+  use quadratic_facet, only: facet_shapes_t, facet_shapes
   implicit none
   private
   public :: is_first, count_points, used_points, point_position, point_text, make_node_points, &
-    make_facet_points, longest_facet, coupling, most_coupled, coupled_nodes
+    make_facet_points, corner_weights, longest_facet, coupling, most_coupled, coupled_nodes
 
 contains
 
@@ -83,11 +85,10 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     integer, intent(in) :: number !! as of `coupling`, not 0
-    integer :: nodes(pair%n_slaves + 3)
+    integer, allocatable :: nodes(:)
 
-    nodes(:pair%n_slaves) = pair%point_nodes(:, p)
+    nodes = [pair%point_nodes(:, p), all_nodes(pair, 1 + mod(number - 1, size(pair%facets, 2)))]
     if (pair%segmented) nodes(:3) = pair%slave_facets(:, 1 + (number - 1)/size(pair%facets, 2))
-    nodes(pair%n_slaves + 1:) = pair%facets(:, 1 + mod(number - 1, size(pair%facets, 2)))
   end function coupled_nodes
 
   !> A point in words, behind 'slave': its node, or the facet it lies on.
@@ -118,33 +119,72 @@ contains
     allocate (pair%point_weights(1, size(nodes)), source=1.0_wp)
   end subroutine make_node_points
 
-  !> Points inside of facets, and their share of the area (doc/theory, "Quadrature points").
+  !> Points inside of facets, and their share of the area (doc/theory, "Quadrature points",
+  !! "Six-node facets").
   pure subroutine make_facet_points(facets, x, pair)
-    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes of the slave facets
+    integer, intent(in) :: facets(:, :) !! (3 or 6, facets) nodes of the slave facets, or zeros
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(pair_t), intent(inout) :: pair !! facet_points given; gets points, weights, area
-    real(wp) :: shapes(3, pair%facet_points), shares(pair%facet_points), normal(3)
-    integer :: f, i, p
+    real(wp) :: shapes(3, pair%facet_points), shares(pair%facet_points)
+    integer :: f, i, p, n_slaves
 
     call make_rule(pair%facet_points, shapes, shares)
-    pair%n_slaves = 3
+    n_slaves = size(facets, 1)
+    pair%n_slaves = n_slaves
     associate (n => pair%facet_points*size(facets, 2))
       if (allocated(pair%point_nodes)) deallocate (pair%point_nodes, pair%point_weights)
       if (allocated(pair%area)) deallocate (pair%area)
-      allocate (pair%point_nodes(3, n), pair%point_weights(3, n), pair%area(n))
+      allocate (pair%point_nodes(n_slaves, n), pair%area(n))
+      allocate (pair%point_weights(n_slaves, n), source=0.0_wp)
     end associate
     do f = 1, size(facets, 2)
-      associate (corners => facets(:, f))
-        normal = cross(x(:, corners(1)) - x(:, corners(3)), x(:, corners(2)) - x(:, corners(3)))
-        do i = 1, pair%facet_points
-          p = (f - 1)*pair%facet_points + i
-          pair%point_nodes(:, p) = corners
-          pair%point_weights(:, p) = shapes(:, i)
-          pair%area(p) = shares(i)*0.5_wp*norm2(normal)
-        end do
-      end associate
+      do i = 1, pair%facet_points
+        p = (f - 1)*pair%facet_points + i
+        if (n_slaves > 3 .and. facets(n_slaves, f) > 0) then
+          call place_curved(facets(:, f), shapes(:2, i), x, pair%point_weights(:, p), pair%area(p))
+        else
+          associate (normal => cross(x(:, facets(1, f)) - x(:, facets(3, f)), &
+            x(:, facets(2, f)) - x(:, facets(3, f))))
+            pair%area(p) = 0.5_wp*norm2(normal)
+          end associate
+          pair%point_weights(:3, p) = shapes(:, i)
+        end if
+        pair%area(p) = shares(i)*pair%area(p)
+        pair%point_nodes(:, p) = facets(:, f)
+        if (facets(n_slaves, f) == 0) pair%point_nodes(4:, p) = facets(1, f)
+      end do
     end do
   end subroutine make_facet_points
+
+  !> A point of a facet of six nodes: what its nodes weigh, and half the size of its tangents'
+  !! product, which times its share is its area.
+  pure subroutine place_curved(facet, xi, x, weights, area)
+    integer, intent(in) :: facet(6) !! nodes
+    real(wp), intent(in) :: xi(2) !! place
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: weights(6) !! M_b
+    real(wp), intent(out) :: area !! [length^2]
+    type(facet_shapes_t) :: s
+    real(wp) :: t(3, 2)
+
+    s = facet_shapes(xi, .false.)
+    weights = s%n
+    t = matmul(x(:, facet), s%d)
+    area = 0.5_wp*norm2(cross(t(:, 1), t(:, 2)))
+  end subroutine place_curved
+
+  !> What the corners of its slave facet weigh in a point, as linear functions: fields of
+  !! multipliers and pressures live on corners.
+  pure function corner_weights(pair, p) result(l)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp) :: l(3)
+
+    l = pair%point_weights(:3, p)
+    ! N_i + (N_ij + N_ki)/2 = L_i
+    if (pair%n_slaves > 3) l = l + 0.5_wp*(pair%point_weights(4:6, p) &
+      + pair%point_weights([6, 4, 5], p))
+  end function corner_weights
 
   !> The point is a first slot.
   pure logical function is_first(pair, p)

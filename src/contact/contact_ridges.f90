@@ -93,7 +93,7 @@ contains
 
     n = 0.0_wp
     if (pair%n_slaves > 1) then
-      n = facet_normal(corners(x, pair%point_nodes(:, p)))
+      n = facet_normal(corners(x, pair%point_nodes(:3, p)))
     else if (allocated(pair%ring)) then
       node = mod(p - 1, size(pair%ring_end)) + 1
       first = 1
@@ -221,7 +221,7 @@ contains
     integer, intent(in) :: across !! its neighbour
 
     is_smooth = .false.
-    if (pair%smooth) is_smooth = any(pair%neighbours(:, host) == across &
+    if (allocated(pair%sharp)) is_smooth = any(pair%neighbours(:, host) == across &
                                      .and. .not. pair%sharp(:, host))
   end function is_smooth
 end module contact_ridges

@@ -5,8 +5,9 @@ module contact_tips
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: point_position
-  use contact_parameters, only: point_parameters, pair_routine, point_shift
+  use contact_parameters, only: point_parameters, point_shift
   use facet_geometry, only: corners
+  use master_facets, only: is_quadratic, facet_routine
   implicit none
   private
   public :: tip_of, find_tip, find_tip_from
@@ -51,10 +52,15 @@ contains
 
     d = point_parameters(pair, p, point%host)
     e%xl(:, 1) = y
+    e%nel = 4
     e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
+    if (is_quadratic(pair, point%host)) then
+      e%nel = 7
+      e%xl(:, 5:7) = corners(x, pair%middles(:, point%host))
+    end if
     e%h1 = point%tip
     e%shift = point_shift(pair, p, point)
-    call element_routine(pair_routine(pair), task_residual, d, e)
+    call element_routine(facet_routine(pair, point%host), task_residual, d, e)
     tip = e%h2
     status = e%status
   end subroutine find_tip_from

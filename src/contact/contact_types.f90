@@ -81,12 +81,14 @@ module contact_types
     integer :: farthest = 0 !! which one
 
     ! What is built from it when the mesh is complete
-    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 a point of a facet
+    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 or 6 a point of a facet
     integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
     real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
     real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
+    integer, allocatable :: middles(:, :) !! (3, facets) nodes on the edges 12, 23, 31, 0: none;
+    !! only if some facet has six nodes
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
     integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
     real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
@@ -110,7 +112,7 @@ module contact_types
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
     logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
     logical, allocatable :: ridge(:, :) !! (3, facets) the edge facing corner k is a ridge
-    logical, allocatable :: sharp(:, :) !! (3, facets) if smooth: the edge facing corner k is kept
+    logical, allocatable :: sharp(:, :) !! (3, facets) if curved: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
     logical, allocatable :: at_end(:) !! (corners) the rim turns there

@@ -20,9 +20,9 @@ contains
     integer, allocatable :: point(:)
 
     sums = 0.0_wp
-    if (pair%n_slaves == 3) then
+    if (pair%n_slaves > 1) then
       do p = 1, used_points(pair)
-        call compare(pair, x, pair%point_nodes(:, p), pair%old(p)%host, sums)
+        call compare(pair, x, pair%point_nodes(:3, p), pair%old(p)%host, sums)
       end do
     else if (allocated(pair%slave_facets)) then
       allocate (point(maxval(pair%slave_facets)), source=0)

@@ -9,7 +9,7 @@ module multiplier_field
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
-  use contact_points, only: count_points
+  use contact_points, only: corner_weights, count_points
   implicit none
   private
   public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces
@@ -98,17 +98,18 @@ contains
   pure subroutine sum_up(pair, field)
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(inout) :: field !! vector, point_normal given
-    real(wp) :: share
+    real(wp) :: share, weight(3)
     integer :: p, b, i
 
     allocate (field%normal(3, field%n), field%stiffness(field%n), source=0.0_wp)
     do p = 1, count_points(pair)
+      weight = corner_weights(pair, p)
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        share = pair%point_weights(b, p)*pair%area(p)
+        share = weight(b)*pair%area(p)
         field%normal(:, i) = field%normal(:, i) + share*field%point_normal(:, p)
-        field%stiffness(i) = field%stiffness(i) + pair%point_weights(b, p)*pair%epsilon(p)
+        field%stiffness(i) = field%stiffness(i) + weight(b)*pair%epsilon(p)
       end do
     end do
     do i = 1, field%n
@@ -120,7 +121,7 @@ contains
   pure subroutine form_mass(pair, field)
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(inout) :: field !! vectors given; gets neighbours, mass
-    real(wp) :: turn(3, 3, 3)
+    real(wp) :: turn(3, 3, 3), weight(3)
     integer :: p, b, c, k, place
 
     allocate (field%neighbours(field%n), source=0)
@@ -128,6 +129,7 @@ contains
     allocate (field%mass(3, 3, first_room, field%n), source=0.0_wp)
     do p = 1, size(field%vector, 2)
       if (all(field%vector(:, p) == 0)) cycle
+      weight = corner_weights(pair, p)
       do b = 1, 3
         do k = 1, 3
           turn(:, k, b) = turned(field%normal(:, field%vector(b, p)), field%point_normal(:, p), &
@@ -138,7 +140,7 @@ contains
         do b = 1, 3
           call find_neighbour(field%vector(b, p), field%vector(c, p), field, place)
           associate (block => field%mass(:, :, place, field%vector(b, p)))
-            block = block + pair%area(p)*pair%point_weights(b, p)*pair%point_weights(c, p) &
+            block = block + pair%area(p)*weight(b)*weight(c) &
               *matmul(transpose(turn(:, :, b)), turn(:, :, c))
           end associate
         end do
@@ -205,15 +207,16 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
     real(wp), intent(in) :: force(:, :) !! (3, points) in global axes [force]
-    real(wp) :: nodal(3, field%n)
+    real(wp) :: nodal(3, field%n), weight(3)
     integer :: p, b, i
 
     nodal = 0.0_wp
     do p = 1, size(force, 2)
+      weight = corner_weights(pair, p)
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        nodal(:, i) = nodal(:, i) + pair%point_weights(b, p) &
+        nodal(:, i) = nodal(:, i) + weight(b) &
           *turned(field%point_normal(:, p), field%normal(:, i), force(:, p))
       end do
     end do
@@ -224,15 +227,16 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
     real(wp), intent(in) :: nodal(:, :) !! (3, n) vectors [force/length^2]
-    real(wp) :: force(3, size(field%vector, 2))
+    real(wp) :: force(3, size(field%vector, 2)), weight(3)
     integer :: p, b, i
 
     force = 0.0_wp
     do p = 1, size(force, 2)
+      weight = corner_weights(pair, p)
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        force(:, p) = force(:, p) + pair%area(p)*pair%point_weights(b, p) &
+        force(:, p) = force(:, p) + pair%area(p)*weight(b) &
           *turned(field%normal(:, i), field%point_normal(:, p), nodal(:, i))
       end do
     end do
@@ -273,15 +277,16 @@ contains
   pure function mass_diagonal(pair, field) result(diagonal)
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
-    real(wp) :: diagonal(field%n)
+    real(wp) :: diagonal(field%n), weight(3)
     integer :: p, b, i
 
     diagonal = 0.0_wp
     do p = 1, size(field%vector, 2)
+      weight = corner_weights(pair, p)
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        diagonal(i) = diagonal(i) + pair%area(p)*pair%point_weights(b, p)**2
+        diagonal(i) = diagonal(i) + pair%area(p)*weight(b)**2
       end do
     end do
   end function mass_diagonal

@@ -7,6 +7,8 @@ module smooth_normals
   use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
+  use master_facets, only: is_quadratic, all_nodes, field_on_facet
+  use quadratic_facet, only: projection_t, project_quadratic
   implicit none
   private
   public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
@@ -290,7 +292,8 @@ contains
     end do
   end function patch_change
 
-  !> Projection of a point on a facet of the master, or on its patch, and its signed distance.
+  !> Projection of a point on a facet of the master, be it flat, quadratic or a patch, and its
+  !! signed distance.
   pure subroutine project_on_master(pair, facet, x, y, xi, gap)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: facet !! the facet
@@ -298,7 +301,14 @@ contains
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection
     real(wp), intent(out) :: gap !! distance, positive outside [length]
+    type(projection_t) :: p
 
+    if (is_quadratic(pair, facet)) then
+      p = project_quadratic(x(:, all_nodes(pair, facet)), y, .false.)
+      xi = p%xi
+      gap = p%gap
+      if (p%found) return
+    end if
     if (pair%smooth) then
       call project_on_patch(corners(x, pair%facets(:, facet)), &
         patch_from_values(pair%patch(:, facet)), y, xi, gap)
@@ -318,6 +328,10 @@ contains
     type(patch_point_t) :: point
     real(wp) :: y(3), gap
 
+    if (is_quadratic(pair, from)) then
+      call project_on_master(pair, to, x, field_on_facet(pair, from, x, xi_from), xi_to, gap)
+      return
+    end if
     associate (corners => pair%facets(:, from))
       point = patch_at(patch_from_values(pair%patch(:, from)), xi_from)
       y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)

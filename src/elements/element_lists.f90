@@ -28,7 +28,7 @@ module element_lists
   !> Contact elements, each with parameters and history of its own.
   type, extends(node_list_t) :: element_list_t
     integer, allocatable :: slaves(:) !! (n) its first nodes, the slaves
-    real(wp), allocatable :: weight(:, :) !! (max_slaves, n) of the slaves, in lists that have it
+    real(wp), allocatable :: weight(:, :) !! (most slaves, n) of the slaves, in lists that have it
     real(wp), allocatable :: d(:, :) !! (n_parameters, n) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
@@ -77,7 +77,7 @@ contains
     call allocate_nodes(list, n, most)
     allocate (list%status(n), source=0)
     allocate (list%slaves(n), source=1)
-    if (most > 4) allocate (list%weight(max_slaves, n), source=0.0_wp)
+    if (most > 4) allocate (list%weight(min(max_slaves, most - 3), n), source=0.0_wp)
     allocate (list%d(n_parameters, n), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)

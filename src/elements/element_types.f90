@@ -29,9 +29,9 @@ module element_types
   integer, parameter :: status_stick = 1
   integer, parameter :: status_slip = 2
 
-  integer, parameter :: max_nodes = 6 !! most nodes of an element routine
-  integer, parameter :: max_slaves = 3 !! of these, most slave nodes of a contact element
-  integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom
+  integer, parameter :: max_nodes = 12 !! most nodes of a contact element
+  integer, parameter :: max_slaves = 6 !! of these, most slave nodes of a contact element
+  integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom of a contact element
   integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
   integer, parameter :: n_element_stress = 14 !! values of task_stress
 
@@ -43,7 +43,7 @@ module element_types
     integer :: ix(max_nodes) = 0 !! (nel) node numbers
     real(wp) :: xl(3, max_nodes) = 0.0_wp !! (3, nel) reference coordinates [length]
     real(wp) :: ul(3, max_nodes) = 0.0_wp !! (3, nel) displacements [length]
-    real(wp) :: weight(max_slaves) = [1.0_wp, 0.0_wp, 0.0_wp] !! (slaves) M_b of x_S = sum M_b x_b
+    real(wp) :: weight(max_slaves) = 0.0_wp !! (slaves) M_b of x_S = sum M_b x_b, of one: 1
     real(wp) :: s(max_dofs, max_dofs) = 0.0_wp !! tangent dr/du [force/length]
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state

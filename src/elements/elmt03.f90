@@ -16,7 +16,7 @@ module elmt03
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
     status_slip
-  use slave_points, only: positions, spread_point, spread_rows
+  use slave_points, only: positions, spread_element
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
     axis_circumferential, axis_radial
@@ -48,7 +48,7 @@ contains
     type(cone_t) :: c
     real(wp) :: x(3, 4)
 
-    x = positions(e)
+    x = positions(e, 3)
     call facet_and_gap(x, e%h1, c)
     c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
     call add_shift(e%shift, c)
@@ -81,15 +81,7 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
-    if (e%slaves == 1) return
-    select case (task)
-    case (task_tangent, task_stick_tangent, task_residual)
-      call spread_point(task /= task_residual, e)
-    case (task_shift_tangent, task_stick_shift_tangent)
-      call spread_rows(6, e)
-    case default
-      ! There is nothing to spread.
-    end select
+    call spread_element(task, e)
   end subroutine elmt03_mfec
 
   !> Facet, normal gap, projection and the gap vector to the old tip.

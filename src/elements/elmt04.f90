@@ -9,12 +9,12 @@ module elmt04
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_slip
-  use slave_points, only: spread_point, spread_rows
+  use slave_points, only: spread_element
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
     axis_radial
   use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch
-  use patch_cone, only: cone_t, place_cone, principal_axes
+  use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative
   implicit none
   private
   public :: elmt04_smooth, d04_patch, d04_size
@@ -65,15 +65,7 @@ contains
     case default
       ! The other tasks need no more than the cone.
     end select
-    if (e%slaves == 1) return
-    select case (task)
-    case (task_tangent, task_stick_tangent, task_residual)
-      call spread_point(task /= task_residual, e)
-    case (task_shift_tangent, task_stick_shift_tangent)
-      call spread_rows(6, e)
-    case default
-      ! There is nothing to spread.
-    end select
+    call spread_element(task, e)
   end subroutine elmt04_smooth
 
   !> r = eps B^T g', with B at the new tip.
@@ -241,20 +233,6 @@ contains
     dn = dn - dyad(c%n, matmul(c%n, dn))
   end subroutine projection_derivative
 
-  !> Derivative of the shift, which turns with the facet.
-  pure function shift_derivative(c) result(dk)
-    type(cone_t), intent(in) :: c !! facet and shift
-    real(wp) :: dk(3, 12)
-    real(wp) :: de(3, 12), w(12)
-
-    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
-    w = 0.0_wp
-    w(4:6) = c%t(:, 2)/norm2(c%f(:, 1))
-    w(10:12) = -w(4:6)
-    dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) + c%kappa(3)*de &
-      - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
-  end function shift_derivative
-
   !> Turn of the friction axes in the tangent plane: (q . dv - (n . v) q . dn)/|Pv|.
   pure function axis_turn(c, dn, dxi) result(w)
     type(cone_t), intent(in) :: c !! the cone
@@ -276,23 +254,6 @@ contains
     end select
     w = w/c%size_p
   end function axis_turn
-
-  !> Derivative of w1 a1 + w2 a2 + w3 e with fixed components.
-  pure function frame_operator(c, w) result(a)
-    type(cone_t), intent(in) :: c !! facet
-    real(wp), intent(in) :: w(3) !! components
-    real(wp) :: a(3, 12)
-    integer :: k
-
-    a(:, 1:3) = 0.0_wp
-    a(:, 4:6) = -w(3)*dyad(c%dual(:, 1), c%f(:, 3))
-    a(:, 7:9) = -w(3)*dyad(c%dual(:, 2), c%f(:, 3))
-    do k = 1, 3
-      a(k, 3 + k) = a(k, 3 + k) + w(1)
-      a(k, 6 + k) = a(k, 6 + k) + w(2)
-    end do
-    a(:, 10:12) = -a(:, 4:6) - a(:, 7:9)
-  end function frame_operator
 
   !> Derivative of the gap to a point of the facet's frame with fixed components.
   pure function gap_operator(c, w) result(b)

@@ -2,7 +2,7 @@
 !! surfaces"). Element 4 makes forces and tangent of it.
 module patch_cone
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, dyad
   use element_types, only: element_t, status_stick, status_slip
   use slave_points, only: positions
   use friction_return, only: return_map
@@ -13,7 +13,7 @@ module patch_cone
     dual_frame
   implicit none
   private
-  public :: cone_t, place_cone, principal_axes
+  public :: cone_t, place_cone, place_shift, principal_axes, frame_operator, shift_derivative
 
   !> Projected vectors shorter than this share of the vector count as normal to the patch.
   real(wp), parameter :: shortest_projection = 1.0e-8_wp
@@ -52,7 +52,7 @@ contains
     logical, intent(out) :: found !! the patch has an answer
     real(wp) :: x(3, 4)
 
-    x = positions(e)
+    x = positions(e, 3)
     c%f = patch_frame(x(:, 2:4))
     c%dual = dual_frame(c%f)
     c%y = matmul(x(:, 1), c%dual)
@@ -185,4 +185,35 @@ contains
     end do
     c%g_new = gap_to(c, c%tip)
   end subroutine find_tip
+
+  !> Derivative of w1 a1 + w2 a2 + w3 e with fixed components.
+  pure function frame_operator(c, w) result(a)
+    type(cone_t), intent(in) :: c !! facet
+    real(wp), intent(in) :: w(3) !! components
+    real(wp) :: a(3, 12)
+    integer :: k
+
+    a(:, 1:3) = 0.0_wp
+    a(:, 4:6) = -w(3)*dyad(c%dual(:, 1), c%f(:, 3))
+    a(:, 7:9) = -w(3)*dyad(c%dual(:, 2), c%f(:, 3))
+    do k = 1, 3
+      a(k, 3 + k) = a(k, 3 + k) + w(1)
+      a(k, 6 + k) = a(k, 6 + k) + w(2)
+    end do
+    a(:, 10:12) = -a(:, 4:6) - a(:, 7:9)
+  end function frame_operator
+
+  !> Derivative of the shift, which turns with the facet.
+  pure function shift_derivative(c) result(dk)
+    type(cone_t), intent(in) :: c !! facet and shift
+    real(wp) :: dk(3, 12)
+    real(wp) :: de(3, 12), w(12)
+
+    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
+    w = 0.0_wp
+    w(4:6) = c%t(:, 2)/norm2(c%f(:, 1))
+    w(10:12) = -w(4:6)
+    dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) + c%kappa(3)*de &
+      - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
+  end function shift_derivative
 end module patch_cone

@@ -2,17 +2,20 @@
 !! "Weighted slave points").
 module slave_points
   use kinds, only: wp
-  use element_types, only: element_t, max_dofs
+  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+    task_shift_tangent, task_stick_shift_tangent
   implicit none
   private
-  public :: positions, spread_point, spread_rows
+  public :: positions, spread_element
 
 contains
 
-  !> Positions of S, 1, 2, 3 seen from 3, so that the distance to the origin costs no digits.
-  pure function positions(e) result(x)
+  !> Positions of S and of the nodes of the facet seen from its corner 3, so that the distance to
+  !! the origin costs no digits.
+  pure function positions(e, masters) result(x)
     type(element_t), intent(in) :: e !! local data
-    real(wp) :: x(3, 4)
+    integer, intent(in) :: masters !! nodes of the facet
+    real(wp) :: x(3, 1 + masters)
     integer :: b, k, last
 
     last = e%slaves + 3
@@ -25,52 +28,72 @@ contains
           + (e%ul(:, b) - e%ul(:, last)))
       end do
     end if
-    do k = 1, 3
+    do k = 1, masters
       associate (node => e%slaves + k)
         x(:, k + 1) = (e%xl(:, node) - e%xl(:, last)) + (e%ul(:, node) - e%ul(:, last))
       end associate
     end do
   end function positions
 
+  !> What a task has made of S and the nodes of the facet, for all nodes of the element.
+  pure subroutine spread_element(task, e)
+    integer, intent(in) :: task !! the task
+    type(element_t), intent(inout) :: e !! r and s are spread
+
+    if (e%slaves == 1) return
+    select case (task)
+    case (task_tangent, task_stick_tangent, task_residual)
+      call spread_point(task /= task_residual, 3 + 3*(e%nel - e%slaves), e)
+    case (task_shift_tangent, task_stick_shift_tangent)
+      call spread_rows(6, 3 + 3*(e%nel - e%slaves), e)
+    case default
+      ! There is nothing to spread.
+    end select
+  end subroutine spread_element
+
   !> From the point S to its nodes: r_b = M_b r_S, and likewise rows and columns of s
   !! (doc/theory, "Weighted slave points").
-  pure subroutine spread_point(with_matrix, e)
+  pure subroutine spread_point(with_matrix, m, e)
     logical, intent(in) :: with_matrix !! s is spread, too
-    type(element_t), intent(inout) :: e !! r and s of S, 1, 2, 3 become those of all nodes
-    real(wp) :: r(12), s(12, 12), rows(max_dofs, 12)
-    integer :: b, j, n
+    integer, intent(in) :: m !! degrees of freedom of S and the facet
+    type(element_t), intent(inout) :: e !! their r and s become those of all nodes
+    real(wp) :: r(m), s(m, m), rows(3*e%nel, m)
+    integer :: b, j, n, last
 
     n = 3*e%slaves
-    r = e%r(1:12)
+    last = n + m - 3
+    r = e%r(1:m)
     do b = 1, e%slaves
       e%r(3*b - 2:3*b) = e%weight(b)*r(1:3)
     end do
-    e%r(n + 1:n + 9) = r(4:12)
+    e%r(n + 1:last) = r(4:m)
     if (.not. with_matrix) return
-    s = e%s(1:12, 1:12)
-    do j = 1, 12
+    s = e%s(1:m, 1:m)
+    do j = 1, m
       do b = 1, e%slaves
         rows(3*b - 2:3*b, j) = e%weight(b)*s(1:3, j)
       end do
-      rows(n + 1:n + 9, j) = s(4:12, j)
+      rows(n + 1:last, j) = s(4:m, j)
     end do
     do b = 1, e%slaves
-      e%s(1:n + 9, 3*b - 2:3*b) = e%weight(b)*rows(1:n + 9, 1:3)
+      e%s(1:last, 3*b - 2:3*b) = e%weight(b)*rows(1:last, 1:3)
     end do
-    e%s(1:n + 9, n + 1:n + 9) = rows(1:n + 9, 4:12)
+    e%s(1:last, n + 1:last) = rows(1:last, 4:m)
   end subroutine spread_point
-  !> Rows of s that belong to the displacements of S, 1, 2, 3: to those of all nodes.
-  pure subroutine spread_rows(last, e)
-    integer, intent(in) :: last !! the first rows of s, up to this one
+
+  !> Rows of s that belong to the displacements of S and the facet: to those of all nodes.
+  pure subroutine spread_rows(n_rows, m, e)
+    integer, intent(in) :: n_rows !! the first rows of s, up to this one
+    integer, intent(in) :: m !! degrees of freedom of S and the facet
     type(element_t), intent(inout) :: e !! s is spread
-    real(wp) :: rows(last, 12)
+    real(wp) :: rows(n_rows, m)
     integer :: b, n
 
     n = 3*e%slaves
-    rows = e%s(1:last, 1:12)
+    rows = e%s(1:n_rows, 1:m)
     do b = 1, e%slaves
-      e%s(1:last, 3*b - 2:3*b) = e%weight(b)*rows(:, 1:3)
+      e%s(1:n_rows, 3*b - 2:3*b) = e%weight(b)*rows(:, 1:3)
     end do
-    e%s(1:last, n + 1:n + 9) = rows(:, 4:12)
+    e%s(1:n_rows, n + 1:n + m - 3) = rows(:, 4:m)
   end subroutine spread_rows
 end module slave_points

@@ -4,7 +4,7 @@ module pair_builder
   use text, only: to_text, range_text, count_noun
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
-  use cells, only: most_nodes
+  use cells, only: most_nodes, most_facet_nodes, facet_of
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
@@ -21,6 +21,9 @@ module pair_builder
   implicit none
   private
   public :: build_pairs
+
+  !> Least points of a slave facet of six nodes: fewer leave patterns of its motion unseen.
+  integer, parameter :: least_points = 6
 
 contains
 
@@ -115,8 +118,8 @@ contains
     if (.not. found) return
     pair%facets = mesh%surfaces(index)%facets
     pair%facet_elements = mesh%surfaces(index)%elements
-    call refuse_six_nodes(mesh, pair%facet_elements, 'master '''//pair%master, pair%master_at, &
-      diagnostics)
+    call take_middles(mesh, pair%facets, pair%facet_elements, pair%middles)
+    if (allocated(pair%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
     call facet_neighbours(pair%facets, pair%neighbours, non_manifold)
     if (non_manifold == 0) return
     call report_note(diagnostics, pair%master_at, 'the master '''//pair%master//''' has '// &
@@ -146,19 +149,39 @@ contains
     end if
   end subroutine find_facets
 
-  !> Facets of six nodes cannot touch yet: their corners alone would carry less than half of it.
-  subroutine refuse_six_nodes(mesh, elements, side, at, diagnostics)
+  !> The nodes in the middle of the edges 12, 23, 31 of facets; not allocated if there are none.
+  pure subroutine take_middles(mesh, facets, elements, middles)
     type(mesh_t), intent(in) :: mesh !! the mesh
-    integer, intent(in) :: elements(:) !! elements behind the facets of one side
-    character(*), intent(in) :: side !! slave or master and its name
-    type(location_t), intent(in) :: at !! where the deck names it
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer, intent(in) :: facets(:, :) !! (3, facets) corners
+    integer, intent(in) :: elements(:) !! (facets) elements behind them
+    integer, allocatable, intent(out) :: middles(:, :) !! (3, facets) zeros where an edge has none
+    integer :: f, nodes(most_facet_nodes)
 
     if (all(mesh%ix(most_nodes, elements) == 0)) return
-    call report_error(diagnostics, at, 'the '//side//''' has facets of six nodes (elements of '// &
-      'ten), which cannot be in contact in this version', 'mesh this body with elements of '// &
-      'four nodes')
-  end subroutine refuse_six_nodes
+    allocate (middles(3, size(facets, 2)))
+    do f = 1, size(facets, 2)
+      nodes = facet_of(mesh%ix(:, elements(f)), facets(:, f))
+      middles(:, f) = nodes(4:6)
+    end do
+  end subroutine take_middles
+
+  !> What facets of six nodes cannot do in this version.
+  subroutine check_six_nodes(pair, at, diagnostics)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(location_t), intent(in) :: at !! where the deck names the surface
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    character(:), allocatable :: name
+
+    name = 'pair '//pair%name//': '
+    if (pair%segmented) call report_error(diagnostics, at, name//'SEGMent cannot cut facets of '// &
+      'six nodes (elements of ten) in this version', 'write GTOS with a number of points in '// &
+      'place of SEGMent')
+    if (pair%smooth) call report_error(diagnostics, at, name//'SMOOth bends flat facets, and '// &
+      'those of six nodes (elements of ten) are curved by themselves', 'delete SMOOth')
+    if (pair%adjusted) call report_error(diagnostics, at, name//'ADJUst does not know facets '// &
+      'of six nodes (elements of ten) in this version', 'close the gaps in the mesh')
+  end subroutine check_six_nodes
 
   !> Quadrature points of the slave facets and their areas.
   subroutine take_slave_facets(mesh, diagnostics, pair, found)
@@ -166,14 +189,25 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(pair_t), intent(inout) :: pair !! the pair
     logical, intent(out) :: found !! the slave is a surface
+    integer, allocatable :: facets(:, :), middles(:, :), six(:, :)
     integer :: index
 
     call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
     found = index > 0
     if (.not. found) return
-    call refuse_six_nodes(mesh, mesh%surfaces(index)%elements, 'slave '''//pair%slave, &
-      pair%slave_at, diagnostics)
-    call make_facet_points(mesh%surfaces(index)%facets, mesh%x, pair)
+    facets = mesh%surfaces(index)%facets
+    call take_middles(mesh, facets, mesh%surfaces(index)%elements, middles)
+    if (allocated(middles)) then
+      call check_six_nodes(pair, pair%slave_at, diagnostics)
+      if (pair%facet_points < least_points) call report_note(diagnostics, pair%slave_at, 'pair '// &
+        pair%name//': facets of six nodes have '//to_text(least_points)//' points each')
+      pair%facet_points = max(pair%facet_points, least_points)
+      allocate (six(6, size(facets, 2)))
+      six(1:3, :) = facets
+      six(4:6, :) = middles
+      call move_alloc(six, facets)
+    end if
+    call make_facet_points(facets, mesh%x, pair)
     if (pair%segmented) pair%slave_facets = mesh%surfaces(index)%facets
   end subroutine take_slave_facets
 
@@ -193,8 +227,10 @@ contains
       call report_unknown_name(mesh, pair%slave_at, pair%slave, diagnostics)
       return
     end if
-    call refuse_six_nodes(mesh, elements_at(mesh, nodes), 'slave '''//pair%slave, pair%slave_at, &
-      diagnostics)
+    if (size(elements_at(mesh, nodes)) > 0) call report_error(diagnostics, pair%slave_at, &
+      'the slave '''//pair%slave//''' has nodes of elements of ten nodes, whose corners carry '// &
+      'no force of an even pressure', 'write GTOS '//pair%slave//' '//pair%master// &
+      ' in place of NTOS; its slave is a surface')
     call find_surface(mesh, pair%slave, index)
     if (index > 0) then
       pair%slave_facets = mesh%surfaces(index)%facets

@@ -114,8 +114,8 @@ contains
       if (count_turned == 0 .or. count_turned == n) cycle
       call report_error(diagnostics, item_location(record, 8), 'a part of an elastic body '// &
         'turns by '//to_text(angle*180.0_wp/pi, 6)//' degrees: in small strain its stress '// &
-        'would be false', 'turn all nodes of the region (RIGId), at most 1 degree, or take a law '// &
-        'of finite strain')
+        'would be false', 'turn all nodes of the region (RIGId), at most 1 degree, or take a '// &
+        'law of finite strain')
       return
     end do
   end subroutine check_angle

@@ -6,7 +6,7 @@ module contact_surfaces
   use vectors, only: cross
   use key_sorting, only: unique_numbers
   use contact_types, only: pair_t, status_off, form_quadrature_to_surface
-  use contact_points, only: count_points
+  use contact_points, only: corner_weights, count_points
   use surface_lay, only: add_surface_lay
   use result_types, only: point_fields_t
   implicit none
@@ -51,7 +51,7 @@ contains
     if (allocated(pair%slave_facets)) then
       facets = pair%slave_facets
     else if (pair%form == form_quadrature_to_surface) then
-      facets = pair%point_nodes(:, 1:count_points(pair)/pair%slots:pair%facet_points)
+      facets = pair%point_nodes(:3, 1:count_points(pair)/pair%slots:pair%facet_points)
     else
       allocate (facets(3, 0))
     end if
@@ -143,6 +143,7 @@ contains
     real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields
     type(sums_t) :: nodes, facets
     integer :: place(highest), p, b, n
+    real(wp) :: weight(3)
 
     place = places(surface%nodes, highest)
     nodes = empty_sums(size(surface%nodes))
@@ -150,11 +151,13 @@ contains
     n = count_points(pair)/pair%slots
     do p = 1, count_points(pair)
       if (points%facet(p) < 0) cycle
-      do b = 1, pair%n_slaves
+      weight = 0.0_wp
+      weight(1) = 1.0_wp
+      if (pair%n_slaves > 1) weight = corner_weights(pair, p)
+      do b = 1, min(3, pair%n_slaves)
         associate (i => place(pair%point_nodes(b, p)))
-          call add_force(points, p, pair%point_weights(b, p), nodes, i)
-          if (p <= n) call add_means(points, nearest_slot(points, p, n), &
-            pair%point_weights(b, p), nodes, i)
+          call add_force(points, p, weight(b), nodes, i)
+          if (p <= n) call add_means(points, nearest_slot(points, p, n), weight(b), nodes, i)
         end associate
       end do
       if (points%facet(p) == 0) cycle

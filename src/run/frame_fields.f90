@@ -10,6 +10,7 @@ module frame_fields
   use smooth_normals, only: project_on_master
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
+  use master_facets, only: field_on_facet
   use solid_types, only: state_stress, state_strain
   use system_types, only: system_t, state_t
   use result_types, only: frame_t, point_fields_t
@@ -100,9 +101,9 @@ contains
     moved = x(:, :size(u, 2)) + u
     do p = 1, count_points(pair)
       if (points%host(p) == 0) cycle
-      associate (corners => pair%facets(:, points%host(p)), e => points%normal(:, p))
+      associate (e => points%normal(:, p))
         call project_on_master(pair, points%host(p), moved, point_position(pair, p, moved), xi, gap)
-        y = point_position(pair, p, u) - matmul(u(:, corners), [xi, 1.0_wp - sum(xi)])
+        y = point_position(pair, p, u) - field_on_facet(pair, points%host(p), u, xi)
         points%slip(:, p) = y - dot_product(y, e)*e
       end associate
     end do

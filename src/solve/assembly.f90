@@ -35,7 +35,7 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
     type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
-    real(wp), intent(inout), optional :: s(:, :, :) !! (max_dofs, max_dofs, n) element matrices
+    real(wp), intent(inout), optional :: s(:, :, :) !! (dofs, dofs, n) matrices of the elements
     type(element_t), allocatable :: elements(:)
     integer :: first, k, i, batch
 
@@ -56,7 +56,7 @@ contains
             list%asymmetry = max(list%asymmetry, asymmetry(e))
             call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
           end if
-          if (task == task_tangent .and. present(s)) s(:, :, k) = e%s
+          if (task == task_tangent .and. present(s)) s(:, :, k) = e%s(:size(s, 1), :size(s, 2))
         end associate
       end do
     end do
@@ -222,7 +222,7 @@ contains
     e%number = k
     e%nel = list%nel(k)
     e%slaves = list%slaves(k)
-    if (e%slaves > 1) e%weight = list%weight(:, k)
+    if (e%slaves > 1) e%weight(:e%slaves) = list%weight(:e%slaves, k)
     e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))

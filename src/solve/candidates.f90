@@ -59,9 +59,23 @@ contains
         from = to
       end do
       call add_ring(model%pairs(k)%facets, candidate)
+      call add_middles(model%pairs(k), candidate)
       if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%facets, candidate)
     end do
   end subroutine foresee_candidates
+
+  !> Marks the middles of the edges of quadratic facets whose corners are all marked.
+  pure subroutine add_middles(pair, candidate)
+    type(pair_t), intent(in) :: pair !! the pair
+    logical, intent(inout) :: candidate(:) !! (nodes)
+    integer :: f
+
+    if (.not. allocated(pair%middles)) return
+    do f = 1, size(pair%facets, 2)
+      if (pair%middles(1, f) == 0 .or. .not. all(candidate(pair%facets(:, f)))) cycle
+      candidate(pair%middles(:, f)) = .true.
+    end do
+  end subroutine add_middles
 
   !> Cost of the dense systems of contact over that of factors of the whole matrix: rows, three for
   !! each point that can touch or one for each degree of freedom that it can reach, products with

@@ -2,7 +2,6 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
-  use element_types, only: max_dofs
   use elmlib, only: routine_none, routine_smooth
   use element_lists, only: master_nodes
   use loads, only: load_factors, conditions_at
@@ -273,7 +272,7 @@ contains
                list => system%contact)
       if (allocated(tangent%status)) deallocate (tangent%status)
       tangent%dense = .false.
-      if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(max_dofs, list%n))
+      if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
       tangent%dofs = 0
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle

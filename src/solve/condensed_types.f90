@@ -50,12 +50,12 @@ module condensed_types
     integer :: rank = 0 !! columns of U and V
     integer :: modes = 0 !! rigid motions that are unknowns beside them
     integer, allocatable :: element(:) !! (elements) place in the list of contact elements
-    integer, allocatable :: dofs(:, :) !! (max_dofs, list) live candidates, 0 for none
-    real(wp), allocatable :: s(:, :, :) !! (max_dofs, max_dofs, list) element matrices, their rest
+    integer, allocatable :: dofs(:, :) !! (dofs of an element, list) live candidates, 0 for none
+    real(wp), allocatable :: s(:, :, :) !! (dofs, dofs, list) element matrices, their rest
     integer :: resting = 0 !! elements with a rest, in element
     integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
     integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
-    real(wp), allocatable :: u(:, :), v(:, :) !! (max_dofs, rank) columns
+    real(wp), allocatable :: u(:, :), v(:, :) !! (dofs, rank) columns
     real(wp), allocatable :: sum(:, :) !! (live, live) U of the whole form [force/length]
     real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the

@@ -2,7 +2,6 @@
 !! in for that of the whole matrix I + V^T C U (doc/theory, "Condensed contact").
 module contact_blocks
   use kinds, only: wp
-  use element_types, only: max_dofs
   use lapack_interface, only: dgetrf, dgetrs
   use umfpack_solver, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t, contact_block_t
@@ -175,7 +174,7 @@ contains
     do j = 1, size(block%row)
       associate (row => block%row(j), dofs => tangent%dofs(:, tangent%owner(block%row(j))))
         cu(:, j) = 0.0_wp
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) cu(:, j) = cu(:, j) + tangent%u(i, row)*c(:, local(dofs(i)))
         end do
       end associate
@@ -185,7 +184,7 @@ contains
     do j = 1, size(block%row)
       associate (row => block%row(j), dofs => tangent%dofs(:, tangent%owner(block%row(j))), &
         column => block%factor(:, j))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) column = column + tangent%v(i, row)*c(:, local(dofs(i)))
         end do
         column(j) = column(j) + 1.0_wp
@@ -206,7 +205,7 @@ contains
     local = 0
     do j = 1, size(block%row)
       associate (dofs => tangent%dofs(:, tangent%owner(block%row(j))))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) local(dofs(i)) = 1
         end do
       end associate
@@ -255,7 +254,7 @@ contains
     risen = 0.0_wp
     do j = 1, tangent%rank
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) == 0) cycle
           b = body_of(condensed, dofs(i))
           associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode)

@@ -3,13 +3,15 @@ module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
-  use elmlib, only: routine_none, routine_mfec, routine_smooth
+  use quadratic_facet, only: place_on_quadratic
+  use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic
   use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, coupling, coupled_nodes
-  use contact_parameters, only: point_parameters, pair_routine, point_shift
+  use contact_parameters, only: point_parameters, point_shift
+  use master_facets, only: is_quadratic, facet_routine
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
@@ -136,7 +138,7 @@ contains
       list%status(element) = status_open
       call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
-      list%routine(element) = pair_routine(pair)
+      list%routine(element) = facet_routine(pair, point%host)
       system%hosts(element) = coupling(pair, p, point%host)
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
@@ -159,8 +161,13 @@ contains
     type(element_list_t), intent(inout) :: list !! gets ix, weight
 
     associate (n => pair%n_slaves)
+      list%nel(element) = n + 3
       list%ix(1:n, element) = pair%point_nodes(:, p)
       list%ix(n + 1:n + 3, element) = pair%facets(:, host)
+      if (is_quadratic(pair, host)) then
+        list%nel(element) = n + 6
+        list%ix(n + 4:n + 6, element) = pair%middles(:, host)
+      end if
       if (n > 1) list%weight(1:n, element) = pair%point_weights(:, p)
     end associate
   end subroutine place_nodes
@@ -221,6 +228,7 @@ contains
         if (hosts(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
         associate (nodes => coupled_nodes(model%pairs(k), p, hosts(element)))
+          system%contact%nel(element) = size(nodes)
           system%contact%ix(:size(nodes), element) = nodes
         end associate
       end do
@@ -284,7 +292,12 @@ contains
 
     associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%x_now)
-      if (list%routine(element) == routine_smooth) then
+      if (list%routine(element) == routine_quadratic) then
+        associate (facet => x(:, list%ix(list%nel(element) - 5:list%nel(element), element)))
+          way = place_on_quadratic(facet, list%h2(:, element)) &
+            - place_on_quadratic(facet, list%h1(:, element))
+        end associate
+      else if (list%routine(element) == routine_smooth) then
         way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &
           list%h1(:, element), list%h2(:, element))
       else

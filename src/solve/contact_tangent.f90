@@ -3,7 +3,7 @@
 module contact_tangent
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor
-  use element_types, only: task_tangent, max_dofs, status_open
+  use element_types, only: task_tangent, status_open
   use elmlib, only: routine_none
   use lapack_interface, only: dgetrf, dgetrs, dgemv
   use low_rank, only: peel
@@ -41,7 +41,8 @@ contains
 
     call begin_cost(system%costs, cost_contact_tangent)
     associate (tangent => system%condensed%tangent)
-      if (.not. allocated(tangent%s)) allocate (tangent%s(max_dofs, max_dofs, system%contact%n))
+      if (.not. allocated(tangent%s)) allocate (tangent%s(3*size(system%contact%ix, 1), &
+        3*size(system%contact%ix, 1), system%contact%n))
       system%contact_force = 0.0_wp
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
       call gather_condensed(system, 0.0_wp)
@@ -64,7 +65,7 @@ contains
       if (system%contact%status(k) <= status_open) cycle
       tangent%elements = tangent%elements + 1
       tangent%element(tangent%elements) = k
-      do i = 1, max_dofs
+      do i = 1, size(tangent%dofs, 1)
         if (tangent%dofs(i, k) > 0) cycle
         tangent%s(i, :, k) = 0.0_wp
         tangent%s(:, i, k) = 0.0_wp
@@ -115,13 +116,13 @@ contains
   subroutine peel_elements(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
-    real(wp) :: weight(max_dofs), root(condensed%n_live)
+    real(wp) :: weight(size(tangent%s, 1)), root(condensed%n_live)
     integer :: e, i, b, rank
 
     if (.not. allocated(tangent%owner)) then
       allocate (tangent%owner(most_columns*size(tangent%element)), &
-        tangent%u(max_dofs, most_columns*size(tangent%element)), &
-        tangent%v(max_dofs, most_columns*size(tangent%element)))
+        tangent%u(size(tangent%s, 1), most_columns*size(tangent%element)), &
+        tangent%v(size(tangent%s, 1), most_columns*size(tangent%element)))
     end if
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
@@ -134,7 +135,7 @@ contains
     do e = 1, tangent%elements
       weight = 0.0_wp
       associate (n => tangent%rank, dofs => tangent%dofs(:, tangent%element(e)))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) weight(i) = root(dofs(i))
         end do
         call peel(tangent%s(:, :, tangent%element(e)), weight, negligible, &
@@ -184,7 +185,7 @@ contains
       end do
       do k = 1, n
         associate (dofs => tangent%dofs(:, tangent%owner(k)))
-          do i = 1, max_dofs
+          do i = 1, size(tangent%dofs, 1)
             if (dofs(i) == 0) cycle
             tangent%small(n + 1:n + tangent%modes, k) = tangent%small(n + 1:n + tangent%modes, k) &
               - tangent%u(i, k)*tangent%cu(dofs(i), n + 1:n + tangent%modes)
@@ -216,7 +217,7 @@ contains
     do k = 1, tangent%rank
       total = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(k)))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) total = total + tangent%v(i, k)*turned(:, dofs(i))
         end do
       end associate
@@ -230,11 +231,11 @@ contains
   !> y = C u for a u that few degrees of freedom have.
   subroutine add_columns(condensed, dofs, u, y)
     type(condensed_t), intent(in) :: condensed !! live compliances
-    integer, intent(in) :: dofs(:) !! (max_dofs) live candidates, 0 for none
-    real(wp), intent(in) :: u(:) !! (max_dofs) values
+    integer, intent(in) :: dofs(:) !! live candidates, 0 for none
+    real(wp), intent(in) :: u(:) !! values
     real(wp), intent(out) :: y(:) !! (n_live) C u
-    integer :: b, i, n, mine(max_dofs)
-    real(wp) :: share(max_dofs)
+    integer :: b, i, n, mine(size(dofs))
+    real(wp) :: share(size(dofs))
 
     do b = 1, size(condensed%bodies)
       associate (first => condensed%bodies(b)%first_live, last => condensed%bodies(b)%first_live &
@@ -271,7 +272,7 @@ contains
       end if
       do j = 1, tangent%rank
         associate (s => tangent%s(:, :, tangent%owner(j)))
-          do k = 1, max_dofs
+          do k = 1, size(tangent%dofs, 1)
             s(:, k) = s(:, k) - tangent%u(:, j)*tangent%v(k, j)
           end do
         end associate
@@ -284,7 +285,7 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
     real(wp), intent(in) :: x(:) !! (live) [length]
     real(wp), intent(out) :: y(:) !! (live) [force]
-    real(wp) :: local(max_dofs), force(max_dofs)
+    real(wp) :: local(size(tangent%s, 1)), force(size(tangent%s, 1))
     integer :: e, i
 
     y = 0.0_wp
@@ -292,11 +293,11 @@ contains
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)))
         local = 0.0_wp
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) local(i) = x(dofs(i))
         end do
         force = matmul(tangent%s(:, :, tangent%element(e)), local)
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + force(i)
         end do
       end associate
@@ -339,7 +340,7 @@ contains
     do j = 1, tangent%rank
       z(j) = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
         end do
       end associate
@@ -359,7 +360,7 @@ contains
     end if
     do j = 1, tangent%rank
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
         end do
       end associate

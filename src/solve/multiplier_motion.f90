@@ -3,7 +3,7 @@
 !! "Multipliers that come along").
 module multiplier_motion
   use kinds, only: wp
-  use element_types, only: element_t, task_stress, n_element_stress, max_dofs
+  use element_types, only: element_t, task_stress, n_element_stress
   use elmlib, only: routine_none
   use model_types, only: model_t
   use contact_parameters, only: shifts_gap, has_field, point_shift
@@ -48,8 +48,9 @@ contains
     unit%lambda = 1.0_wp
     associate (n => system%contact%n, motion => system%motion)
       if (.not. allocated(motion%scale)) allocate (motion%scale(n), motion%start(3, n), &
-        motion%way(3, n), motion%force(3, n), motion%by_place(3, max_dofs, n), &
-        motion%by_shift(3, 3, n), motion%of_nodes(3, max_dofs, n), source=0.0_wp)
+        motion%way(3, n), motion%force(3, n), motion%by_place(3, 3*size(system%contact%ix, 1), n), &
+        motion%by_shift(3, 3, n), motion%of_nodes(3, 3*size(system%contact%ix, 1), n), &
+        source=0.0_wp)
       motion%scale = 0.0_wp
       motion%start = 0.0_wp
       motion%way = 0.0_wp
@@ -142,8 +143,8 @@ contains
         if (motion%scale(k) <= 0.0_wp) cycle
         call shift_derivatives(system%contact, k, x, system%u, e)
         motion%force(:, k) = e%stress(1:3)
-        motion%by_place(:, :, k) = e%s(1:3, :)
-        motion%of_nodes(:, :, k) = e%s(4:6, :)
+        motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
+        motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
         motion%by_shift(:, :, k) = e%s(7:9, 1:3)
       end do
     end associate

@@ -14,9 +14,9 @@ module multiplier_types
     real(wp), allocatable :: start(:, :) !! (3, n) before the step, in the hosts' frames [force]
     real(wp), allocatable :: way(:, :) !! (3, n) change of a full step [force]
     real(wp), allocatable :: force(:, :) !! (3, n) contact forces, likewise [force]
-    real(wp), allocatable :: by_place(:, :, :) !! (3, max_dofs, n) df/du [force/length]
+    real(wp), allocatable :: by_place(:, :, :) !! (3, dofs of an element, n) df/du [force/length]
     real(wp), allocatable :: by_shift(:, :, :) !! (3, 3, n) df/dkappa [force/length]
-    real(wp), allocatable :: of_nodes(:, :, :) !! (3, max_dofs, n) dr/dkappa [force/length]
+    real(wp), allocatable :: of_nodes(:, :, :) !! (3, its dofs, n) dr/dkappa [force/length]
     real(wp) :: rest = 0.0_wp !! norm of what the multipliers lack at the present iterate [force]
     real(wp) :: before = 0.0_wp !! the same one iteration ago, 0 if there is none [force]
   end type multiplier_motion_t

@@ -7,7 +7,8 @@ module supports
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet
-  use elmlib, only: routine_smooth
+  use quadratic_facet, only: projection_t, project_quadratic
+  use elmlib, only: routine_smooth, routine_quadratic
   use elmt04, only: d04_patch, d04_size
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
@@ -310,9 +311,21 @@ contains
     real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! contact elements
-    real(wp) :: y(3, 4), xi(2)
+    real(wp) :: y(3, 4), xi(2), z(3, 6)
+    type(projection_t) :: p
+    integer :: i
 
     y = positions_of(x, length, k, system)
+    if (system%contact%routine(k) == routine_quadratic) then
+      do i = 1, 6
+        associate (node => system%contact%ix(system%contact%slaves(k) + i, k))
+          z(:, i) = x(:, node) + system%u(:, node) + length*system%du(:, node)
+        end associate
+      end do
+      p = project_quadratic(z, y(:, 1), .false.)
+      gap = p%gap + system%contact%shift(3, k)
+      if (p%found) return
+    end if
     if (system%contact%routine(k) == routine_smooth) then
       call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:d04_size, k)), &
         y(:, 1), xi, gap)

@@ -11,6 +11,7 @@ module system_building
   use springs, only: start_springs
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
+  use cells, only: most_facet_nodes
   implicit none
   private
   public :: build_system, outline_system
@@ -100,18 +101,20 @@ contains
   subroutine list_contact(model, system)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets contact, first_point
-    integer :: k, n, slaves
+    integer :: k, n, slaves, masters
 
     allocate (system%first_point(size(model%pairs) + 1))
     n = 0
     slaves = 1
+    masters = 3
     do k = 1, size(model%pairs)
       slaves = max(slaves, model%pairs(k)%n_slaves)
+      if (allocated(model%pairs(k)%middles)) masters = most_facet_nodes
       system%first_point(k) = n + 1
       n = n + count_points(model%pairs(k))
     end do
     system%first_point(size(model%pairs) + 1) = n + 1
-    call allocate_list(system%contact, n, slaves + 3)
+    call allocate_list(system%contact, n, slaves + masters)
     allocate (system%hosts(n), system%coupled_hosts(n), source=0)
     do k = 1, size(model%pairs)
       associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)

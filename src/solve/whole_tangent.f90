@@ -3,7 +3,6 @@
 !! "Condensed contact").
 module whole_tangent
   use kinds, only: wp
-  use element_types, only: max_dofs
   use condensed_types, only: condensed_t, contact_tangent_t
   use supports, only: grounding
   use system_types, only: system_t
@@ -53,7 +52,7 @@ contains
     stiffest = 0.0_wp
     do e = 1, tangent%elements
       associate (k => tangent%element(e))
-        do i = 1, max_dofs
+        do i = 1, size(tangent%dofs, 1)
           if (tangent%dofs(i, k) > 0) stiffest = max(stiffest, abs(tangent%s(i, i, k)) &
             *softness(tangent%dofs(i, k)))
         end do
@@ -77,9 +76,9 @@ contains
     do e = 1, tangent%elements
       associate (s => tangent%s(:, :, tangent%element(e)), dofs => tangent%dofs(:, &
         tangent%element(e)))
-        do j = 1, max_dofs
+        do j = 1, size(tangent%dofs, 1)
           if (dofs(j) == 0) cycle
-          do i = 1, max_dofs
+          do i = 1, size(tangent%dofs, 1)
             if (dofs(i) > 0) tangent%sum(dofs(i), dofs(j)) = tangent%sum(dofs(i), dofs(j)) &
               + s(i, j)
           end do

@@ -104,7 +104,7 @@ contains
     type(facet_t), intent(out) :: f !! all of it
     real(wp) :: x(3, 4), n(3), size_n, y(3), w(12)
 
-    x = positions(e)
+    x = positions(e, 3)
     f%a(:, 1) = x(:, 2) - x(:, 4)
     f%a(:, 2) = x(:, 3) - x(:, 4)
     n = cross(f%a(:, 1), f%a(:, 2))

@@ -2,7 +2,6 @@
 !! (doc/theory, "Derivatives along the path").
 module linear_answers
   use kinds, only: wp
-  use element_types, only: max_dofs
   use lapack_interface, only: dgetrs
   use umfpack_solver, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
@@ -212,7 +211,7 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
     real(wp), intent(in) :: x(:, :) !! (live, columns) [length]
     real(wp), intent(out) :: y(:, :) !! (live, columns) [force]
-    real(wp) :: local(max_dofs, size(x, 2))
+    real(wp) :: local(size(tangent%dofs, 1), size(x, 2))
     integer :: e, i
 
     y = 0.0_wp
@@ -220,11 +219,11 @@ contains
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)))
         local = 0.0_wp
-        do i = 1, max_dofs
+        do i = 1, size(dofs)
           if (dofs(i) > 0) local(i, :) = x(dofs(i), :)
         end do
         local = matmul(tangent%s(:, :, tangent%element(e)), local)
-        do i = 1, max_dofs
+        do i = 1, size(dofs)
           if (dofs(i) > 0) y(dofs(i), :) = y(dofs(i), :) + local(i, :)
         end do
       end associate

@@ -79,6 +79,8 @@ contains
       associate (pair => model%pairs(k))
         if (pair%segmented) call refuse('SEGMent (pair '//pair%name//')')
         if (pair%smooth) call refuse('SMOOth (pair '//pair%name//')')
+        if (allocated(pair%middles) .or. pair%n_slaves > 3) &
+          call refuse('facets of six nodes (pair '//pair%name//')')
         if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
         if (is_stiff(pair)) call refuse('a penalty that is solved for by multipliers (pair '// &
           pair%name//', above 2000 E/h)')
@@ -88,6 +90,7 @@ contains
     if (allocated(system%spring)) call refuse('SPRIng')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
     if (any(system%weak)) call refuse('a body that contact alone holds')
+    if (.not. system%bulk%linear) call refuse('finite strain')
 
   contains
 

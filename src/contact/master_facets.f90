@@ -1,0 +1,98 @@
+!> Facets of the master: their nodes, their surface, and which of them are quadratic.
+module master_facets
+  use kinds, only: wp
+  use contact_types, only: pair_t
+  use facet_geometry, only: corners, barycentric, facet_normal
+  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic
+  use quadratic_facet, only: place_on_quadratic, facet_shapes_t, facet_shapes
+  use vectors, only: cross
+  implicit none
+  private
+  public :: is_quadratic, all_nodes, facet_routine, field_on_facet, find_sharp_edges
+
+  !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
+  real(wp), parameter :: sharp_cosine = 0.7_wp
+
+contains
+
+  !> A facet has six nodes.
+  pure logical function is_quadratic(pair, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+
+    is_quadratic = .false.
+    if (allocated(pair%middles)) is_quadratic = pair%middles(1, facet) > 0
+  end function is_quadratic
+
+  !> The nodes of a facet: its corners, then the middles of its edges if it has some.
+  pure function all_nodes(pair, facet) result(nodes)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    integer, allocatable :: nodes(:)
+
+    nodes = pair%facets(:, facet)
+    if (is_quadratic(pair, facet)) nodes = [nodes, pair%middles(:, facet)]
+  end function all_nodes
+
+  !> The contact element on a facet.
+  pure integer function facet_routine(pair, facet) result(routine)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+
+    routine = routine_mfec
+    if (pair%smooth) routine = routine_smooth
+    if (is_quadratic(pair, facet)) routine = routine_quadratic
+  end function facet_routine
+
+  !> A nodal field, positions or displacements, at a place of a facet.
+  pure function field_on_facet(pair, facet, field, xi) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: field(:, :) !! (3, nodes) the field
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: y(3)
+
+    if (is_quadratic(pair, facet)) then
+      y = place_on_quadratic(field(:, all_nodes(pair, facet)), xi)
+    else
+      y = matmul(field(:, pair%facets(:, facet)), barycentric(xi))
+    end if
+  end function field_on_facet
+
+  !> Marks the edges of quadratic facets beyond which the surface does not go on smoothly.
+  pure subroutine find_sharp_edges(pair, x)
+    type(pair_t), intent(inout) :: pair !! facets, middles, neighbours given; gets sharp
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer :: f, k, across
+
+    allocate (pair%sharp(3, size(pair%facets, 2)), source=.true.)
+    do f = 1, size(pair%facets, 2)
+      do k = 1, 3
+        across = pair%neighbours(k, f)
+        if (across == 0) cycle
+        pair%sharp(k, f) = dot_product(normal_at_edge(pair, x, f, across), &
+          normal_at_edge(pair, x, across, f)) < sharp_cosine
+      end do
+    end do
+  end subroutine find_sharp_edges
+
+  !> Unit normal in the middle of the edge that a facet shares with another.
+  pure function normal_at_edge(pair, x, facet, across) result(normal)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: facet !! the facet
+    integer, intent(in) :: across !! its neighbour
+    real(wp) :: normal(3), l(3), t(3, 2)
+    type(facet_shapes_t) :: s
+
+    if (.not. is_quadratic(pair, facet)) then
+      normal = facet_normal(corners(x, pair%facets(:, facet)))
+      return
+    end if
+    l = merge(0.0_wp, 0.5_wp, pair%neighbours(:, facet) == across)
+    s = facet_shapes(l(1:2), .false.)
+    t = matmul(x(:, all_nodes(pair, facet)), s%d)
+    normal = cross(t(:, 1), t(:, 2))
+    normal = normal/norm2(normal)
+  end function normal_at_edge
+end module master_facets

@@ -1,0 +1,153 @@
+!> The friction cone on a facet of six nodes: projection, gap, stick or slip, new tip (doc/theory,
+!! "Six-node facets"). Element 6 makes forces and tangent of it.
+module facet_cone
+  use kinds, only: wp
+  use element_types, only: element_t, status_slip, status_stick
+  use slave_points, only: positions
+  use contact_cone, only: leave_open
+  use friction_return, only: return_map
+  use friction_axes, only: d03_mu, d03_rule
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic
+  use smooth_patch, only: patch_frame, dual_frame
+  use patch_cone, only: cone_t, place_shift, principal_axes
+  implicit none
+  private
+  public :: facet_cone_t, place_on_facet, place_axes, along_facet
+
+  !> A step of the new tip below this is its last; and the most steps.
+  real(wp), parameter :: last_step = 1.0e-9_wp
+  integer, parameter :: most_steps = 30
+  !> The new tip is not looked for where the facet is steeper than this against the projection.
+  real(wp), parameter :: least_determinant = 0.05_wp
+
+  !> The facet, and the cone on it.
+  type, extends(cone_t) :: facet_cone_t
+    logical :: flat = .false. !! the corners alone
+    real(wp) :: x(3, 6) = 0.0_wp !! nodes seen from corner 3 [length]
+    real(wp) :: s(3) = 0.0_wp !! slave point, likewise [length]
+    type(projection_t) :: at !! its projection
+  end type facet_cone_t
+
+contains
+
+  !> Projection, gap, and stick or slip; `found` is false where the facet gives no answer.
+  pure subroutine place_on_facet(d, e, c, found)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+    type(facet_cone_t), intent(inout) :: c !! flat given; gets all else
+    logical, intent(out) :: found !! the facet has an answer
+    real(wp) :: x(3, 7)
+
+    x = positions(e, 6)
+    c%s = x(:, 1)
+    c%x = x(:, 2:7)
+    c%f = patch_frame(c%x(:, 1:3))
+    c%dual = dual_frame(c%f)
+    c%slave = c%s + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
+    c%at = project_quadratic(c%x, c%s, c%flat)
+    found = c%at%found
+    if (.not. found) return
+    c%xi = c%at%xi
+    c%n = c%at%normal
+    c%g_n = c%at%gap
+    call place_shift(e%shift, c%cone_t)
+    c%g = gap_to(c, e%h1)
+    if (c%h_n <= 0.0_wp) then
+      call place_axes(d, c)
+      call move_cone(d, c, e, found)
+    else
+      call leave_open(c%contact_cone_t, e)
+    end if
+  end subroutine place_on_facet
+
+  !> Principal axes of friction. A lay that is carried with the facet goes with the tangents at the
+  !! projection.
+  pure subroutine place_axes(d, c)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(facet_cone_t), intent(inout) :: c !! gets all of the axes
+    real(wp) :: corners(3, 3)
+
+    corners = c%f
+    c%f(:, 1:2) = c%at%t
+    call principal_axes(d, c%cone_t)
+    c%f = corners
+  end subroutine place_axes
+
+  !> x_S - x_m at a place of the facet, with the shift.
+  pure function gap_to(c, xi) result(g)
+    type(facet_cone_t), intent(in) :: c !! facet and slave point
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: g(3)
+    type(facet_shapes_t) :: s
+
+    s = facet_shapes(xi, c%flat)
+    g = c%s - matmul(c%x, s%n) + c%k
+  end function gap_to
+
+  !> Stick or slip: the mapped gap and the new tip.
+  pure subroutine move_cone(d, c, e, found)
+    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    type(facet_cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
+    type(element_t), intent(inout) :: e !! gets status, h2, slip
+    logical, intent(out) :: found !! the new tip lies on the facet
+
+    found = .true.
+    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    if (c%back%slip) then
+      e%status = status_slip
+      call find_tip(c, found)
+    else
+      e%status = status_stick
+      c%g_new = c%g
+      c%tip = e%h1
+    end if
+    e%h2 = c%tip
+    e%slip = matmul(c%p, c%back%s)
+  end subroutine move_cone
+
+  !> The place from which the gap has the tangential part s' (Newton's method).
+  pure subroutine find_tip(c, found)
+    type(facet_cone_t), intent(inout) :: c !! gets tip, g_new
+    logical, intent(out) :: found !! there is one
+    real(wp) :: m(2, 2), det, det_flat, step(2, 1)
+    integer :: i
+
+    m = matmul(transpose(c%p), c%f(:, 1:2))
+    det_flat = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+    c%tip = c%xi
+    found = .false.
+    do i = 1, most_steps
+      m = tip_matrix(c)
+      det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+      if (.not. det > least_determinant*abs(det_flat)) exit
+      step = along_facet(c, reshape(matmul(gap_to(c, c%tip), c%p) - c%back%s, [2, 1]))
+      c%tip = c%tip + step(:, 1)
+      if (maxval(abs(step)) > last_step) cycle
+      found = .true.
+      exit
+    end do
+    c%g_new = gap_to(c, c%tip)
+  end subroutine find_tip
+
+  !> p_i . t_j at the tip.
+  pure function tip_matrix(c) result(m)
+    type(facet_cone_t), intent(in) :: c !! cone with its tip
+    real(wp) :: m(2, 2)
+    type(facet_shapes_t) :: s
+
+    s = facet_shapes(c%tip, c%flat)
+    m = matmul(transpose(c%p), matmul(c%x, s%d))
+  end function tip_matrix
+
+  !> Ways of the tip in (xi, eta) whose components along the axes of friction are given.
+  pure function along_facet(c, way) result(dtip)
+    type(facet_cone_t), intent(in) :: c !! cone with its tip
+    real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
+    real(wp) :: dtip(2, size(way, 2)), m(2, 2)
+
+    m = tip_matrix(c)
+    dtip(1, :) = m(2, 2)*way(1, :) - m(1, 2)*way(2, :)
+    dtip(2, :) = m(1, 1)*way(2, :) - m(2, 1)*way(1, :)
+    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+  end function along_facet
+end module facet_cone

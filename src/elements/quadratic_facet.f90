@@ -1,0 +1,142 @@
+!> Facets of six nodes: shape functions, and the projection of a point (doc/theory, "Six-node
+!! facets"). Nodes: the corners, then the middles of the edges 12, 23, 31.
+module quadratic_facet
+  use kinds, only: wp
+  use vectors, only: cross
+  implicit none
+  private
+  public :: facet_shapes_t, facet_shapes, projection_t, project_quadratic, place_on_quadratic
+
+  !> Steps of a projection, and how many of them leave the curvature out.
+  integer, parameter :: most_steps = 30, first_steps = 2
+  !> A step below this is the last.
+  real(wp), parameter :: last_step = 1.0e-12_wp
+  !> A projection further outside, in shape functions of the corners, is none.
+  real(wp), parameter :: farthest = 2.0_wp
+  !> The curvature may take this share of the metric: beyond it the point is near the centre of a
+  !! sphere that lies in the facet, and has no projection of its own.
+  real(wp), parameter :: least_share = 0.05_wp
+
+  !> Shape functions at a place.
+  type :: facet_shapes_t
+    real(wp) :: n(6) = 0.0_wp !! values
+    real(wp) :: d(6, 2) = 0.0_wp !! slopes by xi and eta
+    real(wp) :: dd(6, 3) = 0.0_wp !! second derivatives 11, 22, 12
+  end type facet_shapes_t
+
+  !> The projection of a point on a facet.
+  type :: projection_t
+    real(wp) :: xi(2) = 0.0_wp !! (xi, eta)
+    real(wp) :: gap = 0.0_wp !! distance, positive outside [length]
+    real(wp) :: t(3, 2) = 0.0_wp !! tangents there [length]
+    real(wp) :: bent(3, 3) = 0.0_wp !! second derivatives 11, 22, 12 of the surface [length]
+    real(wp) :: normal(3) = 0.0_wp !! outward unit normal
+    real(wp) :: inverse(2, 2) = 0.0_wp !! of A_ij = t_i.t_j - d.x_,ij [1/length^2]
+    logical :: found = .false. !! there is one
+  end type projection_t
+
+contains
+
+  !> Shape functions of six nodes, or those of the corners alone if the facet is taken as flat.
+  pure type(facet_shapes_t) function facet_shapes(xi, flat) result(s)
+    real(wp), intent(in) :: xi(2) !! (xi, eta): L1 and L2
+    logical, intent(in) :: flat !! the corners alone
+    real(wp) :: l(3)
+
+    l = [xi, 1.0_wp - sum(xi)]
+    if (flat) then
+      s%n(1:3) = l
+      s%d(1:3, 1) = [1.0_wp, 0.0_wp, -1.0_wp]
+      s%d(1:3, 2) = [0.0_wp, 1.0_wp, -1.0_wp]
+      return
+    end if
+    s%n = [l*(2.0_wp*l - 1.0_wp), 4.0_wp*l(1)*l(2), 4.0_wp*l(2)*l(3), 4.0_wp*l(3)*l(1)]
+    s%d(:, 1) = [4.0_wp*l(1) - 1.0_wp, 0.0_wp, 1.0_wp - 4.0_wp*l(3), 4.0_wp*l(2), -4.0_wp*l(2), &
+      4.0_wp*(l(3) - l(1))]
+    s%d(:, 2) = [0.0_wp, 4.0_wp*l(2) - 1.0_wp, 1.0_wp - 4.0_wp*l(3), 4.0_wp*l(1), &
+      4.0_wp*(l(3) - l(2)), -4.0_wp*l(1)]
+    s%dd(:, 1) = [4.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, -8.0_wp]
+    s%dd(:, 2) = [0.0_wp, 4.0_wp, 4.0_wp, 0.0_wp, -8.0_wp, 0.0_wp]
+    s%dd(:, 3) = [0.0_wp, 0.0_wp, 4.0_wp, 4.0_wp, -4.0_wp, -4.0_wp]
+  end function facet_shapes
+
+  !> Projection along the normal: t_i.(y - x(xi)) = 0, by Newton's method from the flat corners.
+  pure type(projection_t) function project_quadratic(x, y, flat) result(p)
+    real(wp), intent(in) :: x(3, 6) !! nodes [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    logical, intent(in) :: flat !! the corners alone
+    type(facet_shapes_t) :: s
+    real(wp) :: d(3), a(2, 2), metric(2, 2), det, step(2)
+    integer :: i
+
+    p%xi = flat_place(x, y)
+    do i = 1, most_steps
+      s = facet_shapes(p%xi, flat)
+      d = y - matmul(x, s%n)
+      p%t = matmul(x, s%d)
+      p%bent = matmul(x, s%dd)
+      metric = matmul(transpose(p%t), p%t)
+      a = metric
+      if (i > first_steps) call bend(d, p%bent, a)
+      det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
+      if (.not. (det > least_share*(metric(1, 1)*metric(2, 2) - metric(1, 2)**2) .and. &
+        a(1, 1) > 0.0_wp)) return
+      p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/det
+      step = matmul(p%inverse, matmul(d, p%t))
+      p%xi = p%xi + step
+      if (any(abs(p%xi) > farthest) .or. abs(sum(p%xi)) > farthest) return
+      p%found = maxval(abs(step)) <= last_step .and. i > first_steps
+      if (flat .and. i > first_steps) p%found = .true.
+      if (p%found) exit
+    end do
+    if (.not. p%found) return
+    s = facet_shapes(p%xi, flat)
+    d = y - matmul(x, s%n)
+    p%t = matmul(x, s%d)
+    p%normal = cross(p%t(:, 1), p%t(:, 2))
+    p%normal = p%normal/norm2(p%normal)
+    p%gap = dot_product(p%normal, d)
+    a = matmul(transpose(p%t), p%t)
+    call bend(d, p%bent, a)
+    p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/(a(1, 1)*a(2, 2) &
+      - a(1, 2)*a(2, 1))
+  end function project_quadratic
+
+  !> A_ij = t_i.t_j - d.x_,ij.
+  pure subroutine bend(d, bent, a)
+    real(wp), intent(in) :: d(3) !! from the surface to the point [length]
+    real(wp), intent(in) :: bent(3, 3) !! second derivatives 11, 22, 12 [length]
+    real(wp), intent(inout) :: a(2, 2) !! metric; gets A [length^2]
+    real(wp) :: c(3)
+
+    c = matmul(d, bent)
+    a(1, 1) = a(1, 1) - c(1)
+    a(2, 2) = a(2, 2) - c(2)
+    a(1, 2) = a(1, 2) - c(3)
+    a(2, 1) = a(2, 1) - c(3)
+  end subroutine bend
+
+  !> (xi, eta) of the projection on the plane of the corners.
+  pure function flat_place(x, y) result(xi)
+    real(wp), intent(in) :: x(3, 6) !! nodes [length]
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp) :: xi(2), a(3), b(3), n(3), d(3)
+
+    a = x(:, 1) - x(:, 3)
+    b = x(:, 2) - x(:, 3)
+    n = cross(a, b)
+    d = y - x(:, 3)
+    xi = [dot_product(cross(d, b), n), dot_product(cross(a, d), n)]/dot_product(n, n)
+  end function flat_place
+
+  !> The point of a facet at a place.
+  pure function place_on_quadratic(x, xi) result(y)
+    real(wp), intent(in) :: x(3, 6) !! nodes [length]
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: y(3)
+    type(facet_shapes_t) :: s
+
+    s = facet_shapes(xi, .false.)
+    y = matmul(x, s%n)
+  end function place_on_quadratic
+end module quadratic_facet
