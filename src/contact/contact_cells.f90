@@ -9,7 +9,7 @@ module contact_cells
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points
   use facet_clipping, only: cell_points
-  use facet_geometry, only: project_on_facet, facet_size
+  use facet_geometry, only: project_on_facet, facet_size, facet_normal
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
@@ -23,9 +23,11 @@ module contact_cells
   !> The cells of a facet stay while the tips have moved by less than this on the master since they
   !! were made, in shape functions, and while the facet is covered to this share.
   real(wp), parameter :: unmoved = 1.0e-3_wp
-  !> The same for points that slip where none sticks: their tips are integrated with the shape
-  !! functions of the host continued, whose error is of second order in this.
+  !> The same for points that slip where none sticks and all facets below are in one plane: which
+  !! of them holds a tip changes neither its gap nor its normal.
   real(wp), parameter :: followed = 1.0e-2_wp
+  !> Facets are in one plane if the cosines of their normals are within this of 1.
+  real(wp), parameter :: one_plane = 1.0e-12_wp
   !> The same for points that slip, after a solve or beside points that stick: they were expected
   !! to, and what is handed on where both are in a facet is not what it was.
   real(wp), parameter :: slipped = 0.05_wp
@@ -187,7 +189,9 @@ contains
       last = last_of(cells, first, f)
       call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
         x, fresh)
-      limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f))
+      limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
+        merge(followed, unmoved, are_level(pair, x, [moved(first:last)%host, &
+        fresh%host(:fresh%n)])))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
                           fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
       if (when == after_solve .and. pair%moves(f) >= most_moves) stays = .true.
@@ -215,23 +219,45 @@ contains
 
   !> How far the tips of a facet may have moved while its cells stay, in shape functions: those that
   !! slip or are open, and those that stick.
-  pure function ways_allowed(when, status, expected) result(limits)
+  pure function ways_allowed(when, status, expected, least) result(limits)
     integer, intent(in) :: when !! at_start, at_touch or after_solve
     integer, intent(in) :: status(:) !! (points of the facet)
     logical, intent(in) :: expected !! to slip
+    real(wp), intent(in) :: least !! for points that slip where none sticks
     real(wp) :: limits(2)
     logical :: sticks
 
     sticks = any(status == status_stick)
     select case (when)
     case (at_start)
-      limits = [merge(slipped, followed, sticks), unmoved]
+      limits = [merge(slipped, least, sticks), unmoved]
     case (at_touch)
       limits = merge(exactly, huge(exactly), sticks)
     case default
-      limits = [merge(slipped, followed, sticks .or. expected), unmoved]
+      limits = [merge(slipped, least, sticks .or. expected), unmoved]
     end select
   end function ways_allowed
+
+  !> The facets of the master that hold points of a slave facet, before and after a cut, are in one
+  !! plane.
+  pure logical function are_level(pair, x, hosts) result(level)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: hosts(:) !! master facets, 0 for none
+    real(wp) :: first(3), normal(3)
+    integer :: k, last
+
+    level = .true.
+    first = 0.0_wp
+    last = 0
+    do k = 1, size(hosts)
+      if (hosts(k) == 0 .or. hosts(k) == last) cycle
+      normal = facet_normal(x(:, pair%facets(:, hosts(k))))
+      if (last == 0) first = normal
+      level = level .and. dot_product(first, normal) > 1.0_wp - one_plane
+      last = hosts(k)
+    end do
+  end function are_level
 
   !> A point of the facet slipped at the last converged state.
   pure logical function has_slipped(pair, f)

@@ -126,15 +126,24 @@ contains
     type(system_t), intent(in) :: system !! bulk elements, bodies
     real(wp) :: y(3, size(u, 2))
     logical :: finite(0:system%bodies)
+
+    finite = has_finite_strain(system)
+    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%node_body), 1, 3))
+  end function lever_ends
+
+  !> Bodies with elements of finite strain.
+  pure function has_finite_strain(system) result(finite)
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    logical :: finite(0:system%bodies)
     integer :: k
 
     finite = .false.
+    if (system%bulk%linear) return
     do k = 1, system%bulk%n
       if (system%bulk%routine(k) == routine_finite) finite(system%node_body(system%bulk%ix(1, k))) &
         = .true.
     end do
-    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%node_body), 1, 3))
-  end function lever_ends
+  end function has_finite_strain
 
   !> Whether each body is in balance.
   subroutine judge_balance(model, system, state, settings, audit)
@@ -298,13 +307,15 @@ contains
     type(state_t), intent(in) :: state !! the converged state
     type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
     real(wp) :: angle(system%bodies)
+    logical :: finite(0:system%bodies)
 
     call find_turns(model%mesh%x, state%u, system%node_body, audit%center, audit%spread, angle)
     audit%value(check_turning) = 0.0_wp
     audit%worst(check_turning) = 0
     audit%verdict(check_turning) = verdict_ok
-    if (.not. any(audit%moves)) return
-    audit%worst(check_turning) = maxloc(angle, 1, audit%moves)
+    finite = has_finite_strain(system)
+    if (.not. any(audit%moves .and. .not. finite(1:))) return
+    audit%worst(check_turning) = maxloc(angle, 1, audit%moves .and. .not. finite(1:))
     audit%value(check_turning) = angle(audit%worst(check_turning))
     audit%verdict(check_turning) = merge(verdict_warning, verdict_ok, &
       audit%value(check_turning) > most_rotation)
