@@ -24,7 +24,7 @@ contains
     call explain(t, '    flank  0 0.5 0')
     call add_command(t, table_mesh, 'PRESsure', '', 'pressure on surfaces')
     call add_data(t, 'w:surface r:p [n:table]')
-    call explain(t, 'Positive inwards, on the reference facets (small strain). Pressures add.')
+    call explain(t, 'Positive inwards; follows the facets of regions of finite strain. They add.')
     call explain(t, which)
     call explain(t, 'Example:')
     call explain(t, '  PRESsure')

@@ -8,7 +8,7 @@ module consistent_loads
   use cells, only: most_facet_nodes, tet4, tet10
   implicit none
   private
-  public :: facet_loads, cell_volumes
+  public :: facet_loads, cell_volumes, place_facet_points, facet_points
 
   !> Points on a facet of six nodes: degree 4, exact for N_a times its normal.
   integer, parameter :: facet_points = 6
@@ -50,6 +50,35 @@ contains
       end do
     end do
   end subroutine facet_loads
+
+  !> Points of a facet: shape functions, their slopes towards corners 2 and 3, weights. What is
+  !! summed there is exact for N_a times the normal.
+  pure subroutine place_facet_points(nodes, points, n, slopes, weights)
+    integer, intent(in) :: nodes !! 3 or 6
+    integer, intent(out) :: points !! how many
+    real(wp), intent(out) :: n(:, :) !! (6, points or more) shape functions
+    real(wp), intent(out) :: slopes(:, :, :) !! (2, 6, points or more)
+    real(wp), intent(out) :: weights(:) !! (points or more) of the parent, whose area is 1/2
+    real(wp) :: l(3, facet_points)
+    integer :: q
+
+    n = 0.0_wp
+    slopes = 0.0_wp
+    weights = 0.0_wp
+    points = 1
+    if (nodes == 3) then
+      n(:3, 1) = 1.0_wp/3.0_wp
+      slopes(:, :3, 1) = reshape([-1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 3])
+      weights(1) = 0.5_wp
+      return
+    end if
+    points = facet_points
+    call make_rule(facet_points, l, weights(:facet_points))
+    weights = 0.5_wp*weights
+    do q = 1, facet_points
+      call facet_slopes(l(:, q), n(:, q), slopes(:, :, q))
+    end do
+  end subroutine place_facet_points
 
   !> Shape functions of a facet of six nodes, and their slopes towards corners 2 and 3.
   pure subroutine facet_slopes(l, n, slopes)

@@ -1,5 +1,6 @@
 !> Reads loads that are spread over volumes and surfaces: GRAVity, TRACtion, PRESsure. They become
-!! dead nodal forces on the reference shape (doc/theory, "Loads").
+!! dead nodal forces on the reference shape (doc/theory, "Loads"), but pressures on regions of
+!! finite strain: these follow.
 module distributed_loads
   use kinds, only: wp
   use text, only: to_text
@@ -9,7 +10,7 @@ module distributed_loads
   use mesh_names, only: find_region, find_set, find_surface, in_region
   use node_queries, only: report_unknown_name
   use bulk_laws, only: laws
-  use model_types, only: model_t
+  use model_types, only: model_t, pressure_t
   use loads, only: add_values, has_load, join_load
   use cells, only: facet_of, most_facet_nodes
   use consistent_loads, only: cell_volumes, facet_loads
@@ -26,6 +27,7 @@ contains
     type(model_t), intent(inout) :: model !! mesh, materials, tables read; its loads grow
     integer :: i, k
 
+    allocate (model%conditions%pressures(0))
     do i = 1, size(deck%mesh)
       associate (set => deck%mesh(i))
         select case (set%command)
@@ -159,8 +161,8 @@ contains
     call find_loaded_surface(model, record, diagnostics, surface)
     if (surface == 0 .or. .not. good) return
     if (pressure .and. is_finite(model, surface)) then
-      call report_error(diagnostics, item_location(record, 1), 'a pressure that follows a '// &
-        'region of finite strain is not available in this version', 'write TRACtion: it is dead')
+      model%conditions%pressures = [model%conditions%pressures, pressure_t(surface, table, &
+        item_real(record, 2))]
       return
     end if
     t = [(item_real(record, 1 + k), k=1, 3)]

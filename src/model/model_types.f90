@@ -8,7 +8,7 @@ module model_types
   use contact_types, only: pair_t
   implicit none
   private
-  public :: model_t, material_t, conditions_t, load_t, nodal_values_t, load_table_t, &
+  public :: model_t, material_t, conditions_t, load_t, pressure_t, nodal_values_t, load_table_t, &
     output_request_t, history_request_t
   public :: state_all, state_last, state_none
   public :: form_plain, form_sine, form_versine
@@ -55,10 +55,18 @@ module model_types
     type(nodal_values_t) :: force !! on any degree of freedom, factor 1 [force]
   end type load_t
 
+  !> A pressure that follows a surface.
+  type :: pressure_t
+    integer :: surface = 0 !! index of the surface
+    integer :: table = 0 !! number of its table, 0 for the sum of all
+    real(wp) :: value = 0.0_wp !! positive inwards, factor 1 [force/length^2]
+  end type pressure_t
+
   !> What is prescribed at the nodes; the loads of a degree of freedom add.
   type :: conditions_t
     logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
     type(load_t), allocatable :: loads(:) !! no two of one table and form
+    type(pressure_t), allocatable :: pressures(:) !! that follow their surfaces
     real(wp), allocatable :: spring(:, :) !! (3, nodes) to ground, if there are any [force/length]
   end type conditions_t
 

@@ -5,7 +5,7 @@ module scene_marks
   use kinds, only: wp
   use checksums, only: block_sum
   use contact_types, only: pair_t
-  use loads, only: conditions_at
+  use loads, only: conditions_at, load_factor
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -29,6 +29,12 @@ contains
       merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
     sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
       model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
+    if (allocated(model%conditions%pressures)) then
+      if (size(model%conditions%pressures) > 0) sum = ieor(sum, sum_of('pressures', &
+        [(real(model%conditions%pressures(k)%surface, wp), model%conditions%pressures(k)%value* &
+        load_factor(model%tables, model%conditions%pressures(k)%table, time), &
+        k=1, size(model%conditions%pressures))]))
+    end if
     if (allocated(system%spring)) sum = ieor(sum, sum_of('springs', reshape(system%spring, &
       [size(system%spring)])))
     do k = 1, size(model%pairs)

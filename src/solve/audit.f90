@@ -9,6 +9,7 @@ module audit
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
   use model_types, only: model_t
+  use follower_pressure, only: add_pressure_force
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use body_audit, only: measure_bodies, find_balance, find_turns
@@ -64,6 +65,7 @@ contains
     if (state%step > 0) then
       call begin_at(model, system, state, state%time)
       audit%force = audit%force + system%external
+      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system, audit%force)
       audit%work_known = .false.
     end if
     audit%force_before = norm2(audit%force)

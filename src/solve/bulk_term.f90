@@ -11,6 +11,7 @@ module bulk_term
   use model_types, only: model_t
   use block_matrix, only: build_graph, locate_elements, multiply
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
+  use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: system_t
   implicit none
@@ -95,6 +96,8 @@ contains
       system%bulk_matrix)
     call add_springs(system)
     call add_spring_forces(u, system)
+    call add_pressure_tangent(x, u, system)
+    call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_tangent_at
 
@@ -155,6 +158,7 @@ contains
     system%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted)
     call add_spring_forces(u, system)
+    call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.

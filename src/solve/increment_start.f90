@@ -3,6 +3,7 @@
 module increment_start
   use kinds, only: wp
   use loads, only: conditions_at
+  use follower_pressure, only: set_pressures
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
@@ -49,6 +50,7 @@ contains
 
     call conditions_at(model, time, displacement=system%u, force=system%external)
     where (system%equation > 0) system%u = state%u
+    call set_pressures(model, time, system)
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the

@@ -16,6 +16,7 @@ module increments
   use contact_types, only: pair_t
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use multiplier_motion, only: hand_back_multipliers
+  use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
@@ -337,6 +338,7 @@ contains
     call keep_path(model, system, state, time)
     state%u = system%u
     state%time = time
+    call take_pressure_force(model%mesh%x, system)
     where (system%equation == 0)
       state%reaction = system%bulk_force + system%contact_force - system%external
     else where

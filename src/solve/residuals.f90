@@ -87,7 +87,7 @@ contains
     if (system%contact%n == 0) then
       if (.not. (system%symmetric .and. system%bulk%linear)) call fill_values(system%bulk_matrix, &
         system%equation, system%csc)
-      system%symmetric = .true.
+      system%symmetric = .not. allocated(system%pressed)
       return
     end if
     call begin_cost(system%costs, cost_contact_tangent)
@@ -100,7 +100,8 @@ contains
     call gather_right(system, 0.0_wp)
     if (any(system%weak)) call ground_bodies(x, system)
     call fill_values(system%matrix, system%equation, system%csc)
-    system%symmetric = system%contact%asymmetry <= symmetry_tolerance
+    system%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
+      .not. allocated(system%pressed)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent
 

@@ -8,6 +8,7 @@ module system_building
   use facet_geometry, only: facet_size
   use bulk_term, only: build_bulk
   use contact_hosts, only: start_pair
+  use follower_pressure, only: list_pressures
   use springs, only: start_springs
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
@@ -41,6 +42,9 @@ contains
     call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
     call number_equations(model%conditions%restrained, system)
     call start_springs(model, system)
+    if (allocated(model%conditions%pressures)) then
+      if (size(model%conditions%pressures) > 0) call list_pressures(model, system)
+    end if
     call find_weak_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)

@@ -37,6 +37,10 @@ module system_types
     integer :: equations = 0 !! free degrees of freedom
     real(wp), allocatable :: spring(:, :) !! (3, nodes) springs to ground, if there are any; zero
     !! where restrained [force/length]
+    integer, allocatable :: pressed(:, :) !! (6, facets) nodes of facets whose pressure follows,
+    !! zeros behind the last; not allocated if there are none
+    integer, allocatable :: pressed_by(:) !! (facets) place in pressure
+    real(wp), allocatable :: pressure(:) !! at the end of the increment [force/length^2]
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave

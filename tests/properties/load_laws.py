@@ -98,6 +98,27 @@ class LoadLaws:
             for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
                 self.near(f'{shape}: u{k + 1} of the far corner', value, -4*(1 - 2*0.3)/1000*x, 1e-14)
 
+    def test_pressure_follows_a_region_of_finite_strain(self):
+        """The same on neo-Hooke: sigma = -p I with the stretch that its law has."""
+        def lack(stretch):
+            volume = stretch**3
+            return (g*(stretch**2 - 1) + lame*math.log(volume))/volume + 400
+        g, lame, low, high = 500/1.3, 300/1.3/0.4, 0.5, 1.0
+        for _ in range(100):
+            middle = 0.5*(low + high)
+            low, high = (middle, high) if lack(middle) < 0 else (low, middle)
+        for shape, corner in (('TET4', 36), ('TET10', 175)):
+            r = self.run(self.edited(
+                'squeezed_body', ('TET4', shape), ('NODE 36', f'NODE {corner}'), ('skin 4', 'skin 400'),
+                ('  ELAStic', '  SOLId NEOHookean\n  ELAStic'), ('DT,,1', 'DT,,0.5'), (
+                    'STEP,,1', 'STEP,,2'), ('PRESsure', 'PROPortional 1\n  0 0\n  1 1\n\nPRESsure'),
+                source=DECKS))
+            with open(r.base + '.his', encoding='ascii') as stream:
+                row = [float(word) for word in stream.read().splitlines()[-1].split()[2:]]
+            for k, (value, x) in enumerate(zip(row, (1.1, 1.3, 0.9))):
+                self.near(f'{shape}: u{k + 1} of the far corner', value, (low - 1)*x, 1e-10)
+            self.true(f'{shape}: {r.costs()["iterations"]} iterations', r.costs()['iterations'] <= 10)
+
     def test_weight_of_ten_nodes(self):
         sums = []
         plane = (('3  1.2 0.9 0', '3  0.9 1 0'), ('6  1 0.1 1.2', '6  1.1 -0.2 1'),
