@@ -10,6 +10,7 @@ contains
   !> Commands that solve.
   subroutine add_solution_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
+    character(*), parameter :: iteration = '| LINE [1:solve] [r:v] | - [1:solve]'
 
     call add_command(t, table_batch, 'DT', '- q:v', 'time increment')
     call explain(t, 'Example: DT,,0.1')
@@ -31,16 +32,26 @@ contains
     call explain(t, '    TANG,,1')
     call explain(t, '  NEXT')
     call add_command(t, table_batch, 'NEXT', '| w:label', 'end of a LOOP')
-    call add_command(t, table_batch, 'TANG', '| - [1:solve]', 'forms the tangent and solves')
-    call explain(t, 'Whether the tangent is unsymmetric is found out. Example: TANG,,1')
-    call add_command(t, table_batch, 'UTAN', '| - [1:solve]', 'the same as TANG')
-    call add_command(t, table_batch, 'SOLVer', 'AUTO | UMFPack | CHOLmod | REDUced', &
-                     'linear solver')
+    call add_command(t, table_batch, 'TANG', iteration, 'forms the tangent and solves')
+    call explain(t, 'One Newton iteration with line search (LINE asks for what it does anyway).')
+    call explain(t, 'Whether the tangent is unsymmetric is found out. In a deck with SOLV, TANG')
+    call explain(t, 'without the 1 leaves the iteration to it. Example: TANG,,1')
+    call add_command(t, table_batch, 'UTAN', iteration, 'the same as TANG')
+    call add_command(t, table_batch, 'SOLVer', '| LINE [r:v] | AUTO | UMFPack | CHOLmod '// &
+                     '| REDUced', 'one iteration; or the linear solver')
+    call explain(t, 'SOLV, SOLV,LINE: one Newton iteration with line search, with the tangent at')
+    call explain(t, 'the present state, behind TANG and FORM. With a word: the linear solver.')
     call explain(t, 'AUTO (the default) chooses by what the scene needs and says which. UMFPack')
     call explain(t, 'factorises unsymmetric matrices, CHOLmod symmetric ones (no slip with')
     call explain(t, 'friction), REDUced works on the contact forces. What cannot hold falls back')
     call explain(t, 'and says so in the log. --solver on the command line comes first.')
-    call add_command(t, table_batch, 'FORM', '', 'forms the residual', available=.false.)
+    call add_command(t, table_batch, 'FORM', '| -', 'forms the residual and tells its norm')
+    call explain(t, 'Example:')
+    call explain(t, '  LOOP,,20')
+    call explain(t, '    TANG')
+    call explain(t, '    FORM')
+    call explain(t, '    SOLV')
+    call explain(t, '  NEXT')
     call add_command(t, table_batch, 'AUGMent', '', 'one update of the multipliers of AUGMent')
     call explain(t, 'For increments of TIME and TANG (STEP does it by itself). Where the gaps are')
     call explain(t, 'within the tolerance of AUGMent, it does nothing. Example:')
@@ -50,7 +61,10 @@ contains
     call explain(t, '    NEXT')
     call explain(t, '    AUGMent')
     call explain(t, '  NEXT')
-    call add_command(t, table_batch, 'BACK', '', 'one step back', available=.false.)
+    call add_command(t, table_batch, 'BACK', '| - [q:dt]', &
+                     'gives up the increment that TIME has begun')
+    call explain(t, 'Time, displacements and contact history are those of the last end time;')
+    call explain(t, 'dt is the new DT. Only increments of TIME that nothing has accepted yet.')
   end subroutine add_solution_keywords
 
   !> Commands that report, and the end.
@@ -61,7 +75,10 @@ contains
                      'prints displacements of nodes n1 to n2 in steps of n3')
     call add_command(t, table_batch, 'REACtion', '| ALL | - [p:n1] [p:n2] [p:n3]', &
                      'prints reactions of nodes n1 to n2 in steps of n3')
-    call add_command(t, table_batch, 'STREss', '', 'prints stresses', available=.false.)
+    call add_command(t, table_batch, 'STREss', '| ALL | NODE [p:n1] [p:n2] [p:n3] '// &
+                     '| - [p:n1] [p:n2] [p:n3]', 'prints stresses of elements or at nodes')
+    call explain(t, 'Cauchy stress xx yy zz xy yz zx and that of von Mises, of elements n1 to n2')
+    call explain(t, 'in steps of n3 (means), or with NODE at nodes (means of the elements there).')
     call add_command(t, table_batch, 'SAVE', '| w:name', 'keeps the present state in a file')
     call explain(t, 'The file is x.name.h5 for the deck x.inp, without a name x.save.h5. REST,name')
     call explain(t, 'goes back to it; mfec y.inp --restart x.name.h5 goes on from it.')
@@ -70,7 +87,8 @@ contains
     call explain(t, 'results file, REST,run.h5,K that of its step K; the file is looked for from')
     call explain(t, 'the working directory. Displacements, contact history and time are those of')
     call explain(t, 'the state; step numbers go on. Example: SAVE,pressed ... REST,pressed')
-    call add_command(t, table_batch, 'CHECk', '', 'checks the mesh', available=.false.)
+    call add_command(t, table_batch, 'CHECk', '', 'prints what the mesh is like')
+    call explain(t, 'Nodes, elements, volumes and the worst shape.')
     call add_command(t, table_batch, 'END', '', 'ends the solution commands')
     call add_command(t, table_batch, 'STOP', '', 'ends the deck (optional)')
     call add_command(t, table_batch, 'INCLude', 'f:file', 'reads on in another file')

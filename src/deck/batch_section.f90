@@ -3,8 +3,9 @@ module batch_section
   use deck_types, only: record_t, data_set_t, location_t, item_word
   use records, only: item_count
   use hints, only: word_list_t, did_you_mean
-  use keyword_types, only: find_keyword, list_keywords, table_mesh, table_batch
-  use diagnostics, only: diagnostics_t, report_error
+  use keyword_types, only: keyword_t, find_keyword, list_keywords, table_mesh, table_batch
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use command_tails, only: drop_tail, drop_empty_fields
   use reading, only: reading_t, append_set, append_record, move_record
   use matching, only: match_t, match_record
   use item_checks, only: evaluate_item
@@ -40,6 +41,14 @@ contains
                           '--help lists the commands and says which are')
         return
       end if
+      if (keyword%foreign) then
+        command = ''
+        call pass_foreign(keyword, record, diagnostics)
+        return
+      end if
+      call drop_empty_fields(record)
+      call drop_tail(record, keyword, diagnostics, good)
+      if (.not. good) return
       match%first = 2
       match%name = keyword%name
       match%head = keyword%name
@@ -53,6 +62,20 @@ contains
     call move_record(record, set%head)
     call append_set(reading%batch, set)
   end subroutine read_batch_record
+
+  !> Obeys a word of FEAP: passed over with a note, or refused with what to write instead.
+  subroutine pass_foreign(keyword, record, diagnostics)
+    type(keyword_t), intent(in) :: keyword !! the word
+    type(record_t), intent(in) :: record !! its record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+
+    if (keyword%ignored) then
+      call report_note(diagnostics, record%at, trim(keyword%name)//' is ignored')
+    else
+      call report_error(diagnostics, record%at, 'the solution command '//trim(keyword%name)// &
+                        ' of FEAP is not available in this program', trim(keyword%summary))
+    end if
+  end subroutine pass_foreign
 
   !> Reports a record that begins with no solution command.
   subroutine refuse(reading, record, diagnostics)

@@ -8,13 +8,13 @@ module deck_reader
   use signatures, only: compile_signature
   use keywords, only: keyword_table
   use source, only: add_file
-  use diagnostics, only: diagnostics_t, report_error
+  use diagnostics, only: diagnostics_t, report_error, report_note
   use line_reader, only: open_reader, next_title, status_record, status_blank, status_end, &
     status_damaged
   use matching, only: match_t, match_record
-  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record
+  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record, close_set
   use deck_parameters, only: check_overrides
-  use mesh_section, only: read_mesh_record, read_blank_line, close_set
+  use mesh_section, only: read_mesh_record, read_blank_line
   use batch_section, only: read_batch_record, read_table_record, check_loops
   implicit none
   private
@@ -180,10 +180,13 @@ contains
       case (status_damaged)
         reading%set%complete = .false.
       case default
-        if (section == in_mesh) call read_mesh_record(reading, record, diagnostics, command)
-        if (section == in_batch) call read_batch_record(reading, record, diagnostics, command)
-        if (section == in_tables) call read_behind_end(reading, record, group, tables, &
-                                                       diagnostics, command)
+        if (section == in_mesh) then
+          call read_mesh_record(reading, record, diagnostics, command)
+        else if (section == in_batch) then
+          call read_batch_record(reading, record, diagnostics, command)
+        else if (section == in_tables) then
+          call read_behind_end(reading, record, group, tables, diagnostics, command)
+        end if
       end select
       if (command == 'stop') exit
       call change_section(reading, command, section)
@@ -200,7 +203,7 @@ contains
     character(4), intent(in) :: command !! the command just obeyed
     integer, intent(inout) :: section !! the section at hand
 
-    if (section == in_mesh .and. command == 'batc') then
+    if (section /= in_batch .and. (command == 'batc' .or. command == 'macr')) then
       section = in_batch
     else if (section == in_batch .and. command == 'end') then
       section = in_tables
@@ -212,14 +215,19 @@ contains
   subroutine read_behind_end(reading, record, group, tables, diagnostics, command)
     type(reading_t), intent(inout) :: reading !! where reading stands
     type(record_t), intent(inout) :: record !! the record
-    integer, intent(in) :: group !! number of its block
+    integer, intent(inout) :: group !! number of its block
     type(data_set_t), intent(inout) :: tables !! the records so far
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    character(4), intent(out) :: command !! stop, or empty
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    character(4), intent(out) :: command !! stop, batc or empty
 
     command = ''
     if (is_word(record%items(1), 'stop')) then
       command = 'stop'
+    else if (is_word(record%items(1), 'batch') .or. is_word(record%items(1), 'macro')) then
+      command = 'batc'
+      if (tables%count > 0) group = group + 1
+    else if (is_word(record%items(1), 'interactive')) then
+      call report_note(diagnostics, record%at, 'INTEractive is ignored')
     else
       call read_table_record(reading, record, group, tables, diagnostics)
     end if

@@ -58,7 +58,7 @@ contains
   pure integer function allowed(n)
     integer, intent(in) :: n !! its length
 
-    allowed = min(2, max(1, n - 2))
+    allowed = min(2, max(1, n - 4))
     if (n > 8) allowed = n/3
     if (n < 2) allowed = 0
   end function allowed

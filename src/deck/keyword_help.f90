@@ -24,7 +24,8 @@ contains
     call keyword_table(table)
     if (len_trim(keyword) == 0) then
       t = usage()//summaries(table, table_mesh, 'Mesh commands:')// &
-        summaries(table, table_batch, 'Solution commands (after BATCh):')
+        summaries(table, table_batch, 'Solution commands (after BATCh):')// &
+        foreign_words(table)
       return
     end if
     item%kind = item_word
@@ -96,12 +97,49 @@ contains
     t = new_line('a')//title//new_line('a')
     do i = 1, table%count
       associate (command => table%commands(i))
-        if (command%table /= which) cycle
+        if (command%table /= which .or. command%foreign) cycle
         t = t//'  '//command%name//trim(command%summary)// &
           unavailable(command%available)//new_line('a')
       end associate
     end do
   end function summaries
+
+  !> The words of FEAP that are passed over, or refused with what to write instead.
+  function foreign_words(table) result(t)
+    type(keyword_table_t), intent(in) :: table !! the table
+    character(:), allocatable :: t, ignored, refused
+    integer :: i
+
+    ignored = ''
+    refused = ''
+    do i = 1, table%count
+      associate (command => table%commands(i))
+        if (.not. command%foreign) cycle
+        if (command%ignored) then
+          ignored = with_word(ignored, trim(command%name))
+        else
+          refused = with_word(refused, trim(command%name))
+        end if
+      end associate
+    end do
+    t = new_line('a')//'Words of FEAP that are ignored with a note:'//ignored//new_line('a')// &
+      new_line('a')//'Words of FEAP that are refused (--help WORD says what to write instead):'// &
+      refused//new_line('a')
+  end function foreign_words
+
+  !> A list with one more word, unless it has it, in lines of 80.
+  function with_word(list, word) result(t)
+    character(*), intent(in) :: list !! words parted by blanks and line ends
+    character(*), intent(in) :: word !! the word
+    character(:), allocatable :: t
+    integer :: line
+
+    t = list
+    if (index(t//' ', ' '//word//' ') + index(t, ' '//word//new_line('a')) > 0) return
+    line = len(t) - index(t, new_line('a'), back=.true.)
+    if (len(t) == 0 .or. line + len(word) > 78) t = t//new_line('a')//' '
+    t = t//' '//word
+  end function with_word
 
   !> A remark on what this version cannot do.
   function unavailable(available) result(t)
@@ -120,6 +158,7 @@ contains
     integer :: i
 
     t = trim(command%name)//': '//trim(command%summary)//unavailable(command%available)//nl//nl
+    if (command%foreign) return
     t = t//syntax_lines(command%head, trim(command%name), '  ', command%table == table_batch)
     if (command%has_data) t = t//syntax_lines(command%data, '', '    ', .false.)
     do i = 1, size(command%words)

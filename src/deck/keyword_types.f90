@@ -8,7 +8,8 @@ module keyword_types
   implicit none
   private
   public :: own_word_t, keyword_t, keyword_table_t, add_command, add_word, add_data, explain, &
-    find_keyword, find_word, list_keywords, list_words, takes_names
+    add_ignored, add_refused, fits_data, find_keyword, find_word, list_keywords, list_words, &
+    takes_names
   public :: table_mesh, table_batch
 
   !> The two tables of commands.
@@ -16,7 +17,7 @@ module keyword_types
   integer, parameter :: table_batch = 2
 
   !> Room in the table.
-  integer, parameter :: most_commands = 80
+  integer, parameter :: most_commands = 200
 
   !> A word that only one data set knows, at the start of its records.
   type :: own_word_t
@@ -33,11 +34,13 @@ module keyword_types
     character(4) :: key = '' !! first four letters, lower case
     integer :: table = table_mesh !! mesh or solution command
     logical :: available = .true. !! false if this version cannot do it
+    logical :: foreign = .false. !! FEAP's: passed over, or refused with its summary as advice
+    logical :: ignored = .false. !! passed over
     type(signature_t), allocatable :: head !! what follows the keyword itself
     logical :: has_data = .false. !! whether records without an own word belong to it
     type(signature_t), allocatable :: data !! such a record
     type(own_word_t), allocatable :: words(:) !! its own words
-    character(80) :: summary = '' !! one line
+    character(96) :: summary = '' !! one line
     character(96), allocatable :: help(:) !! more lines
   end type keyword_t
 
@@ -79,6 +82,35 @@ contains
     table%commands(table%count)%has_data = .true.
     table%commands(table%count)%data = compile_signature(signature)
   end subroutine add_data
+
+  !> Adds words of FEAP that are passed over with a note.
+  subroutine add_ignored(table, which, names)
+    type(keyword_table_t), intent(inout) :: table !! the table
+    integer, intent(in) :: which !! table_mesh or table_batch
+    character(*), intent(in) :: names !! in full, parted by blanks
+    integer :: first, length
+
+    first = 1
+    do while (first <= len_trim(names))
+      length = index(names(first:)//' ', ' ') - 1
+      call add_command(table, which, names(first:first + length - 1), '', &
+                       'of FEAP: ignored with a note')
+      table%commands(table%count)%foreign = .true.
+      table%commands(table%count)%ignored = .true.
+      first = first + length + 1
+    end do
+  end subroutine add_ignored
+
+  !> Adds a word of FEAP that would change the answer.
+  subroutine add_refused(table, which, name, instead)
+    type(keyword_table_t), intent(inout) :: table !! the table
+    integer, intent(in) :: which !! table_mesh or table_batch
+    character(*), intent(in) :: name !! in full, the letters that count as capitals
+    character(*), intent(in) :: instead !! what to write instead
+
+    call add_command(table, which, name, '', instead)
+    table%commands(table%count)%foreign = .true.
+  end subroutine add_refused
 
   !> Adds an own word to the last command.
   subroutine add_word(table, name, signature, summary, available)
@@ -155,7 +187,8 @@ contains
     integer :: i
 
     do i = 1, table%count
-      if (table%commands(i)%table == which) call add_candidate(list, trim(table%commands(i)%name))
+      if (table%commands(i)%table /= which .or. table%commands(i)%foreign) cycle
+      call add_candidate(list, trim(table%commands(i)%name))
     end do
   end subroutine list_keywords
 
@@ -169,6 +202,22 @@ contains
       call add_candidate(list, trim(command%words(i)%name))
     end do
   end subroutine list_words
+
+  !> Whether a data record of a command may have so many items.
+  pure logical function fits_data(command, n) result(fits)
+    type(keyword_t), intent(in) :: command !! the command
+    integer, intent(in) :: n !! items of the record
+    integer :: i
+
+    fits = .false.
+    if (.not. command%has_data) return
+    do i = 1, size(command%data%alternatives)
+      associate (tokens => command%data%alternatives(i)%tokens)
+        fits = fits .or. n >= count(.not. tokens%optional) .and. &
+          (n <= size(tokens) .or. any(tokens%repeated))
+      end associate
+    end do
+  end function fits_data
 
   !> Whether records of a command may begin with a name.
   pure logical function takes_names(command)

@@ -3,7 +3,7 @@ module mesh_keywords
   use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, explain
   implicit none
   private
-  public :: add_structure_keywords, add_mesh_keywords, add_selection_keywords, &
+  public :: add_structure_keywords, add_whole_keywords, add_mesh_keywords, add_selection_keywords, &
     add_condition_keywords, add_coordinate_keywords
 
 contains
@@ -29,13 +29,40 @@ contains
     call add_command(t, table_mesh, 'NOPRint', '', 'echo of the input off (read, without effect)')
     call add_command(t, table_mesh, 'END', '', 'ends the mesh commands (optional before BATCh)')
     call add_command(t, table_mesh, 'BATCh', '', 'starts the solution commands, up to END')
+    call add_command(t, table_mesh, 'MACRo', '', 'the same as BATCh')
     call add_command(t, table_mesh, 'STOP', '', 'ends the deck (optional)')
-    call add_command(t, table_mesh, 'GLOBal', '', 'global options', available=.false.)
-    call add_command(t, table_mesh, 'TRANsform', '', 'transforms the coordinates that follow', &
-                     available=.false.)
-    call add_command(t, table_mesh, 'TIE', '', 'joins nodes of equal coordinates', &
-                     available=.false.)
   end subroutine add_structure_keywords
+
+  !> What holds for the whole mesh.
+  subroutine add_whole_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+
+    call add_command(t, table_mesh, 'GLOBal', '', 'what holds for all materials')
+    call add_word(t, 'SMALl', '', 'small strain (as without GLOBal)')
+    call add_word(t, 'FINIte', '', 'finite strain, as FINIte in each material')
+    call add_word(t, 'PLANe', 'a:kind', 'two dimensions', available=.false.)
+    call add_word(t, 'AXISymmetric', '', 'two dimensions', available=.false.)
+    call add_word(t, 'TEMPerature', 'a:dof', 'temperatures', available=.false.)
+    call explain(t, 'A material that says SMALl, FINIte or SOLId with a law goes its own way.')
+    call add_command(t, table_mesh, 'TRANsform', '| INCrement', &
+                     'turns and moves the coordinates that follow')
+    call add_data(t, 'r:t1 r:t2 r:t3')
+    call explain(t, 'Three rows of a matrix T, then x0: COORdinates, BLOCk and MESH that follow')
+    call explain(t, 'have x = T x + x0. With INCrement it comes on top of the one before.')
+    call explain(t, 'Example:')
+    call explain(t, '  TRANsform')
+    call explain(t, '    cosd(30) -sind(30)  0')
+    call explain(t, '    sind(30)  cosd(30)  0')
+    call explain(t, '    0         0         1')
+    call explain(t, '    10        0         0')
+    call add_command(t, table_mesh, 'TIE', '| NODE p:n1 p:n2 | MATErial p:m1 p:m2 '// &
+                     '| REGIon w:name1 w:name2 | - d:direction r:coordinate', &
+                     'joins nodes of equal coordinates')
+    call explain(t, 'All of them; those numbered n1 to n2; of two materials, of two regions (sets,')
+    call explain(t, 'surfaces); in a coordinate plane. Never the two sides of a contact pair. The')
+    call explain(t, 'lowest number of each place stays, and the others mean the same node.')
+    call explain(t, 'Example: TIE,,3,0.5')
+  end subroutine add_whole_keywords
 
   !> Nodes, elements and materials.
   subroutine add_mesh_keywords(t)
@@ -48,11 +75,13 @@ contains
     call explain(t, '  COORdinates')
     call explain(t, '    1 1  0.0 0.0 0.0')
     call explain(t, '    5 0  1.0 0.0 0.0')
-    call add_command(t, table_mesh, 'ELEMents', '', 'nodes of elements')
+    call add_command(t, table_mesh, 'ELEMents', '| SPLIt', 'nodes of elements')
     call add_data(t, 'p:element n:inc p:material p:n1 p:n2 p:n3 p:n4 [n:n5...]')
     call explain(t, 'Four corner nodes: linear tetrahedron; ten: quadratic, nodes 5 to 10 in the')
     call explain(t, 'middle of the edges 12, 23, 31, 14, 24, 34. A left-handed one is reordered.')
     call explain(t, 'Elements between two records are generated: node numbers grow by inc.')
+    call explain(t, 'SPLIt: bricks of eight nodes; brick e becomes tetrahedra 6 e - 5 to 6 e, cut')
+    call explain(t, 'as a cell of BLOCk.')
     call explain(t, 'Example:')
     call explain(t, '  ELEMents')
     call explain(t, '    1 0 1  1 2 3 4')
@@ -62,7 +91,10 @@ contains
                   '| p:n1 p:n2 p:n3 TET4 | p:n1 p:n2 p:n3 MATErial p:material TET10'// &
                   '| p:n1 p:n2 p:n3 TET10 | p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
                   '11:btype', 'cells along the three edges, material, element type')
-    call explain(t, 'Data records: the 8 master points, 1-4 the lower face, 5-8 above.')
+    call explain(t, 'Data records: master points 1-4 of the lower face, 5-8 above; if wanted, as')
+    call explain(t, 'in FEAP: 9-12 on the edges 15 26 37 48, 13-16 on 12 23 34 41, 17 on the')
+    call explain(t, 'lower face, 18-22 likewise above, 23-26 on the faces 1265 2376 3487 4158,')
+    call explain(t, '27 inside.')
     call explain(t, 'Example:')
     call explain(t, '  BLOCk cube')
     call explain(t, '    CART 8 8 8  MATErial 1  TET4')
@@ -77,6 +109,7 @@ contains
     call add_word(t, 'DENSity', 'z:rho', 'density')
     call add_word(t, 'RIGId', '', 'nodes of its regions follow DISPlacement')
     call add_word(t, 'FINIte', '', 'finite strain, for ELAStic NEOHookean')
+    call add_word(t, 'SMALl', '', 'small strain, where GLOBal says FINIte')
     call explain(t, 'LINEar: small strain (the default). NEOHookean, SVK (Saint-Venant-')
     call explain(t, 'Kirchhoff): finite strain. MEAN: the volumetric part goes with the mean')
     call explain(t, 'dilatation of each element of ten nodes, which keeps it from locking:')

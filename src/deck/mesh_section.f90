@@ -3,17 +3,17 @@ module mesh_section
   use deck_types, only: record_t, item_t, item_word
   use records, only: item_count
   use numbers, only: is_letter
-  use hints, only: word_list_t, nearest_word, did_you_mean
   use parameter_tree, only: find_parameter
-  use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
-    takes_names, table_mesh, table_batch
+  use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
   use diagnostics, only: diagnostics_t, report_error
-  use reading, only: reading_t, append_record, append_set, move_record
+  use command_tails, only: drop_tail
+  use reading, only: reading_t, append_record, move_record, close_set, skip_data
+  use mesh_refusals, only: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
   use matching, only: match_t, match_record
   use deck_parameters, only: define_parameter
   implicit none
   private
-  public :: read_mesh_record, read_blank_line, close_set
+  public :: read_mesh_record, read_blank_line
 
   !> What the first item of a record makes of it.
   integer, parameter :: starts_command = 1
@@ -36,7 +36,7 @@ contains
       call define_parameter(reading, record, diagnostics)
       return
     end if
-    call classify(reading, record%items(1), kind, number)
+    call classify(reading, record, kind, number)
     select case (kind)
     case (starts_command)
       command = reading%table%commands(number)%key
@@ -51,17 +51,19 @@ contains
   end subroutine read_mesh_record
 
   !> Finds out by its first item what a record is.
-  subroutine classify(reading, item, kind, number)
+  subroutine classify(reading, record, kind, number)
     type(reading_t), intent(in) :: reading !! where reading stands
-    type(item_t), intent(in) :: item !! first item of the record
+    type(record_t), intent(in) :: record !! the record
     integer, intent(out) :: kind !! one of the constants above
     integer, intent(out) :: number !! index of the command or own word
+    type(item_t) :: item
     logical :: names
 
+    item = record%items(1)
     kind = starts_data
     number = 0
     if (item%kind /= item_word) return
-    if (.not. is_letter(item%text(1:1))) return
+    if (.not. is_letter(item%text(1:1)) .and. item%text(1:1) /= '*') return
     names = .false.
     if (reading%open > 0) then
       number = find_word(reading%table%commands(reading%open), item)
@@ -70,17 +72,36 @@ contains
       names = takes_names(reading%table%commands(reading%open))
     end if
     kind = starts_data
-    if (scan(item%text, '+*/^()') > 0) return
+    if (scan(item%text(2:), '+*/^()') > 0) return
     if (.not. names .and. index(item%text, '-') > 0) return
     kind = starts_command
     number = find_keyword(reading%table, table_mesh, item, spelt=names)
-    if (number > 0) return
+    if (number > 0) then
+      if (.not. may_be_data(reading, record, number)) return
+      number = 0
+    end if
     kind = starts_data
-    if (names) return
+    if (names .or. item%text(1:1) == '*') return
     if (find_parameter(reading%parameters(:reading%n_parameters), item%text) == 0) then
       kind = starts_nothing
     end if
   end subroutine classify
+
+  !> Whether a word of FEAP is a name or a parameter here: it must not take words away from decks
+  !! that know nothing of it.
+  logical function may_be_data(reading, record, number) result(data)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: number !! index of the command that its first item names
+
+    data = .false.
+    if (reading%open == 0 .or. .not. reading%table%commands(number)%foreign) return
+    associate (command => reading%table%commands(reading%open))
+      data = fits_data(command, item_count(record)) .and. takes_names(command)
+    end associate
+    data = data .or. find_parameter(reading%parameters(:reading%n_parameters), &
+                                    record%items(1)%text) > 0
+  end function may_be_data
 
   !> Closes the open set and starts another.
   subroutine start_command(reading, number, record, diagnostics)
@@ -99,7 +120,11 @@ contains
         call report_error(diagnostics, record%at, trim(command%name)// &
                           ' is not available in this version', &
                           '--help lists the commands and says which are')
-        call skip(reading)
+        call skip_data(reading)
+        return
+      end if
+      if (command%foreign) then
+        call pass_foreign(reading, command, record, diagnostics)
         return
       end if
       call match_head(reading, command, record, diagnostics, good)
@@ -109,7 +134,7 @@ contains
       case ('para')
         reading%in_parameters = .true.
         reading%keep = .false.
-      case ('end', 'batc', 'stop')
+      case ('end', 'batc', 'macr', 'stop')
         reading%open = 0
       case ('pair')
         call continue_contact(reading, record, diagnostics, good)
@@ -160,26 +185,14 @@ contains
     logical, intent(out) :: good !! whether there was no error
     type(match_t) :: match
 
+    call drop_tail(record, command, diagnostics, good)
+    if (.not. good) return
     match%first = 2
     match%name = command%name
     match%head = command%name
     call match_record(record, command%head, match, reading%parameters(:reading%n_parameters), &
                       diagnostics, good)
   end subroutine match_head
-
-  !> Ends the open set and gives it to the deck.
-  subroutine close_set(reading)
-    type(reading_t), intent(inout) :: reading !! where reading stands
-
-    if (reading%open > 0) then
-      if (reading%keep) call append_set(reading%mesh, reading%set)
-    end if
-    reading%open = 0
-    reading%keep = .false.
-    reading%in_parameters = .false.
-    reading%set%count = 0
-    reading%set%complete = .true.
-  end subroutine close_set
 
   !> Obeys a blank line: it ends the open set.
   subroutine read_blank_line(reading)
@@ -192,16 +205,6 @@ contains
     end associate
     call close_set(reading)
   end subroutine read_blank_line
-
-  !> Passes over the data of a command that is refused.
-  subroutine skip(reading)
-    type(reading_t), intent(inout) :: reading !! where reading stands
-
-    call close_set(reading)
-    reading%skipping = .true.
-    reading%passing = .true.
-    reading%refused = .true.
-  end subroutine skip
 
   !> Takes a record that begins with an own word of the open set.
   subroutine take_word(reading, number, record, diagnostics)
@@ -252,7 +255,7 @@ contains
                           ' that begins with '''//record%items(1)%text//'''', &
                           own_words_text(reading, command))
         reading%set%complete = .false.
-        if (size(command%words) == 0) call skip(reading)
+        if (size(command%words) == 0) call skip_data(reading)
         return
       end if
       if (is_misspelt_command(reading, record)) then
@@ -267,19 +270,6 @@ contains
     call keep_record(reading, record, good)
   end subroutine take_data
 
-  !> Whether a name that stands alone, where a set takes names, looks like a command.
-  logical function is_misspelt_command(reading, record) result(misspelt)
-    type(reading_t), intent(in) :: reading !! holds the table
-    type(record_t), intent(in) :: record !! the record
-    type(word_list_t) :: commands
-
-    misspelt = .false.
-    if (item_count(record) > 1 .or. record%items(1)%kind /= item_word) return
-    if (len(record%items(1)%text) < 4 .or. .not. is_letter(record%items(1)%text(1:1))) return
-    call list_keywords(reading%table, table_mesh, commands)
-    misspelt = len(nearest_word(commands, record%items(1)%text)) > 0
-  end function is_misspelt_command
-
   !> Keeps a good record.
   subroutine keep_record(reading, record, good)
     type(reading_t), intent(inout) :: reading !! where reading stands
@@ -292,101 +282,4 @@ contains
       reading%set%complete = .false.
     end if
   end subroutine keep_record
-
-  !> Says which records a command takes.
-  function own_words_text(reading, command) result(t)
-    type(reading_t), intent(in) :: reading !! where reading stands
-    type(keyword_t), intent(in) :: command !! the command
-    character(:), allocatable :: t
-    integer :: i
-
-    if (reading%in_parameters) then
-      t = 'write name = expression'
-    else if (size(command%words) == 0) then
-      t = trim(command%name)//' takes no data records'
-    else
-      t = 'its records begin with one of'
-      do i = 1, size(command%words)
-        if (command%words(i)%available) t = t//' '//trim(command%words(i)%name)
-      end do
-    end if
-  end function own_words_text
-
-  !> Reports a data record where no data set is open.
-  subroutine report_stray(reading, record, diagnostics)
-    type(reading_t), intent(in) :: reading !! where reading stands
-    type(record_t), intent(in) :: record !! the record
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-
-    if (reading%closed > 0) then
-      call report_error(diagnostics, record%at, 'data after the blank line that ended '// &
-                        trim(reading%table%commands(reading%closed)%name), &
-                        'remove the blank line, or repeat '// &
-                        trim(reading%table%commands(reading%closed)%name)//' below it')
-    else
-      call report_error(diagnostics, record%at, 'a data record without a command', &
-                        'begin with the command it belongs to')
-    end if
-  end subroutine report_stray
-
-  !> Whether a record that begins with an unknown word continues a set that a blank line has ended:
-  !! with an own word of it, or with a name.
-  logical function is_stray_name(reading, record, commands) result(stray)
-    type(reading_t), intent(in) :: reading !! where reading stands
-    type(record_t), intent(in) :: record !! the record
-    type(word_list_t), intent(in) :: commands !! all commands
-
-    stray = .false.
-    if (reading%open > 0 .or. reading%closed == 0) return
-    stray = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
-    if (stray .or. item_count(record) < 2) return
-    if (.not. takes_names(reading%table%commands(reading%closed))) return
-    stray = len(nearest_word(commands, record%items(1)%text)) == 0
-  end function is_stray_name
-
-  !> Reports a record that begins with an unknown word.
-  subroutine refuse(reading, record, diagnostics)
-    type(reading_t), intent(inout) :: reading !! where reading stands
-    type(record_t), intent(in) :: record !! the record
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(word_list_t) :: commands, words
-    character(:), allocatable :: remedy, word
-
-    if (reading%passing) then
-      if (.not. is_misspelt_command(reading, record)) return
-    end if
-    word = record%items(1)%text
-    call list_keywords(reading%table, table_mesh, commands)
-    if (reading%in_parameters) then
-      remedy = 'write '//word//' = expression'
-      if (item_count(record) == 1) remedy = did_you_mean(commands, word, remedy)
-      call report_error(diagnostics, record%at, '''='' is missing after '''//word//'''', remedy)
-      return
-    end if
-    if (find_keyword(reading%table, table_batch, record%items(1)) > 0) then
-      call report_error(diagnostics, record%at, ''''//word//''' is a solution command', &
-                        'solution commands stand between BATCh and END')
-      call skip(reading)
-      return
-    end if
-    if (reading%open > 0) then
-      call list_words(reading%table%commands(reading%open), words)
-      remedy = nearest_word(words, word)
-      if (len(remedy) > 0 .or. (words%count > 0 .and. len(nearest_word(commands, word)) == 0)) then
-        call report_error(diagnostics, record%at, 'unknown word '''//word//''' in '// &
-          trim(reading%table%commands(reading%open)%name), did_you_mean(words, word, &
-          own_words_text(reading, reading%table%commands(reading%open))))
-        reading%set%complete = .false.
-        return
-      end if
-    end if
-    if (is_stray_name(reading, record, commands)) then
-      if (.not. reading%skipping) call report_stray(reading, record, diagnostics)
-      reading%skipping = .true.
-      return
-    end if
-    call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', &
-                      did_you_mean(commands, word, '--help lists the commands'))
-    call skip(reading)
-  end subroutine refuse
 end module mesh_section

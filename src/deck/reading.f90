@@ -8,7 +8,7 @@ module reading
   implicit none
   private
   public :: reading_t, set_list_t, fetch_record, push_back, append_record, append_set, &
-    take_sets, move_record
+    take_sets, move_record, close_set, skip_data
 
   !> Data sets gathered so far.
   type :: set_list_t
@@ -158,4 +158,28 @@ contains
     end do
     list%count = 0
   end subroutine take_sets
+
+  !> Ends the open set and gives it to the deck.
+  subroutine close_set(reading)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+
+    if (reading%open > 0) then
+      if (reading%keep) call append_set(reading%mesh, reading%set)
+    end if
+    reading%open = 0
+    reading%keep = .false.
+    reading%in_parameters = .false.
+    reading%set%count = 0
+    reading%set%complete = .true.
+  end subroutine close_set
+
+  !> Passes over the data of a command that is refused.
+  subroutine skip_data(reading)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+
+    call close_set(reading)
+    reading%skipping = .true.
+    reading%passing = .true.
+    reading%refused = .true.
+  end subroutine skip_data
 end module reading

@@ -9,7 +9,7 @@ module block_reader
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element, max_nodes, max_elements, max_coordinate
-  use mesh_generation, only: block_t, block_nodes, block_elements, block_point, &
+  use mesh_generation, only: block_t, complete_block, block_nodes, block_elements, block_point, &
     block_tetrahedron, block_fits, check_block, orientation_left, orientation_bad
   use cells, only: mirrored
   use coordinates_reader, only: report_second_place
@@ -29,7 +29,7 @@ module block_reader
 
 contains
 
-  !> Reads one BLOCk: `CART n1 n2 n3 ...` and eight master points; the elements go to region
+  !> Reads one BLOCk: `CART n1 n2 n3 ...` and 8 to 27 master points; the elements go to region
   !! `region`.
   subroutine read_block(set, index, region, last_material, mesh, origin, diagnostics)
     type(data_set_t), intent(in) :: set !! the data set
@@ -53,7 +53,7 @@ contains
         'say CART n1 n2 n3 MATErial m TET4, the cells along the three edges')
       return
     end if
-    call read_corners(set, diagnostics, request)
+    call read_points(set, diagnostics, request)
     if (.not. request%good) return
     call check_block(request%block, orientation, cell)
     if (orientation == orientation_bad) then
@@ -111,12 +111,12 @@ contains
     end if
   end subroutine read_layout
 
-  !> Reads the master points; all eight must be there.
-  subroutine read_corners(set, diagnostics, request)
+  !> Reads the master points; all eight corners must be there.
+  subroutine read_points(set, diagnostics, request)
     type(data_set_t), intent(in) :: set !! the data set
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(block_request_t), intent(inout) :: request !! what the block asks for
-    logical :: there(8)
+    logical :: there(27)
     character(:), allocatable :: missing
     integer :: i, c, k
 
@@ -125,30 +125,31 @@ contains
       associate (record => set%records(i))
         if (i == request%record) cycle
         c = item_integer(record, 1)
-        if (c < 1 .or. c > 8) then
+        if (c < 1 .or. c > 27) then
           call refuse(record%items(1)%at, 'master point '//to_text(c), &
-            'this version takes the corners, master points 1 to 8', diagnostics, request)
+            'points 1 to 8 are the corners, 9 to 27 edges, faces and centre', diagnostics, request)
           cycle
         end if
         if (there(c)) call refuse(record%items(1)%at, 'master point '//to_text(c)// &
-          ' is given twice', 'give each of the eight once', diagnostics, request)
+          ' is given twice', 'give each once', diagnostics, request)
         there(c) = .true.
         do k = 1, 3
-          request%block%corner(k, c) = item_real(record, k + 1)
-          if (abs(request%block%corner(k, c)) > max_coordinate) call refuse(record%at, &
+          request%block%point(k, c) = item_real(record, k + 1)
+          if (abs(request%block%point(k, c)) > max_coordinate) call refuse(record%at, &
             'a coordinate of master point '//to_text(c)//' is absurdly large', &
             'coordinates lie between -1e100 and 1e100', diagnostics, request)
         end do
       end associate
     end do
-    if (all(there) .or. .not. request%good) return
+    call complete_block(request%block, there)
+    if (all(there(:8)) .or. .not. request%good) return
     missing = ''
     do c = 1, 8
       if (.not. there(c)) missing = missing//' '//to_text(c)
     end do
     call refuse(set%head%at, 'master points'//missing//' of the block are missing', &
       'give all eight corners: number x1 x2 x3', diagnostics, request)
-  end subroutine read_corners
+  end subroutine read_points
 
   !> Makes the nodes.
   subroutine put_nodes(set, request, mesh, diagnostics)
@@ -208,7 +209,7 @@ contains
       do t = 1, 6
         e = e + 1
         nodes = block_tetrahedron(request%block, c, t) + request%first_node - 1
-        if (reorder) nodes = mirrored(nodes)
+        if (reorder .neqv. mesh%mirrors) nodes = mirrored(nodes)
         call place_element(mesh, origin, e, nodes, request%material, index, request%record, twice)
         if (twice) then
           call report_error(diagnostics, set%records(request%record)%at, 'element '// &

@@ -1,4 +1,5 @@
-!> ELEMents: numbered elements, with FEAP's generation of the numbers between two records.
+!> ELEMents: numbered elements, with FEAP's generation of the numbers between two records; bricks
+!! behind SPLIt.
 module elements_reader
   use text, only: to_text
   use errors, only: error_t, raise, exit_deck
@@ -7,6 +8,7 @@ module elements_reader
   use diagnostics, only: diagnostics_t, report_error
   use cells, only: shapes, most_nodes
   use mesh_types, only: mesh_t
+  use brick_cutting, only: is_split, brick_tetrahedron, brick_nodes, tetrahedra_of_brick
   use mesh_building, only: element_origin_t, reserve_elements, place_element, max_nodes
   implicit none
   private
@@ -23,6 +25,7 @@ module elements_reader
     integer :: increment = 1 !! step of the node numbers for elements generated behind this one
     integer :: material = 0 !! material number
     integer :: nodes(most_nodes) = 0 !! its nodes, zeros behind the last
+    integer :: pieces = 1 !! tetrahedra it is cut into
   end type element_record_t
 
 contains
@@ -39,7 +42,7 @@ contains
     integer :: i
 
     do i = 1, set%count
-      call interpret_record(set%records(i), diagnostics, now)
+      call interpret_record(set%records(i), is_split(set), diagnostics, now)
       if (now%number > 0) call check_sequence(set%records(i), before, diagnostics, now)
       if (now%number > 0) call make_room(set%records(i), mesh, origin, diagnostics, now)
       if (now%number > 0) then
@@ -52,8 +55,9 @@ contains
   end subroutine read_elements
 
   !> Takes a record apart.
-  subroutine interpret_record(record, diagnostics, now)
+  subroutine interpret_record(record, split, diagnostics, now)
     type(record_t), intent(in) :: record !! the record
+    logical, intent(in) :: split !! it is a brick that is to be cut
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(element_record_t), intent(out) :: now !! what it says; number 0 if it cannot be used
     integer :: number, k, extra
@@ -71,6 +75,11 @@ contains
     if (number < 1) then
       call report_error(diagnostics, record%items(1)%at, 'element number '//to_text(number), &
         'element numbers start at 1; a blank line ends the data set')
+    else if (split) then
+      call check_brick(record, extra - 3, diagnostics, now)
+    else if (extra - 3 == brick_nodes .and. all(now%nodes(:brick_nodes) > 0)) then
+      call report_error(diagnostics, record%items(extra)%at, 'element '//to_text(number)// &
+        ' has 8 nodes: a brick', 'elements are tetrahedra; ELEMents SPLIt cuts a brick into six')
     else if (all(extra - 3 /= shapes%nodes) .or. any(now%nodes(:min(extra - 3, most_nodes)) == 0)) &
       then
       call report_error(diagnostics, record%items(max(extra, 1))%at, 'element '//to_text(number)// &
@@ -83,7 +92,28 @@ contains
     else
       now%number = number
     end if
+    if (split .and. number > 0 .and. now%pieces > 1) now%number = number
   end subroutine interpret_record
+
+  !> A record of ELEMents SPLIt has the eight nodes of a brick.
+  subroutine check_brick(record, nodes, diagnostics, now)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: nodes !! nodes it gives
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(element_record_t), intent(inout) :: now !! what it says; pieces 1 if it cannot be used
+
+    if (nodes /= brick_nodes .or. any(now%nodes(:brick_nodes) == 0)) then
+      call report_error(diagnostics, record%items(item_count(record))%at, 'brick '// &
+        to_text(item_integer(record, 1))//' does not have 8 nodes', &
+        'behind ELEMents SPLIt each record gives a brick: corners 1 to 4 of the lower face, '// &
+        '5 to 8 above them')
+    else if (now%material < 1) then
+      call report_error(diagnostics, record%items(3)%at, 'material number '// &
+        to_text(now%material), 'a record reads: element increment material n1 ... n8')
+    else
+      now%pieces = tetrahedra_of_brick
+    end if
+  end subroutine check_brick
 
   !> Element numbers of one data set ascend.
   subroutine check_sequence(record, before, diagnostics, now)
@@ -118,11 +148,11 @@ contains
     type(element_record_t), intent(inout) :: now !! what it says; number 0 if it cannot be used
     type(error_t), allocatable :: error
 
-    if (now%number - longest_jump > mesh%elements) then
+    if (now%number - longest_jump > mesh%elements .or. now%number > max_nodes) then
       call raise(error, exit_deck, 'element '//to_text(now%number)// &
         ' is far beyond the highest so far, '//to_text(mesh%elements))
     else
-      call reserve_elements(mesh, origin, now%number, error)
+      call reserve_elements(mesh, origin, now%pieces*now%number, error)
     end if
     if (.not. allocated(error)) return
     call report_error(diagnostics, record%items(1)%at, error%message, &
@@ -171,9 +201,19 @@ contains
     type(element_origin_t), intent(inout) :: origin !! where its elements come from
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     logical :: twice
+    integer :: e, t
 
-    call place_element(mesh, origin, element%number, element%nodes, element%material, index, i, &
-      twice)
+    if (element%pieces == 1) then
+      call place_element(mesh, origin, element%number, element%nodes, element%material, index, i, &
+        twice)
+    else
+      e = tetrahedra_of_brick*(element%number - 1)
+      do t = 1, tetrahedra_of_brick
+        call place_element(mesh, origin, e + t, brick_tetrahedron(element%nodes(:brick_nodes), t), &
+          element%material, index, i, twice)
+        if (twice) exit
+      end do
+    end if
     if (twice) call report_error(diagnostics, record%items(1)%at, 'element '// &
       to_text(element%number)//' is defined twice', &
       'give each element once; elements of a BLOCk and generated ones count too')

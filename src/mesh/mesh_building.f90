@@ -83,19 +83,21 @@ contains
     if (status /= 0) call raise(error, exit_resources, 'no memory for '//to_text(n)//' elements')
   end subroutine reserve_elements
 
-  !> Gives a node its coordinates, unless it has some already.
+  !> Gives a node its coordinates, turned and moved by TRANsform, unless it has some already.
   subroutine place_node(mesh, n, x, apart)
     type(mesh_t), intent(inout) :: mesh !! the mesh, with room for the node
     integer, intent(in) :: n !! node number
     real(wp), intent(in) :: x(3) !! coordinates [length]
     real(wp), intent(out) :: apart !! distance to other coordinates given before [length], or 0
+    real(wp) :: y(3)
 
     apart = 0.0_wp
+    y = matmul(mesh%turn, x) + mesh%shift
     if (mesh%defined(n)) then
-      apart = norm2(x - mesh%x(:, n))
-      if (apart <= same_place*max(maxval(abs(x)), maxval(abs(mesh%x(:, n))))) apart = 0.0_wp
+      apart = norm2(y - mesh%x(:, n))
+      if (apart <= same_place*max(maxval(abs(y)), maxval(abs(mesh%x(:, n))))) apart = 0.0_wp
     else
-      mesh%x(:, n) = x
+      mesh%x(:, n) = y
       mesh%defined(n) = .true.
     end if
   end subroutine place_node

@@ -7,6 +7,7 @@ module mesh_checks
   use diagnostics, only: diagnostics_t, report_error, report_note
   use cells, only: shape_t, shape_of, mirrored, tet4
   use mesh_types, only: mesh_t
+  use brick_cutting, only: is_split
   use mesh_building, only: element_origin_t
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
@@ -162,8 +163,8 @@ contains
       materials = max(materials, item_integer(deck%mesh(i)%head, 2))
     end do
     call check_control(deck, 1, 'numnp', mesh%nodes, 'the highest node number is', diagnostics)
-    call check_control(deck, 2, 'numel', mesh%elements, 'the highest element number is', &
-      diagnostics)
+    if (.not. any([(is_split(deck%mesh(i)), i=1, size(deck%mesh))])) call check_control(deck, 2, &
+      'numel', mesh%elements, 'the highest element number is', diagnostics)
     if (all(deck%mesh%complete)) call check_control(deck, 3, 'nummat', materials, &
       'the highest material number is', diagnostics)
     most = tet4%nodes

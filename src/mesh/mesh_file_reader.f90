@@ -7,6 +7,7 @@ module mesh_file_reader
   use source, only: add_file, file_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
+  use cells, only: mirrored
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element
   use file_cursor, only: cursor_t
@@ -102,6 +103,7 @@ contains
     logical, intent(out) :: good !! there is room
     type(error_t), allocatable :: error
     integer :: n, e, c, nodes, elements
+    integer, allocatable :: nodes_of(:)
     real(wp) :: apart
     logical :: twice
 
@@ -127,8 +129,9 @@ contains
       if (place%element(c) < 1) cycle
       e = e + 1
       place%element(c) = e
-      call place_element(mesh, origin, e, place%node([file%corners(:, c), &
-        pack(file%middles(:, c), file%middles(:, c) > 0)]), 1, index, 0, twice)
+      nodes_of = place%node([file%corners(:, c), pack(file%middles(:, c), file%middles(:, c) > 0)])
+      if (mesh%mirrors) nodes_of = mirrored(nodes_of)
+      call place_element(mesh, origin, e, nodes_of, 1, index, 0, twice)
     end do
     do c = 1, file%cells
       if (place%element(c) < 0) place%element(c) = place%element(-place%element(c))

@@ -1,12 +1,12 @@
-!> Regular meshes of a block that eight master points span.
+!> Regular meshes of a block that 8 to 27 master points span.
 module mesh_generation
   use kinds, only: wp
   use cells, only: tet4, tet10, most_nodes
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
-  public :: block_t, block_nodes, block_elements, block_point, block_tetrahedron, block_fits, &
-    check_block, orientation_right, orientation_left, orientation_bad
+  public :: block_t, complete_block, block_nodes, block_elements, block_point, block_tetrahedron, &
+    block_fits, check_block, cell_tetrahedra, orientation_right, orientation_left, orientation_bad
 
   !> Orientation of a block: its tetrahedra have positive, negative, or mixed and zero volumes.
   integer, parameter :: orientation_right = 1
@@ -18,18 +18,69 @@ module mesh_generation
   integer, parameter :: cell_tetrahedra(4, 6) = reshape([1, 2, 3, 7, 1, 3, 4, 7, 1, 4, 8, 7, &
     1, 8, 5, 7, 1, 5, 6, 7, 1, 6, 2, 7], [4, 6])
 
-  !> Natural coordinates of the master points.
-  integer, parameter :: natural(3, 8) = reshape([-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, &
-    -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1], [3, 8])
+  !> Natural coordinates of the master points, numbered as in FEAP: the corners, the edges along
+  !! direction 3, lower face, upper face, side faces, centre.
+  integer, parameter :: natural(3, 27) = reshape([-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, &
+    -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1, &
+    -1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0, &
+    0, -1, -1, 1, 0, -1, 0, 1, -1, -1, 0, -1, 0, 0, -1, &
+    0, -1, 1, 1, 0, 1, 0, 1, 1, -1, 0, 1, 0, 0, 1, &
+    0, -1, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0], [3, 27])
 
-  !> A block: cells along its three edges, and its corners.
+  !> A block: cells along its three edges, and its master points.
   type :: block_t
     integer :: cells(3) = 0 !! cells along the three edges
     integer :: order = 1 !! 1: elements of four nodes, 2: of ten
-    real(wp) :: corner(3, 8) = 0.0_wp !! master points [length]
+    logical :: curved = .false. !! more than the corners are given
+    real(wp) :: point(3, 27) = 0.0_wp !! master points, the first eight the corners [length]
   end type block_t
 
 contains
+
+  !> Gives the master points that the deck leaves out their places: edges straight, faces and centre
+  !! as the edges around them have it (transfinite: FEAP's faces, and a centre that fits them).
+  pure subroutine complete_block(block, there)
+    type(block_t), intent(inout) :: block !! corners and points of `there` given
+    logical, intent(in) :: there(27) !! points that are given
+    logical :: edges(27), corners(27)
+    integer :: c, zeros
+
+    block%curved = any(there(9:))
+    do zeros = 1, 2
+      do c = 9, 26
+        if (there(c) .or. count(natural(:, c) == 0) /= zeros) cycle
+        corners = on_same_side(c) .and. count(natural == 0, dim=1) == 0
+        edges = on_same_side(c) .and. count(natural == 0, dim=1) == 1
+        if (zeros == 1) block%point(:, c) = 0.5_wp*total(corners)
+        if (zeros == 2) block%point(:, c) = 0.5_wp*total(edges) - 0.25_wp*total(corners)
+      end do
+    end do
+    edges = count(natural == 0, dim=1) == 1
+    corners = count(natural == 0, dim=1) == 0
+    if (.not. there(27)) block%point(:, 27) = 0.5_wp*total(count(natural == 0, dim=1) == 2) - &
+      0.25_wp*total(edges) + 0.125_wp*total(corners)
+
+  contains
+
+    !> Master points that share the coordinates of point `c` that are not zero.
+    pure function on_same_side(c) result(same)
+      integer, intent(in) :: c !! a master point
+      logical :: same(27)
+      integer :: i
+
+      do i = 1, 27
+        same(i) = all(natural(:, c) == 0 .or. natural(:, c) == natural(:, i))
+      end do
+    end function on_same_side
+
+    !> Sum of the chosen points.
+    pure function total(chosen) result(x)
+      logical, intent(in) :: chosen(27) !! which points
+      real(wp) :: x(3)
+
+      x = sum(block%point, dim=2, mask=spread(chosen, 1, 3))
+    end function total
+  end subroutine complete_block
 
   !> True if the counts of a block stay within the given limits (safe against overflow).
   pure logical function block_fits(block, max_nodes, max_elements) result(fits)
@@ -55,11 +106,12 @@ contains
     n = 6*product(cells)
   end function block_elements
 
-  !> Coordinates of node `n` of a block (from 1, direction 1 fastest): trilinear map.
+  !> Coordinates of node `n` of a block (from 1, direction 1 fastest): trilinear map of the
+  !! corners, triquadratic map of all master points.
   pure function block_point(block, n) result(x)
     type(block_t), intent(in) :: block !! the block
     integer, intent(in) :: n !! node within the block
-    real(wp) :: x(3), r(3)
+    real(wp) :: x(3), r(3), share(3, -1:1)
     integer :: i(3), c, points(3)
 
     points = block%order*block%cells + 1
@@ -69,8 +121,18 @@ contains
     ! weights (1 -+ r)/2 as fractions of the cells: exact at the corners
     r = real(i, wp)/real(block%order*block%cells, wp)
     x = 0.0_wp
-    do c = 1, 8
-      x = x + product(merge(r, 1.0_wp - r, natural(:, c) > 0))*block%corner(:, c)
+    if (.not. block%curved) then
+      do c = 1, 8
+        x = x + product(merge(r, 1.0_wp - r, natural(:, c) > 0))*block%point(:, c)
+      end do
+      return
+    end if
+    share(:, -1) = (2.0_wp*r - 1.0_wp)*(r - 1.0_wp)
+    share(:, 0) = 4.0_wp*r*(1.0_wp - r)
+    share(:, 1) = r*(2.0_wp*r - 1.0_wp)
+    do c = 1, 27
+      x = x + share(1, natural(1, c))*share(2, natural(2, c))*share(3, natural(3, c))* &
+        block%point(:, c)
     end do
   end function block_point
 

@@ -2,14 +2,20 @@
 module mesh_reader
   use errors, only: error_t
   use deck_types, only: deck_t
-  use diagnostics, only: diagnostics_t, report_error, error_count
-  use mesh_types, only: mesh_t
+  use text, only: to_text
+  use diagnostics, only: diagnostics_t, report_error, report_note, error_count
+  use facets, only: facet_table_t, exterior_facets
+  use key_sorting, only: sort_columns, ascending, unique_numbers
+  use mesh_types, only: mesh_t, facet_field_t
   use mesh_building, only: element_origin_t, start_mesh, finish_mesh
   use curved_checks, only: check_curved
   use mesh_checks, only: check_elements, check_numbers
   use coordinates_reader, only: read_coordinates
   use elements_reader, only: read_elements
   use block_reader, only: read_block
+  use transform_reader, only: read_transform
+  use brick_cutting, only: check_bricks
+  use tied_nodes, only: has_tie, join_nodes, kept_node
   use mesh_file_reader, only: read_mesh_file
   use file_surfaces, only: surface_draft_t
   use named_parts, only: gather_names, evaluate_parts
@@ -19,8 +25,8 @@ module mesh_reader
 
 contains
 
-  !> Interprets COORdinates, ELEMents, BLOCk, MESH, SET and SURFace. A mesh that is not sound must
-  !! not be computed with, but the names of its parts can be looked up.
+  !> Interprets COORdinates, ELEMents, BLOCk, MESH, TRANsform, TIE, SET and SURFace. A mesh that is
+  !! not sound must not be computed with, but the names of its parts can be looked up.
   subroutine read_mesh(deck, diagnostics, mesh)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
@@ -48,6 +54,8 @@ contains
         call read_block(deck%mesh(i), i, region, material, mesh, origin, diagnostics)
       else if (deck%mesh(i)%command == 'mesh') then
         call read_mesh_file(deck, i, mesh, origin, drafts, diagnostics)
+      else if (deck%mesh(i)%command == 'tran') then
+        call read_transform(deck%mesh(i), mesh, diagnostics)
       end if
     end do
     call finish_mesh(mesh, origin, error)
@@ -56,17 +64,93 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh']) .and. &
+    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh', 'tran']) .and. &
       error_count(diagnostics) == errors
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
+    if (complete) call check_bricks(deck, origin, mesh, diagnostics)
     if (complete) call check_curved(deck, origin, mesh, diagnostics)
+    complete = complete .and. error_count(diagnostics) == errors
+    if (complete .and. has_tie(deck)) call tie(deck, drafts, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
     call evaluate_parts(deck, complete, diagnostics, mesh, drafts)
     mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &
       error_count(diagnostics) == names
   end subroutine read_mesh
+
+  !> Joins nodes; the sides of contact pairs are those of the mesh before. What mesh files say of
+  !! nodes then says it of those that are kept.
+  subroutine tie(deck, drafts, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(surface_draft_t), intent(inout) :: drafts(:) !! surfaces of mesh files
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    type(mesh_t) :: named
+    type(diagnostics_t) :: unheard
+    logical, allocatable :: mask(:)
+    integer :: i
+
+    named = mesh
+    unheard = diagnostics
+    call evaluate_parts(deck, .true., unheard, named, drafts)
+    call join_nodes(deck, named, diagnostics, mesh)
+    do i = 1, size(mesh%sets)
+      if (size(mesh%sets(i)%nodes) == 0) cycle
+      allocate (mask(mesh%nodes), source=.false.)
+      mask(kept_node(mesh, mesh%sets(i)%nodes)) = .true.
+      mesh%sets(i)%nodes = unique_numbers(mask)
+      deallocate (mask)
+    end do
+    do i = 1, size(drafts)
+      if (allocated(drafts(i)%corners)) drafts(i)%corners = kept_node(mesh, drafts(i)%corners)
+    end do
+    do i = 1, size(mesh%fields)
+      call tie_field(mesh, mesh%fields(i))
+    end do
+    call note_gaps(deck, diagnostics, mesh)
+  end subroutine tie
+
+  !> Notes facets that lie between joined bodies and have no partner: the mesh gapes there.
+  subroutine note_gaps(deck, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(mesh_t), intent(in) :: mesh !! the mesh, tied
+    type(facet_table_t) :: table
+    logical, allocatable :: joined(:)
+    integer :: f, n
+
+    allocate (joined(mesh%nodes), source=.false.)
+    do n = 1, mesh%nodes
+      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
+    end do
+    call exterior_facets(mesh, table)
+    n = 0
+    do f = 1, table%count
+      if (all(joined(table%corners(:, f)))) n = n + 1
+    end do
+    if (n == 0) return
+    f = findloc(deck%mesh%command, 'tie ', dim=1)
+    call report_note(diagnostics, deck%mesh(f)%head%at, to_text(n)//' facets all of whose '// &
+      'corners TIE has joined have no partner: the bodies are cut along different diagonals '// &
+      'there, and forces pass by their common nodes alone')
+  end subroutine note_gaps
+
+  !> Gives a field of facets the nodes that are kept, in order again.
+  pure subroutine tie_field(mesh, field)
+    type(mesh_t), intent(in) :: mesh !! knows the nodes that are kept
+    type(facet_field_t), intent(inout) :: field !! the field
+    integer, allocatable :: order(:)
+    integer :: k
+
+    do k = 1, size(field%keys, 2)
+      field%keys(:, k) = ascending(kept_node(mesh, field%keys(:, k)))
+    end do
+    call sort_columns(field%keys, order)
+    field%keys = field%keys(:, order)
+    field%vectors = field%vectors(:, order)
+    field%at = field%at(order)
+  end subroutine tie_field
 
   !> True if no record of these commands was left out because of an error.
   pure logical function all_read(deck, commands)

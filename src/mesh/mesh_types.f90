@@ -51,5 +51,10 @@ module mesh_types
     type(node_set_t), allocatable :: sets(:) !! node sets in the order of the deck
     type(surface_t), allocatable :: surfaces(:) !! surfaces in the order of the deck
     type(facet_field_t), allocatable :: fields(:) !! vectors of facets, in the order of the deck
+    real(wp) :: turn(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
+      0.0_wp, 1.0_wp], [3, 3]) !! TRANsform while the mesh is read
+    logical :: mirrors = .false. !! it makes left-handed elements of right-handed ones
+    real(wp) :: shift(3) = 0.0_wp !! x = turn x + shift [length]
+    integer, allocatable :: tied(:) !! (nodes) the node that TIE keeps for each; none without TIE
   end type mesh_t
 end module mesh_types

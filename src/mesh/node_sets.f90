@@ -7,6 +7,7 @@ module node_sets
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use mesh_building, only: model_size
+  use tied_nodes, only: kept_node
   use mesh_names, only: find_nodes
   use key_sorting, only: unique_numbers
   implicit none
@@ -152,7 +153,7 @@ contains
     logical, intent(inout) :: chosen(:) !! (nodes) nodes chosen so far
     logical, intent(inout) :: failed !! an error has been reported
     logical, allocatable :: mask(:)
-    integer :: i, n, last
+    integer :: i, k, n, last
     logical :: range
 
     allocate (mask(mesh%nodes), source=.false.)
@@ -165,15 +166,19 @@ contains
         cycle
       end if
       n = item_integer(record, i)
-      if (.not. node_exists(mesh, n)) then
+      if (.not. node_exists(mesh, kept_node(mesh, n))) then
         call report_error(diagnostics, record%items(i)%at, 'node '//to_text(n)// &
           ' does not exist', 'the highest node number is '//to_text(mesh%nodes))
         failed = .true.
         return
       end if
       if (range .and. n < last) exit
-      if (range) mask(last:n) = mesh%defined(last:n)
-      mask(n) = .true.
+      if (range) then
+        do k = last, n
+          if (node_exists(mesh, kept_node(mesh, k))) mask(kept_node(mesh, k)) = .true.
+        end do
+      end if
+      mask(kept_node(mesh, n)) = .true.
       range = .false.
       last = n
     end do

@@ -4,6 +4,7 @@ module surfaces
   use deck_types, only: data_set_t, record_t
   use records, only: item_integer, item_name, item_count, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
+  use tied_nodes, only: kept_node
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_region, in_region
   use key_sorting, only: unique_numbers
@@ -97,7 +98,7 @@ contains
     first = 1
     if (is_word(record%items(1), 'face')) first = 2
     do k = 1, 3
-      corners(k) = item_integer(record, first + k - 1)
+      corners(k) = kept_node(mesh, item_integer(record, first + k - 1))
     end do
     place = find_facet(table, corners)
     if (place > 0) then

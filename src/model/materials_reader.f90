@@ -32,9 +32,24 @@ contains
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'mate') cycle
       n = n + 1
+      if (finite_everywhere(deck)) model%materials(n)%law = neohooke
       call read_material(deck%mesh(i), model%materials(:n - 1), diagnostics, model%materials(n))
     end do
   end subroutine read_materials
+
+  !> GLOBal says FINIte; the last word counts.
+  pure logical function finite_everywhere(deck) result(finite)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i, k
+
+    finite = .false.
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'glob') cycle
+      do k = 1, deck%mesh(i)%count
+        finite = is_word(deck%mesh(i)%records(k)%items(1), 'finite')
+      end do
+    end do
+  end function finite_everywhere
 
   !> Reads one data set.
   subroutine read_material(set, others, diagnostics, material)
@@ -72,6 +87,8 @@ contains
       call read_law(record, diagnostics, material)
     else if (is_word(record%items(1), 'finite')) then
       if (material%law == linear) material%law = neohooke
+    else if (is_word(record%items(1), 'small')) then
+      material%law = linear
     else if (is_word(record%items(1), 'rigid')) then
       material%rigid = .true.
     else if (is_word(record%items(1), 'density')) then

@@ -6,6 +6,7 @@ module numbered_conditions
   use records, only: item_location, item_integer
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
+  use tied_nodes, only: kept_node
   use node_queries, only: node_exists, report_missing_node, nodes_of_item
   use condition_draft, only: condition_draft_t, set_values, record_values, record_table, &
     quantity_restraint, quantity_load
@@ -72,7 +73,7 @@ contains
     type(generation_t) :: this
 
     this%node = item_integer(record, 1)
-    if (.not. node_exists(mesh, this%node)) then
+    if (.not. node_exists(mesh, kept_node(mesh, this%node))) then
       call report_missing_node(mesh, item_location(record, 1), this%node, diagnostics)
       previous = generation_t()
       return
@@ -83,7 +84,7 @@ contains
     if (quantity == quantity_restraint .and. previous%node > 0) then
       where (previous%values < 0.0_wp .and. abs(this%values) <= 0.0_wp) this%values = -1.0_wp
     end if
-    call set_values(draft, quantity, this%node, this%values, record, 2)
+    call set_values(draft, quantity, kept_node(mesh, this%node), this%values, record, 2)
     call generate(record, quantity, mesh, previous, this, diagnostics, draft)
     previous = this
   end subroutine set_numbered
@@ -113,14 +114,14 @@ contains
     steps = (abs(last%node - first%node) + abs(step) - 1)/abs(step)
     do i = 1, steps - 1
       node = first%node + i*step
-      if (.not. node_exists(mesh, node)) then
+      if (.not. node_exists(mesh, kept_node(mesh, node))) then
         call report_error(diagnostics, item_location(record, 1), 'node '//to_text(node)// &
           ', generated between '//to_text(first%node)//' and '//to_text(last%node)// &
           ', does not exist', 'change the increment of the record before')
         return
       end if
-      call set_values(draft, quantity, node, generated_values(quantity, first, last, &
-        real(i, wp)/real(steps, wp)), record, 2)
+      call set_values(draft, quantity, kept_node(mesh, node), generated_values(quantity, first, &
+        last, real(i, wp)/real(steps, wp)), record, 2)
     end do
   end subroutine generate
 

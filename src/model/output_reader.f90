@@ -4,6 +4,7 @@ module output_reader
   use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
+  use tied_nodes, only: kept_node
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
     state_none
   use node_queries, only: node_exists, report_missing_node, report_unknown_name
@@ -146,7 +147,7 @@ contains
     type(model_t), intent(inout) :: model !! receives the request
     type(history_request_t) :: request
 
-    request%node = item_integer(record, 3)
+    request%node = kept_node(model%mesh, item_integer(record, 3))
     request%dof = item_integer(record, 4)
     if (.not. node_exists(model%mesh, request%node)) then
       call report_missing_node(model%mesh, item_location(record, 3), request%node, diagnostics)

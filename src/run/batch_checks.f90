@@ -7,7 +7,7 @@ module batch_checks
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use batch_types, only: batch_command_t
-  use printing, only: nodes_to_print
+  use printing, only: numbers_to_print
   use saved_states, only: file_of
   implicit none
   private
@@ -77,25 +77,32 @@ contains
     name = path(index(path, '/', back=.true.) + 1:)
   end function last_part
 
-  !> DISP and REAC need at least one node to print.
+  !> DISP and REAC need at least one node to print, STRE an element or a node.
   subroutine check_nodes(deck, commands, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(batch_command_t), intent(in) :: commands(:) !! its solution commands
     type(mesh_t), intent(in) :: mesh !! the complete mesh
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: names
+    character(:), allocatable :: names, noun
+    logical, allocatable :: there(:)
     integer :: i, first, last, stride
 
     do i = 1, size(commands)
-      if (.not. any(commands(i)%command == ['disp', 'reac'])) cycle
-      call nodes_to_print(commands(i), mesh, first, last, stride)
-      if (any(mesh%defined(first:min(last, mesh%nodes):stride))) cycle
-      names = 'node '//to_text(first)//' does not exist'
-      if (last /= first) names = 'there is no node from '//to_text(first)//' to '// &
+      if (.not. any(commands(i)%command == ['disp', 'reac', 'stre'])) cycle
+      there = mesh%defined
+      noun = 'node'
+      if (commands(i)%command == 'stre' .and. commands(i)%option /= 'node') then
+        there = mesh%ix(1, :mesh%elements) > 0
+        noun = 'element'
+      end if
+      call numbers_to_print(commands(i), size(there), first, last, stride)
+      if (any(there(first:min(last, size(there)):stride))) cycle
+      names = noun//' '//to_text(first)//' does not exist'
+      if (last /= first) names = 'there is no '//noun//' from '//to_text(first)//' to '// &
         to_text(last)//' in steps of '//to_text(stride)
       call report_error(diagnostics, item_location(deck%batch(i)%head, 3), names, &
-        'the mesh has '//to_text(count(mesh%defined))//' nodes, the highest number is '// &
-        to_text(mesh%nodes))
+        'the mesh has '//to_text(count(there))//' '//noun//'s, the highest number is '// &
+        to_text(size(there)))
     end do
   end subroutine check_nodes
 end module batch_checks

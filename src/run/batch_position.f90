@@ -42,6 +42,8 @@ contains
         n = n + times*nint(commands(i)%v(1))
       case ('time')
         n = n + times
+      case ('back')
+        n = max(0, n - times)
       case default
         cycle
       end select

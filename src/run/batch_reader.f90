@@ -1,5 +1,6 @@
 !> Turns the solution commands of the deck into a checked list.
 module batch_reader
+  use kinds, only: wp
   use text, only: lower, to_text
   use deck_types, only: deck_t, data_set_t, item_word, item_quoted
   use records, only: item_count, is_word
@@ -34,7 +35,70 @@ contains
     end do
     if (allocated(pairs)) call check_tangents(pairs, commands, diagnostics)
     call pair_loops(commands)
+    call mark_solves(commands)
+    call check_order(commands, has_errors(deck, diagnostics), diagnostics)
   end subroutine read_batch
+
+  !> Which commands make an iteration: SOLV without the name of a solver, and TANG, unless a SOLV
+  !! stands in the deck and TANG does not say 1.
+  pure subroutine mark_solves(commands)
+    type(batch_command_t), intent(inout) :: commands(:) !! the commands
+    logical :: apart
+    integer :: i
+
+    apart = .false.
+    do i = 1, size(commands)
+      if (commands(i)%command /= 'solv') cycle
+      commands(i)%solves = commands(i)%option == '' .or. commands(i)%option == 'line'
+      apart = apart .or. commands(i)%solves
+    end do
+    do i = 1, size(commands)
+      if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
+      commands(i)%solves = commands(i)%v(1) > 0.0_wp .or. .not. apart
+    end do
+  end subroutine mark_solves
+
+  !> SOLV wants the tangent of a TANG and the residual of a FORM; BACK wants an increment that is
+  !! not accepted yet.
+  subroutine check_order(commands, unsure, diagnostics)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands, in the order of the deck
+    logical, intent(in) :: unsure !! commands may be missing
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i
+    logical :: tangent, residual, pending
+
+    if (unsure) return
+    tangent = .false.
+    residual = .false.
+    pending = .false.
+    do i = 1, size(commands)
+      select case (commands(i)%command)
+      case ('time')
+        pending = .true.
+      case ('tang', 'utan')
+        tangent = .true.
+        pending = .true.
+      case ('form')
+        residual = .true.
+        pending = .true.
+      case ('solv')
+        if (.not. commands(i)%solves) cycle
+        if (.not. tangent) call report_error(diagnostics, commands(i)%at, &
+          'SOLV without a tangent', 'write TANG before it; SOLVer AUTO chooses a solver')
+        if (tangent .and. .not. residual) call report_error(diagnostics, commands(i)%at, &
+          'SOLV without a residual', 'write FORM before it')
+      case ('back')
+        if (.not. pending) call report_error(diagnostics, commands(i)%at, &
+          'BACK without an increment to give up', 'it stands behind TIME and TANG, before the '// &
+          'next TIME, STEP, DISP or SAVE accepts the increment')
+        pending = .false.
+      case ('step', 'save', 'rest', 'disp', 'reac', 'stre', 'chec')
+        pending = .false.
+      case default
+        cycle
+      end select
+    end do
+  end subroutine check_order
 
   !> TANG uses the penalty as it is: between bodies that yield it may be all round-off.
   subroutine check_tangents(pairs, commands, diagnostics)
@@ -122,7 +186,7 @@ contains
     select case (command%command)
     case ('dt')
       has_increment = .true.
-    case ('tang', 'utan', 'rest')
+    case ('tang', 'utan', 'form', 'rest')
       has_state = .true.
     case ('save')
       if (.not. has_state) call report_error(diagnostics, command%at, &

@@ -4,14 +4,10 @@ module batch_run
   use errors, only: error_t
   use text, only: to_text
   use costs, only: wall_seconds
-  use contact_system, only: load_contact, couple
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_open, &
-    outcome_stopped
-  use increment_start, only: begin_at, choose_start
-  use increments, only: follow_solution, settle_touches, accept
-  use residuals, only: estimate_round_off, form_residual
+  use newton, only: outcome_open, outcome_stopped
+  use increments, only: accept
   use linear_solver, only: solver_of, solver_auto
-  use solver_choice, only: ask_for_solver, choose_solver
+  use solver_choice, only: ask_for_solver
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
@@ -28,8 +24,8 @@ module batch_run
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
-  use augmentation, only: augmentation_t
-  use printing, only: print_displacements, print_reactions
+  use batch_tangent, only: prepare, run_tangent, run_form, run_back
+  use printing, only: print_displacements, print_reactions, print_stresses, print_mesh
   implicit none
   private
   public :: run_batch
@@ -125,28 +121,50 @@ contains
         if (command%command == 'save') call run_save(command, run, context, error)
         if (command%command == 'rest') call run_rest(command, run, context, error)
       case ('tang', 'utan')
-        call run_tangent(run, context, error)
+        if (command%solves) call run_tangent(run, context, error)
+      case ('form')
+        call run_form(run, context, error)
+      case ('back')
+        call run_back(command, run, context, error)
       case ('augm')
         call run_augment(run, context%model, context%system, context%monitor)
       case ('solv')
-        call ask_for_solver(context%system, solver_of(command%option))
+        if (command%solves) call run_tangent(run, context, error)
+        if (.not. command%solves) call ask_for_solver(context%system, solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
       case ('next')
         call turn_loop(commands, next, turns, run)
-      case ('disp', 'reac')
+      case ('disp', 'reac', 'stre', 'chec')
         if (run%converged) call close_increment(run, context, error)
         if (allocated(error) .or. is_passing(run%position)) return
-        if (command%command == 'disp') call print_displacements(command, context%model, &
-          context%state, context%files%log, error)
-        if (command%command == 'reac') call print_reactions(command, context%model, &
-          context%state, context%files%log, error)
+        call print_request(command, context, error)
       case default
         ! PROP has been obeyed when the deck was read.
       end select
     end associate
   end subroutine run_command
+
+  !> DISP, REAC, STRE, CHEC: prints to the log.
+  subroutine print_request(command, context, error)
+    type(batch_command_t), intent(in) :: command !! the command
+    type(context_t), target, intent(inout) :: context !! problem, accepted state, log
+    type(error_t), allocatable, intent(out) :: error !! trouble with the log
+
+    associate (model => context%model, state => context%state, log => context%files%log)
+      select case (command%command)
+      case ('disp')
+        call print_displacements(command, model, state, log, error)
+      case ('reac')
+        call print_reactions(command, model, state, log, error)
+      case ('stre')
+        call print_stresses(command, model, context%system, state, log, error)
+      case default
+        call print_mesh(model%mesh, log, error)
+      end select
+    end associate
+  end subroutine print_request
 
   !> A loop of no turns.
   pure logical function nothing_to_do(run, turns) result(nothing)
@@ -276,67 +294,6 @@ contains
       return
     end do
   end function end_of_loop
-
-  !> Marks an increment as begun; its first TANG sets it up.
-  subroutine prepare(run, context)
-    type(run_state_t), intent(inout) :: run !! gets a pending increment
-    type(context_t), target, intent(inout) :: context !! what the run works on
-
-    run%pending = .true.
-    run%converged = .false.
-    run%started = .false.
-    run%progress = newton_t()
-    run%augmentation = augmentation_t()
-    run%renewals = 0
-    if (.not. is_passing(run%position)) call begin_at(context%model, context%system, &
-      context%state, run%pending_time)
-  end subroutine prepare
-
-  !> TANG, UTAN: one Newton iteration of the pending increment; without TIME before it, one at the
-  !! present time.
-  subroutine run_tangent(run, context, error)
-    type(run_state_t), intent(inout) :: run !! the pending increment
-    type(context_t), target, intent(inout) :: context !! what the run works on
-    type(error_t), allocatable, intent(out) :: error !! singular, out of memory, stopped
-    if (.not. run%pending) then
-      run%pending_time = run%position%clock
-      call prepare(run, context)
-    end if
-    if (is_passing(run%position)) run%converged = .true.
-    if (run%converged) return
-    associate (model => context%model, system => context%system, state => context%state, &
-               monitor => context%monitor)
-      monitor%step = state%step + 1
-      if (.not. run%started) then
-        call choose_solver(model, system, monitor)
-        model%pairs%softened = .false.
-        system%x_old = model%mesh%x + state%u
-        call choose_start(model, system, state, run%pending_time, monitor)
-        call couple(system)
-        system%contact%slip_before = 0.0_wp
-        run%started = .true.
-      end if
-      call estimate_round_off(system, model%mesh%x)
-      call iterate(model, system, run%pending_time, run%settings, monitor, &
-        run%progress)
-      if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
-        run%progress%outcome = outcome_stopped
-      end if
-      if (run%progress%outcome /= outcome_going_on) then
-        call raise_outcome(model, system, state, run%progress, run%pending_time, .false., &
-          error)
-        return
-      end if
-      run%converged = is_converged(system, run%settings, run%progress)
-      if (.not. run%converged .or. size(model%pairs) == 0) return
-      call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
-      if (run%converged) call settle_touches(model, system, monitor, run%converged)
-      if (run%converged) return
-      call load_contact(model, system)
-      call couple(system)
-      call form_residual(system, model%mesh%x)
-    end associate
-  end subroutine run_tangent
 
   !> Accepts the pending increment and writes its rows; one that has not converged is an error.
   subroutine close_increment(run, context, error)

@@ -13,6 +13,7 @@ module batch_types
     character(:), allocatable :: text !! the option as written
     real(wp) :: v(3) = 0.0_wp !! its values, 0 where not given
     type(location_t) :: at !! where it stands
+    logical :: solves = .false. !! TANG, SOLV: one Newton iteration
     integer :: partner = 0 !! LOOP: index of its NEXT; NEXT: index of its LOOP
   end type batch_command_t
 end module batch_types

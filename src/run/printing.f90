@@ -1,16 +1,21 @@
-!> DISP and REAC: displacements and reactions of nodes, printed to the log.
+!> DISP, REAC, STRE and CHEC: displacements, reactions, stresses, and what the mesh is like, printed
+!! to the log.
 module printing
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
   use mesh_types, only: mesh_t
+  use tetrahedra, only: tetrahedron_volume, aspect_ratio
+  use solid_types, only: n_solid_state, state_stress
+  use bulk_assembly, only: recover_bulk
+  use nodal_stress, only: average_stress, von_mises
   use model_types, only: model_t
-  use system_types, only: state_t
+  use system_types, only: system_t, state_t
   use batch_types, only: batch_command_t
   use run_log, only: log_t, log_line
   implicit none
   private
-  public :: print_displacements, print_reactions, nodes_to_print
+  public :: print_displacements, print_reactions, print_stresses, print_mesh, numbers_to_print
 
 contains
 
@@ -36,19 +41,100 @@ contains
     call print_vectors(command, model, 'reactions', state%time, state%reaction, log, error)
   end subroutine print_reactions
 
-  !> The nodes that a command names: n1 to n2 in steps of n3; n1 alone is one node, none are all.
-  pure subroutine nodes_to_print(command, mesh, first, last, stride)
-    type(batch_command_t), intent(in) :: command !! which nodes
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    integer, intent(out) :: first !! first node
-    integer, intent(out) :: last !! last node as asked for, may be beyond the mesh
+  !> The nodes or elements that a command names: n1 to n2 in steps of n3; n1 alone is one, none are
+  !! all.
+  pure subroutine numbers_to_print(command, highest, first, last, stride)
+    type(batch_command_t), intent(in) :: command !! which numbers
+    integer, intent(in) :: highest !! highest number of the mesh
+    integer, intent(out) :: first !! first one
+    integer, intent(out) :: last !! last one as asked for, may be beyond the mesh
     integer, intent(out) :: stride !! step between them
 
     first = max(1, nint(command%v(1)))
     last = nint(command%v(2))
-    if (last == 0) last = merge(mesh%nodes, first, command%v(1) < 1.0_wp)
+    if (last == 0) last = merge(highest, first, command%v(1) < 1.0_wp)
     stride = max(1, nint(command%v(3)))
-  end subroutine nodes_to_print
+  end subroutine numbers_to_print
+
+  !> STRE[,ALL] or STRE,,n1,n2,n3: Cauchy stresses of elements, their means; STRE,NODE,n1,n2,n3: at
+  !! nodes, the mean of the elements around each weighted by their volumes. Behind them that of von
+  !! Mises.
+  subroutine print_stresses(command, model, system, state, log, error)
+    type(batch_command_t), intent(in) :: command !! which elements or nodes
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! its elements
+    type(state_t), intent(in) :: state !! the converged state
+    type(log_t), intent(inout) :: log !! the log
+    type(error_t), allocatable, intent(out) :: error !! trouble with the file
+    real(wp), allocatable :: solid(:, :), stress(:, :)
+    logical, allocatable :: there(:)
+    character(:), allocatable :: what
+
+    allocate (solid(n_solid_state, model%mesh%elements))
+    call recover_bulk(system%bulk, model%mesh%x, state%u, solid)
+    if (command%option == 'node') then
+      what = 'node'
+      there = model%mesh%used
+      call average_stress(model%mesh, solid(state_stress, :), stress)
+    else
+      what = 'element'
+      there = model%mesh%ix(1, :model%mesh%elements) > 0
+      stress = solid(state_stress, :)
+    end if
+    call log_line(log, '  stresses at time '//to_text(state%time, 12)//': '//what// &
+      ' xx yy zz xy yz zx von_mises', error)
+    if (allocated(error)) return
+    call print_table(command, there, stress, log, error)
+  end subroutine print_stresses
+
+  !> Stresses of nodes or elements, a line each.
+  subroutine print_table(command, there, stress, log, error)
+    type(batch_command_t), intent(in) :: command !! which numbers
+    logical, intent(in) :: there(:) !! (n) the mesh has this one
+    real(wp), intent(in) :: stress(:, :) !! (6, n) their stresses
+    type(log_t), intent(inout) :: log !! the log
+    type(error_t), allocatable, intent(out) :: error !! trouble with the file
+    character(120) :: line
+    integer :: first, last, stride, i
+
+    call numbers_to_print(command, size(there), first, last, stride)
+    do i = first, min(last, size(there)), stride
+      if (.not. there(i)) cycle
+      write (line, '(i10,7es14.5e3)') i, stress(:, i), von_mises(stress(:, i:i))
+      call log_line(log, trim(line), error)
+      if (allocated(error)) return
+    end do
+  end subroutine print_table
+
+  !> CHEC: how many nodes and elements, volumes, and the worst shape.
+  subroutine print_mesh(mesh, log, error)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(log_t), intent(inout) :: log !! the log
+    type(error_t), allocatable, intent(out) :: error !! trouble with the file
+    real(wp), allocatable :: volume(:), ratio(:)
+    logical, allocatable :: there(:)
+    integer :: e
+
+    allocate (there(mesh%elements), source=mesh%ix(1, :mesh%elements) > 0)
+    allocate (volume(mesh%elements), ratio(mesh%elements), source=0.0_wp)
+    do e = 1, mesh%elements
+      if (.not. there(e)) cycle
+      volume(e) = tetrahedron_volume(mesh%x(:, mesh%ix(1:4, e)))
+      ratio(e) = aspect_ratio(mesh%x(:, mesh%ix(1:4, e)))
+    end do
+    call log_line(log, '  mesh: '//to_text(count(mesh%defined))//' nodes, '// &
+      to_text(count(there))//' elements, volume '//to_text(sum(volume), 12)// &
+      ' between their corners', error)
+    if (allocated(error)) return
+    e = minloc(volume, dim=1, mask=there)
+    call log_line(log, '  smallest volume '//to_text(volume(e), 6)//' in element '//to_text(e)// &
+      ', largest '//to_text(maxval(volume), 6)//' in element '// &
+      to_text(maxloc(volume, dim=1)), error)
+    if (allocated(error)) return
+    e = maxloc(ratio, dim=1)
+    call log_line(log, '  longest edge over shortest height: at most '//to_text(ratio(e), 4)// &
+      ', in element '//to_text(e), error)
+  end subroutine print_mesh
 
   !> A vector a node, and the sum.
   subroutine print_vectors(command, model, what, time, v, log, error)
@@ -62,7 +148,7 @@ contains
     character(80) :: line
     integer :: first, last, stride, i
 
-    call nodes_to_print(command, model%mesh, first, last, stride)
+    call numbers_to_print(command, model%mesh%nodes, first, last, stride)
     last = min(last, model%mesh%nodes)
     call log_line(log, '  nodal '//what//' at time '//to_text(time, 12), error)
     do i = first, last, stride

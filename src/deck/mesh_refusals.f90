@@ -1,0 +1,143 @@
+!> What is said of records of the mesh section that cannot be what they seem to be.
+module mesh_refusals
+  use deck_types, only: record_t, item_word
+  use records, only: item_count
+  use numbers, only: is_letter
+  use hints, only: word_list_t, nearest_word, did_you_mean
+  use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
+    takes_names, table_mesh, table_batch
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use reading, only: reading_t, skip_data
+  implicit none
+  private
+  public :: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
+
+contains
+
+  !> Obeys a word of FEAP: passed over with a note, or refused with what to write instead.
+  subroutine pass_foreign(reading, command, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(keyword_t), intent(in) :: command !! the word
+    type(record_t), intent(in) :: record !! its record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+
+    if (command%ignored) then
+      call report_note(diagnostics, record%at, trim(command%name)//' is ignored')
+      reading%skipping = .true.
+    else
+      call report_error(diagnostics, record%at, trim(command%name)// &
+                        ' of FEAP is not available in this program', trim(command%summary))
+      call skip_data(reading)
+    end if
+  end subroutine pass_foreign
+
+  !> Whether a name that stands alone, where a set takes names, looks like a command.
+  logical function is_misspelt_command(reading, record) result(misspelt)
+    type(reading_t), intent(in) :: reading !! holds the table
+    type(record_t), intent(in) :: record !! the record
+    type(word_list_t) :: commands
+
+    misspelt = .false.
+    if (item_count(record) > 1 .or. record%items(1)%kind /= item_word) return
+    if (len(record%items(1)%text) < 4 .or. .not. is_letter(record%items(1)%text(1:1))) return
+    call list_keywords(reading%table, table_mesh, commands)
+    misspelt = len(nearest_word(commands, record%items(1)%text)) > 0
+  end function is_misspelt_command
+
+  !> Says which records a command takes.
+  function own_words_text(reading, command) result(t)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(keyword_t), intent(in) :: command !! the command
+    character(:), allocatable :: t
+    integer :: i
+
+    if (reading%in_parameters) then
+      t = 'write name = expression'
+    else if (size(command%words) == 0) then
+      t = trim(command%name)//' takes no data records'
+    else
+      t = 'its records begin with one of'
+      do i = 1, size(command%words)
+        if (command%words(i)%available) t = t//' '//trim(command%words(i)%name)
+      end do
+    end if
+  end function own_words_text
+
+  !> Reports a data record where no data set is open.
+  subroutine report_stray(reading, record, diagnostics)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+
+    if (reading%closed > 0) then
+      call report_error(diagnostics, record%at, 'data after the blank line that ended '// &
+                        trim(reading%table%commands(reading%closed)%name), &
+                        'remove the blank line, or repeat '// &
+                        trim(reading%table%commands(reading%closed)%name)//' below it')
+    else
+      call report_error(diagnostics, record%at, 'a data record without a command', &
+                        'begin with the command it belongs to')
+    end if
+  end subroutine report_stray
+
+  !> Whether a record that begins with an unknown word continues a set that a blank line has ended:
+  !! with an own word of it, or with a name.
+  logical function is_stray_name(reading, record, commands) result(stray)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(word_list_t), intent(in) :: commands !! all commands
+
+    stray = .false.
+    if (reading%open > 0 .or. reading%closed == 0) return
+    stray = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
+    if (stray .or. item_count(record) < 2) return
+    if (.not. takes_names(reading%table%commands(reading%closed))) return
+    stray = len(nearest_word(commands, record%items(1)%text)) == 0
+  end function is_stray_name
+
+  !> Reports a record that begins with an unknown word.
+  subroutine refuse(reading, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(word_list_t) :: commands, words
+    character(:), allocatable :: remedy, word
+
+    if (reading%passing) then
+      if (.not. is_misspelt_command(reading, record)) return
+    end if
+    word = record%items(1)%text
+    call list_keywords(reading%table, table_mesh, commands)
+    if (reading%in_parameters) then
+      remedy = 'write '//word//' = expression'
+      if (item_count(record) == 1) remedy = did_you_mean(commands, word, remedy)
+      call report_error(diagnostics, record%at, '''='' is missing after '''//word//'''', remedy)
+      return
+    end if
+    if (find_keyword(reading%table, table_batch, record%items(1)) > 0) then
+      call report_error(diagnostics, record%at, ''''//word//''' is a solution command', &
+                        'solution commands stand between BATCh and END')
+      call skip_data(reading)
+      return
+    end if
+    if (reading%open > 0) then
+      call list_words(reading%table%commands(reading%open), words)
+      remedy = nearest_word(words, word)
+      if (len(remedy) > 0 .or. (words%count > 0 .and. len(nearest_word(commands, word)) == 0)) then
+        call report_error(diagnostics, record%at, 'unknown word '''//word//''' in '// &
+          trim(reading%table%commands(reading%open)%name), did_you_mean(words, word, &
+          own_words_text(reading, reading%table%commands(reading%open))))
+        reading%set%complete = .false.
+        return
+      end if
+    end if
+    if (is_stray_name(reading, record, commands)) then
+      if (.not. reading%skipping) call report_stray(reading, record, diagnostics)
+      reading%skipping = .true.
+      return
+    end if
+    call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', &
+                      did_you_mean(commands, word, '--help lists the commands'))
+    call skip_data(reading)
+  end subroutine refuse
+end module mesh_refusals

@@ -1,0 +1,276 @@
+!> TIE: joins nodes at the same place, but never the two sides of a contact pair.
+module tied_nodes
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use deck_types, only: deck_t, data_set_t
+  use records, only: is_word, item_count, item_integer, item_real, item_name
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use key_sorting, only: sort_columns
+  use mesh_types, only: mesh_t
+  use mesh_building, only: model_size
+  use mesh_names, only: find_nodes, name_hint
+  implicit none
+  private
+  public :: has_tie, join_nodes, kept_node
+
+  !> Nodes closer than this part of the model's size are at the same place.
+  real(wp), parameter :: same_place = 1.0e-8_wp
+  !> Cells in which nodes are looked for, as a part of the model's size.
+  real(wp), parameter :: cell_size = 1.0e-6_wp
+
+  !> What one TIE joins: nodes of the first kind with nodes of the second.
+  type :: choice_t
+    logical, allocatable :: first(:) !! (nodes)
+    logical, allocatable :: second(:) !! (nodes)
+  end type choice_t
+
+contains
+
+  !> Whether the deck joins nodes.
+  pure logical function has_tie(deck)
+    type(deck_t), intent(in) :: deck !! the deck
+
+    has_tie = any(deck%mesh%command == 'tie')
+  end function has_tie
+
+  !> The node that stands for another one.
+  elemental integer function kept_node(mesh, n) result(kept)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: n !! any number
+
+    kept = n
+    if (.not. allocated(mesh%tied)) return
+    if (n >= 1 .and. n <= size(mesh%tied)) kept = mesh%tied(n)
+  end function kept_node
+
+  !> Obeys all TIE commands: fills mesh%tied; elements and `mesh%defined` then know the lowest node
+  !! of each place alone.
+  subroutine join_nodes(deck, named, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(mesh_t), intent(in) :: named !! the mesh before, its sets and surfaces evaluated
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(mesh_t), intent(inout) :: mesh !! the mesh, complete
+    logical, allocatable :: sides(:, :)
+    type(choice_t) :: choice
+    integer :: i, n, joined, apart
+    logical :: good
+
+    allocate (mesh%tied(mesh%nodes))
+    mesh%tied(:) = [(n, n=1, mesh%nodes)]
+    call mark_sides(deck, named, sides)
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'tie') cycle
+      call choose_nodes(deck%mesh(i), named, diagnostics, choice, good)
+      if (.not. good) cycle
+      call join_chosen(mesh, choice, sides, joined, apart)
+      call report_note(diagnostics, deck%mesh(i)%head%at, 'TIE joins '// &
+        count_noun(joined, 'node')//' to others at the same place'//pairs_text(apart))
+    end do
+    call rename_nodes(deck, diagnostics, mesh)
+  end subroutine join_nodes
+
+  !> How many nodes stay apart because of contact.
+  function pairs_text(apart) result(t)
+    integer, intent(in) :: apart !! their number
+    character(:), allocatable :: t
+
+    t = ''
+    if (apart > 0) t = '; '//count_noun(apart, 'place')// &
+      ' of the two sides of a contact pair stay apart'
+  end function pairs_text
+
+  !> Nodes of the slave side (odd rows) and of the master side (even rows) of each pair.
+  subroutine mark_sides(deck, named, sides)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(mesh_t), intent(in) :: named !! the mesh, its sets and surfaces evaluated
+    logical, allocatable, intent(out) :: sides(:, :) !! (2 pairs, nodes)
+    integer, allocatable :: nodes(:)
+    integer :: pass, i, k, side, n
+    logical :: found
+
+    do pass = 1, 2
+      n = 0
+      do i = 1, size(deck%mesh)
+        if (deck%mesh(i)%command /= 'cont') cycle
+        do k = 1, deck%mesh(i)%count
+          associate (record => deck%mesh(i)%records(k))
+            if (.not. is_word(record%items(1), 'ntos') .and. &
+              .not. is_word(record%items(1), 'gtos')) cycle
+            do side = 1, 2
+              if (pass == 1) cycle
+              call find_nodes(named, item_name(record, 1 + side), nodes, found)
+              if (found) sides(n + side, nodes) = .true.
+            end do
+            n = n + 2
+          end associate
+        end do
+      end do
+      if (pass == 1) allocate (sides(n, named%nodes), source=.false.)
+    end do
+  end subroutine mark_sides
+
+  !> The nodes that a TIE is about: all, NODE n1 n2, MATErial m1 m2, REGIon r1 r2, or ,,i,c.
+  subroutine choose_nodes(set, mesh, diagnostics, choice, good)
+    type(data_set_t), intent(in) :: set !! the data set
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(choice_t), intent(out) :: choice !! the nodes
+    logical, intent(out) :: good !! what it names is there
+    integer :: n
+
+    good = .true.
+    choice%first = mesh%used
+    choice%second = mesh%used
+    if (item_count(set%head) < 2) return
+    associate (head => set%head)
+      if (is_word(head%items(2), 'node')) then
+        choice%first = choice%first .and. [(n >= item_integer(head, 3) .and. &
+                                            n <= item_integer(head, 4), n=1, mesh%nodes)]
+        choice%second = choice%first
+      else if (is_word(head%items(2), 'material')) then
+        call mark_material(mesh, item_integer(head, 3), choice%first)
+        call mark_material(mesh, item_integer(head, 4), choice%second)
+      else if (is_word(head%items(2), 'region')) then
+        call mark_named(set, 3, mesh, diagnostics, choice%first, good)
+        if (good) call mark_named(set, 4, mesh, diagnostics, choice%second, good)
+      else
+        choice%first = choice%first .and. abs(mesh%x(item_integer(head, 3), :) - &
+          item_real(head, 4)) <= same_place*model_size(mesh)
+        choice%second = choice%first
+      end if
+    end associate
+  end subroutine choose_nodes
+
+  !> Nodes of the elements of a material.
+  pure subroutine mark_material(mesh, material, mask)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: material !! its number
+    logical, intent(out) :: mask(:) !! (nodes)
+    integer :: e
+
+    mask = .false.
+    do e = 1, mesh%elements
+      if (mesh%material(e) /= material .or. mesh%ix(1, e) == 0) cycle
+      mask(pack(mesh%ix(:, e), mesh%ix(:, e) > 0)) = .true.
+    end do
+  end subroutine mark_material
+
+  !> Nodes of a region, set or surface that the head of a TIE names.
+  subroutine mark_named(set, i, mesh, diagnostics, mask, good)
+    type(data_set_t), intent(in) :: set !! the data set
+    integer, intent(in) :: i !! item of the name
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    logical, intent(out) :: mask(:) !! (nodes)
+    logical, intent(out) :: good !! there is such a name
+    integer, allocatable :: nodes(:)
+
+    call find_nodes(mesh, item_name(set%head, i), nodes, good)
+    mask = .false.
+    if (good) mask(nodes) = .true.
+    if (.not. good) call report_error(diagnostics, set%head%items(i)%at, 'there is no set, '// &
+      'region or surface '//item_name(set%head, i), name_hint(mesh, item_name(set%head, i)))
+  end subroutine mark_named
+
+  !> Joins the chosen nodes that share a place. Nodes that do share one of the cells of at least one
+  !! of eight grids, which are half a cell apart.
+  subroutine join_chosen(mesh, choice, sides, joined, apart)
+    type(mesh_t), intent(inout) :: mesh !! its list of tied nodes
+    type(choice_t), intent(in) :: choice !! which nodes
+    logical, intent(inout) :: sides(:, :) !! (2 pairs, nodes) sides that what is joined touches
+    integer, intent(out) :: joined !! nodes that were joined to others
+    integer, intent(out) :: apart !! places that contact keeps apart
+    integer, allocatable :: nodes(:), keys(:, :), order(:)
+    real(wp) :: low(3), size_of_model, half(3)
+    integer :: grid, i, j, n
+    logical, allocatable :: held(:)
+
+    joined = 0
+    nodes = pack([(n, n=1, mesh%nodes)], choice%first .or. choice%second)
+    allocate (keys(3, size(nodes)), held(mesh%nodes))
+    held(:) = .false.
+    size_of_model = model_size(mesh)
+    low = minval(mesh%x(:, nodes), 2)
+    do grid = 0, 7
+      half = 0.5_wp*[(real(ibits(grid, i, 1), wp), i=0, 2)]
+      do i = 1, size(nodes)
+        keys(:, i) = int((mesh%x(:, nodes(i)) - low)/(cell_size*size_of_model) + half)
+      end do
+      call sort_columns(keys, order)
+      do i = 2, size(order)
+        do j = i - 1, 1, -1
+          if (any(keys(:, order(j)) /= keys(:, order(i)))) exit
+          call join_pair(mesh, nodes(order(j)), nodes(order(i)), choice, same_place*size_of_model, &
+            sides, joined, held)
+        end do
+      end do
+    end do
+    apart = count(held)
+  end subroutine join_chosen
+
+  !> Joins two nodes if they may be.
+  subroutine join_pair(mesh, first, second, choice, tolerance, sides, joined, held)
+    type(mesh_t), intent(inout) :: mesh !! its list of tied nodes
+    integer, intent(in) :: first !! a node
+    integer, intent(in) :: second !! another one
+    type(choice_t), intent(in) :: choice !! which nodes may be joined
+    real(wp), intent(in) :: tolerance !! farther apart they are two [length]
+    logical, intent(inout) :: sides(:, :) !! (2 pairs, nodes) sides they touch
+    integer, intent(inout) :: joined !! counted on
+    logical, intent(inout) :: held(:) !! (nodes) kept apart by contact
+    integer :: low, high, n
+
+    if (.not. (choice%first(first) .and. choice%second(second) .or. &
+      choice%first(second) .and. choice%second(first))) return
+    if (norm2(mesh%x(:, first) - mesh%x(:, second)) > tolerance) return
+    low = min(root_of(mesh%tied, first), root_of(mesh%tied, second))
+    high = max(root_of(mesh%tied, first), root_of(mesh%tied, second))
+    if (low == high) return
+    n = size(sides, 1)
+    if (any(sides(1:n:2, low) .and. sides(2:n:2, high)) .or. &
+      any(sides(2:n:2, low) .and. sides(1:n:2, high))) then
+      held(low) = .true.
+      return
+    end if
+    mesh%tied(high) = low
+    sides(:, low) = sides(:, low) .or. sides(:, high)
+    joined = joined + 1
+  end subroutine join_pair
+
+  !> The node at the end of a chain of tied ones.
+  pure integer function root_of(tied, n) result(root)
+    integer, intent(in) :: tied(:) !! (nodes) next node of the chain
+    integer, intent(in) :: n !! where it begins
+
+    root = n
+    do while (tied(root) /= root)
+      root = tied(root)
+    end do
+  end function root_of
+
+  !> Gives the elements the nodes that are kept.
+  subroutine rename_nodes(deck, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer :: e, k, n, first
+
+    do n = 1, mesh%nodes
+      mesh%tied(n) = root_of(mesh%tied, n)
+      if (mesh%tied(n) /= n) mesh%defined(n) = .false.
+      if (mesh%tied(n) /= n) mesh%used(n) = .false.
+    end do
+    do e = 1, mesh%elements
+      do k = 1, size(mesh%ix, 1)
+        n = mesh%ix(k, e)
+        if (n == 0) exit
+        mesh%ix(k, e) = mesh%tied(n)
+        if (.not. any(mesh%ix(:k - 1, e) == mesh%tied(n))) cycle
+        first = findloc(deck%mesh%command, 'tie ', dim=1)
+        call report_error(diagnostics, deck%mesh(first)%head%at, &
+          'TIE joins two nodes of element '//to_text(e), 'it is smaller than 1e-8 of the model')
+        return
+      end do
+    end do
+  end subroutine rename_nodes
+end module tied_nodes
