@@ -1,4 +1,4 @@
-"""The command mfec-post: report, plot, picture, movie, compare, export."""
+"""The command mfec-post: report, plot, picture, movie, compare, export, identify."""
 from __future__ import annotations
 
 import argparse
@@ -6,7 +6,7 @@ import os
 import sys
 from typing import Optional
 
-from . import compare, export, pictures, plots, report
+from . import compare, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -41,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument('--out', help='folder (default: x_export)')
     one.add_argument('--csv', action='store_true', help='tables only')
     one.add_argument('--vtu', action='store_true', help='grids only')
+    one = commands.add_parser('identify', help='friction from measured curves; --plan: what a '
+                              'path would tell')
+    identify.add_options(one)
     return top
 
 
@@ -68,6 +71,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     if words[:1] == ['compare']:
         return compare.main(words[1:])
     given = parser().parse_args(words)
+    if given.command == 'identify':
+        return identify.main(given)
     try:
         written = perform(given)
     except (OSError, KeyError, IndexError, TableError) as problem:

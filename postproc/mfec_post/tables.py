@@ -6,8 +6,8 @@ from typing import Optional
 import numpy as np
 from numpy.typing import NDArray
 
-TEXT = {'set', 'pair'}
-INTEGER = {'step', 'active', 'stick', 'slip'}
+TEXT = {'set', 'pair', 'quantity', 'parameter'}
+INTEGER = {'step', 'active', 'stick', 'slip', 'kinks'}
 
 
 class TableError(Exception):

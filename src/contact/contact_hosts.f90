@@ -5,7 +5,7 @@
 module contact_hosts
   use kinds, only: wp
   use element_types, only: status_off, status_open
-  use contact_types, only: pair_t, contact_point_t
+  use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, point_position, is_first, longest_facet
   use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
@@ -86,8 +86,7 @@ contains
     pair%new = pair%old
     pair%start = pair%old
     pair%raise = first_raise(pair)
-    pair%left = 0
-    pair%moves = 0
+    call forget_moves(pair)
     if (pair%segmented) then
       call begin_cells(pair)
       return

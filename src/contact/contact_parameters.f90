@@ -9,7 +9,7 @@ module contact_parameters
     direction_field
   implicit none
   private
-  public :: point_parameters, point_shift, first_raise, is_stiff, &
+  public :: point_parameters, point_shift, first_raise, raise_along, is_stiff, &
     is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
@@ -86,6 +86,16 @@ contains
     if (.not. shifts_gap(pair)) return
     if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
   end function first_raise
+
+  !> The same where multipliers come along: that of a field, and at nodes one that is not too soft.
+  pure real(wp) function raise_along(pair) result(raise)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    raise = pair%raise
+    if (has_field(pair)) raise = 1.0_wp
+    if (pair%augmented .and. pair%relative > 0.0_wp) raise = max(raise, &
+      stiffest_start/pair%relative)
+  end function raise_along
 
   !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "A stiff penalty from
   !! a soft one"); not at points of facets, which would be more than their nodes can follow.

@@ -6,7 +6,7 @@ module contact_types
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
-  public :: pair_t, contact_point_t, cell_t
+  public :: pair_t, contact_point_t, cell_t, forget_moves
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
   public :: direction_vector, direction_circumferential, direction_radial, direction_field
@@ -121,4 +121,14 @@ module contact_types
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
   end type pair_t
+
+contains
+
+  !> Points forget the hosts that they have left in this increment, and may go back to them.
+  pure subroutine forget_moves(pair)
+    type(pair_t), intent(inout) :: pair !! gets left, moves
+
+    pair%left = 0
+    pair%moves = 0
+  end subroutine forget_moves
 end module contact_types

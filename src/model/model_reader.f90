@@ -15,7 +15,7 @@ module model_reader
   use name_checks, only: check_names
   implicit none
   private
-  public :: read_model
+  public :: read_model, read_rest
 
 contains
 
@@ -27,11 +27,20 @@ contains
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(out) :: model !! the problem
-    type(pair_draft_t), allocatable :: drafts(:)
-    logical :: sound
 
     model%title = deck%title
     call read_mesh(deck, diagnostics, model%mesh)
+    call read_rest(deck, diagnostics, model)
+  end subroutine read_model
+
+  !> All but the mesh, which is there.
+  subroutine read_rest(deck, diagnostics, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! the problem, with its mesh
+    type(pair_draft_t), allocatable :: drafts(:)
+    logical :: sound
+
     sound = error_count(diagnostics) == 0
     call read_loads(deck, diagnostics, model)
     call read_pairs(deck, diagnostics, drafts)
@@ -46,5 +55,5 @@ contains
     call read_held(deck, diagnostics, model)
     call build_pairs(drafts, diagnostics, model)
     call read_output(deck, diagnostics, model)
-  end subroutine read_model
+  end subroutine read_rest
 end module model_reader

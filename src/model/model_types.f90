@@ -93,6 +93,7 @@ module model_types
     logical :: strain = .false. !! write the field
     logical :: contact = .true. !! write the contact points
     logical :: lay = .false. !! write the lay of the master surfaces
+    logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts
     type(history_request_t), allocatable :: history(:) !! dofs of the history table

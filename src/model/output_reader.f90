@@ -46,6 +46,8 @@ contains
       call read_reactions(record, diagnostics, model)
     else if (is_word(record%items(1), 'fields')) then
       call read_fields(record, model%output)
+    else if (is_word(record%items(1), 'tables')) then
+      model%output%all_tables = .true.
     else if (is_word(record%items(1), 'every')) then
       model%output%every = item_integer(record, 2)
     else if (is_word(record%items(1), 'state')) then

@@ -11,12 +11,13 @@ module command_line
 
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
-    '[--threads N] [--restart run.h5 [--step K]] [--sens NAME,NAME] [--log LEVEL] [--quiet]'
+    '[--threads N] [--restart run.h5 [--step K]] [--sens NAME,NAME] [--vary NAME=VALUES]... '// &
+    '[--log LEVEL] [--quiet]'
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(13) = [character(10) :: '--set', '--out', '--check', &
-    '--solver', '--threads', '--restart', '--step', '--sens', '--log', '--quiet', '--version', &
-    '--help', '-h']
+  character(10), parameter :: known(14) = [character(10) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--step', '--sens', '--vary', '--log', '--quiet', &
+    '--version', '--help', '-h']
 
   !> What the command line asks for.
   type :: options_t
@@ -24,6 +25,7 @@ module command_line
     character(:), allocatable :: folder !! where files are written; empty: the working directory
     character(:), allocatable :: topic !! keyword of --help, empty for all
     character(:), allocatable :: sens !! parameters to differentiate by, parted by commas
+    character(:), allocatable :: vary !! parameters of a study with their values, parted by blanks
     character(:), allocatable :: restart !! results file to go on from, empty for none
     integer :: threads = 1 !! threads of the program
     integer :: solver = solver_unknown !! back end, unknown to leave it to the deck
@@ -50,6 +52,7 @@ contains
     options%topic = ''
     options%restart = ''
     options%sens = ''
+    options%vary = ''
     allocate (options%overrides(0))
     i = 1
     do while (i <= command_argument_count())
@@ -100,7 +103,7 @@ contains
         options%topic = argument(i)
       end if
     case ('--set', '--out', '--solver', '--threads', '--restart', '--step', '--sens', &
-          '--log')
+          '--vary', '--log')
       call take_value(item, equals, i, value, error)
       if (allocated(error)) return
       call keep_value(name, value, options, error)
@@ -142,6 +145,7 @@ contains
     if (name == '--out') options%folder = value
     if (name == '--restart') options%restart = value
     if (name == '--sens') options%sens = value
+    if (name == '--vary') options%vary = trim(adjustl(options%vary//' '//value))
     if (name == '--step') call take_count(value, 'number of an end time, 1 or more; without '// &
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &

@@ -37,6 +37,9 @@ module session
   use command_line, only: options_t
   use sensitivity_types, only: sensitivity_t
   use sensitivity_reader, only: read_sensitivities
+  use study_types, only: study_t
+  use study_reader, only: read_study
+  use study_run, only: run_study
   use sensitivity_start, only: begin_sensitivities
   use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
   implicit none
@@ -52,13 +55,15 @@ contains
     type(context_t), target :: context
     type(batch_command_t), allocatable :: commands(:)
     character(:), allocatable :: deck_text
+    type(study_t) :: study
 
     call set_threads(options%threads)
     call set_blas_threads(1)
     context%system%forced = options%solver
     context%terminal = open_terminal(options%quiet)
     call begin_cost(context%system%costs, cost_reading)
-    call read_problem(options, context%model, commands, deck_text, context%sensitivity, error)
+    call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
+      error)
     if (allocated(error)) return
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
@@ -69,18 +74,19 @@ contains
         base_name(options)//'.check.*')
       return
     end if
-    call run_problem(options, context, commands, deck_text, error)
+    call run_problem(options, context, commands, deck_text, study, error)
     call close_terminal(context%terminal)
     call free_solver(context%system%solver)
   end subroutine run_session
 
   !> Deck to model; every error of the deck in one report.
-  subroutine read_problem(options, model, commands, deck_text, sensitivity, error)
+  subroutine read_problem(options, model, commands, deck_text, sensitivity, study, error)
     type(options_t), intent(in) :: options !! the command line
     type(model_t), intent(out) :: model !! the problem
     type(batch_command_t), allocatable, intent(out) :: commands(:) !! the solution commands
     character(:), allocatable, intent(out) :: deck_text !! the deck as written
     type(sensitivity_t), intent(inout) :: sensitivity !! derivatives that are asked for
+    type(study_t), intent(inout) :: study !! variants that are asked for
     type(error_t), allocatable, intent(out) :: error !! what is wrong with the deck
     type(deck_t) :: deck
     type(diagnostics_t) :: diagnostics
@@ -96,6 +102,7 @@ contains
     if (allocated(model%pairs)) call check_nodes(deck, commands, model%mesh, diagnostics)
     if (error_count(diagnostics) == 0) call read_sensitivities(deck, options%deck, &
       options%overrides, options%sens, diagnostics, model, sensitivity)
+    if (error_count(diagnostics) == 0) call read_study(deck, options%vary, diagnostics, study)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return
@@ -105,11 +112,12 @@ contains
   end subroutine read_problem
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
-  subroutine run_problem(options, context, commands, deck_text, error)
+  subroutine run_problem(options, context, commands, deck_text, study, error)
     type(options_t), intent(in) :: options !! the command line
     type(context_t), target, intent(inout) :: context !! the problem; what the run works on
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: deck_text !! the deck as written
+    type(study_t), intent(in) :: study !! variants that are asked for
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
@@ -137,6 +145,8 @@ contains
       if (.not. allocated(error)) call start_derivatives(options, states, context, error)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
+      if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
+        states%base, study, context, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), trouble)

@@ -5,7 +5,7 @@ module augmentation
   use text, only: to_text, count_noun
   use element_types, only: task_stress, n_element_stress, status_open, status_stick
   use model_types, only: model_t
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, forget_moves
   use contact_parameters, only: shifts_gap, has_field
   use contact_points, only: count_points
   use element_lists, only: master_nodes
@@ -243,8 +243,7 @@ contains
 
     if (pair%raise >= 1.0_wp) return
     pair%raise = 1.0_wp
-    pair%left = 0
-    pair%moves = 0
+    call forget_moves(pair)
     call forget(memory)
   end subroutine use_own_penalty
 
@@ -265,8 +264,7 @@ contains
     if (pair%softened) raise = min(raise, 1.0_wp)
     if (raise <= pair%raise) return
     pair%raise = raise
-    pair%left = 0
-    pair%moves = 0
+    call forget_moves(pair)
     call monitor%detail('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
   end subroutine raise_penalty
 end module augmentation

@@ -369,6 +369,8 @@ contains
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
     integer :: k
 
+    if (system%condensed%surface_only) call refresh_candidates(system)
+    if (system%condensed%surface_only) return
     associate (condensed => system%condensed)
       call spread_yield(system, system%du)
       do k = 1, size(condensed%factors)

@@ -9,7 +9,7 @@ module first_touch
   use elmt03, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, forget_moves
   use contact_points, only: count_points, point_position
   use contact_cells, only: cut_touched
   use smooth_normals, only: project_on_master
@@ -241,8 +241,7 @@ contains
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) call find_start(model%pairs(k), system, k)
       ! hosts that points have left without friction do not bind
-      model%pairs(k)%left = 0
-      model%pairs(k)%moves = 0
+      call forget_moves(model%pairs(k))
     end do
     system%touch%stage = touch_known
     call place_touches(model, system, .true.)

@@ -12,8 +12,8 @@ module increments
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, is_converged
   use contact_report, only: restless_point
-  use contact_parameters, only: is_stiff, shifts_gap, has_field, most_updates
-  use contact_types, only: pair_t
+  use contact_parameters, only: is_stiff, shifts_gap, raise_along, most_updates
+  use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use multiplier_motion, only: hand_back_multipliers
   use follower_pressure, only: take_pressure_force
@@ -33,8 +33,6 @@ module increments
   !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp
   integer, parameter :: drag_patience = 3
-  !> Least penalty of multipliers that come along, over E/h.
-  real(wp), parameter :: least_penalty = 10.0_wp
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -136,11 +134,14 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
     real(wp) :: start(3, size(system%u, 2)), norm
+    integer :: k
     logical :: failed
 
     start = system%u
     system%motion%active = .true.
-    call stiffen_penalties(model%pairs)
+    do k = 1, size(model%pairs)
+      model%pairs(k)%raise = raise_along(model%pairs(k))
+    end do
     call solve_from_start(model, system, time, settings, monitor, progress)
     system%motion%active = .false.
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
@@ -156,18 +157,6 @@ contains
     system%motion%hopeless = progress%outcome /= outcome_converged
   end subroutine solve_with_multipliers
 
-  !> The penalty that a field of multipliers has, and at nodes one that is not too soft.
-  pure subroutine stiffen_penalties(pairs)
-    type(pair_t), intent(inout) :: pairs(:) !! get raise
-    integer :: k
-
-    do k = 1, size(pairs)
-      if (has_field(pairs(k))) pairs(k)%raise = 1.0_wp
-      if (pairs(k)%augmented .and. pairs(k)%relative > 0.0_wp) &
-        pairs(k)%raise = max(pairs(k)%raise, least_penalty/pairs(k)%relative)
-    end do
-  end subroutine stiffen_penalties
-
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
   subroutine solve_from_start(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -178,12 +167,16 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
     type(augmentation_t) :: augmentation
     type(settings_t) :: budget
+    integer :: k
 
     call solve_with_hosts(model, system, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
     budget = settings
     if (system%motion%active .and. progress%outcome == outcome_converged) then
-      call free_hosts(model%pairs)
+      ! hosts chosen far from the solution may be left again for those that points come from
+      do k = 1, size(model%pairs)
+        if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
+      end do
       budget%most_solves = progress%solves + settings%most_solves
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end if
@@ -201,18 +194,6 @@ contains
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
-
-  !> Hosts chosen far from the solution may be left again for those that points come from.
-  pure subroutine free_hosts(pairs)
-    type(pair_t), intent(inout) :: pairs(:) !! forget the hosts their points have left
-    integer :: k
-
-    do k = 1, size(pairs)
-      if (.not. shifts_gap(pairs(k))) cycle
-      pairs(k)%left = 0
-      pairs(k)%moves = 0
-    end do
-  end subroutine free_hosts
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").

@@ -11,7 +11,8 @@ module deck_variants
   use records, only: is_word, item_count
   implicit none
   private
-  public :: variant_t, read_variant, set_value, find_difference, place_other, place_mesh
+  public :: variant_t, read_variant, set_value, find_difference, place_load, place_other, &
+    place_mesh
 
   !> What of a deck a value goes into.
   integer, parameter :: place_contact = 1 !! friction, angle of the lay, penalty

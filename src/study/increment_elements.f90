@@ -44,7 +44,8 @@ contains
           e%nel = list%nel(k)
           e%slaves = list%slaves(k)
           e%ix(:e%nel) = list%ix(:e%nel, k)
-          if (allocated(list%weight)) e%weight = list%weight(:, k)
+          e%weight(1) = 1.0_wp
+          if (e%slaves > 1) e%weight(:e%slaves) = list%weight(:e%slaves, k)
           do i = 1, e%nel
             e%xl(:, i) = model%mesh%x(:, e%ix(i))
             e%ul(:, i) = system%u(:, e%ix(i))

@@ -2,7 +2,7 @@
 !! changed loads do (doc/theory, "Derivatives along the path").
 module sensitivity_start
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, string_t
   use errors, only: error_t, raise, exit_deck
   use model_types, only: model_t, load_t, form_plain
   use loads, only: add_displacement, add_force
@@ -15,7 +15,7 @@ module sensitivity_start
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
-  public :: begin_sensitivities, start_scene
+  public :: begin_sensitivities, start_scene, find_levers, load_bodies
 
 contains
 
@@ -140,27 +140,9 @@ contains
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
     type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
-    real(wp), allocatable :: u(:, :), force(:, :)
-    integer, allocatable :: nodes(:)
-    integer :: i, k, j
-    logical :: found
+    integer :: k, j
 
-    allocate (u(3, model%mesh%nodes), force(3, model%mesh%nodes))
-    allocate (s%lever(3, model%mesh%nodes, 3, size(s%sets)), source=0.0_wp)
-    allocate (s%hold(3, model%mesh%nodes, 3, size(s%sets)), source=0.0_wp)
-    do i = 1, size(s%sets)
-      call find_nodes(model%mesh, s%sets(i)%s, nodes, found)
-      do k = 1, 3
-        u = 0.0_wp
-        u(k, nodes) = 1.0_wp
-        where (system%equation > 0) u = 0.0_wp
-        force = 0.0_wp
-        call find_displacements(system, force, u)
-        s%lever(:, :, k, i) = u
-        call multiply(system%bulk_matrix, u, s%hold(:, :, k, i))
-        where (system%equation > 0) s%hold(:, :, k, i) = 0.0_wp
-      end do
-    end do
+    call find_levers(model, system, s%sets, s%lever, s%hold)
     associate (loads => model%conditions%loads)
       allocate (s%pushed(3, model%mesh%nodes, size(loads)), source=0.0_wp)
       do k = 1, size(loads)
@@ -177,6 +159,37 @@ contains
     end do
     s%started = .true.
   end subroutine start_scene
+
+  !> How supports answer to contact forces: displacements for a unit motion of each set.
+  subroutine find_levers(model, system, sets, lever, hold)
+    type(model_t), intent(in) :: model !! sets
+    type(system_t), intent(in) :: system !! factors of the bodies
+    type(string_t), intent(in) :: sets(:) !! names
+    real(wp), allocatable, intent(out) :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements
+    real(wp), allocatable, intent(out) :: hold(:, :, :, :) !! (3, nodes, 3, sets) and forces at the
+    !! supports
+    real(wp), allocatable :: u(:, :), force(:, :)
+    integer, allocatable :: nodes(:)
+    integer :: i, k
+    logical :: found
+
+    allocate (u(3, model%mesh%nodes), force(3, model%mesh%nodes))
+    allocate (lever(3, model%mesh%nodes, 3, size(sets)), hold(3, model%mesh%nodes, 3, &
+      size(sets)), source=0.0_wp)
+    do i = 1, size(sets)
+      call find_nodes(model%mesh, sets(i)%s, nodes, found)
+      do k = 1, 3
+        u = 0.0_wp
+        u(k, nodes) = 1.0_wp
+        where (system%equation > 0) u = 0.0_wp
+        force = 0.0_wp
+        call find_displacements(system, force, u)
+        lever(:, :, k, i) = u
+        call multiply(system%bulk_matrix, u, hold(:, :, k, i))
+        where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
+      end do
+    end do
+  end subroutine find_levers
 
   !> Displacements of all bodies for a unit of the forces of a load.
   subroutine push_bodies(system, load, u)

@@ -1,0 +1,302 @@
+!> Carries out a study: one variant after the other on the factors of the run before
+!! (doc/theory, "Variants of a run").
+module study_run
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use errors, only: error_t, raise, exit_deck, exit_done, exit_no_convergence
+  use costs, only: wall_seconds
+  use deck_types, only: override_t, location_t
+  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error
+  use deck_reader, only: read_deck
+  use friction_return, only: has_friction
+  use mesh_names, only: find_nodes
+  use model_types, only: model_t
+  use model_reader, only: read_rest
+  use system_types, only: system_t, state_t
+  use system_building, only: build_system
+  use linear_solver, only: free_solver
+  use condensed_bodies, only: free_condensed
+  use stepping, only: advance
+  use tables, only: table_t, create_reaction_table, write_reactions, close_table
+  use deck_variants, only: variant_t, read_variant, set_value, find_difference, place_load
+  use sensitivity_start, only: find_levers
+  use variant_system, only: set_back, change_influence, reactions_by_levers, same_loads
+  use study_types, only: study_t
+  use study_table, only: study_table_t, result_t, create_study_table, write_variant, &
+    close_study_table
+  use study_start, only: common_t, begin_common, begin_variant, plan_t, read_plan
+  use study_monitor, only: study_monitor_t
+  use terminal, only: print_line
+  use signals, only: stop_requested
+  use batch_types, only: batch_command_t
+  use run_context, only: context_t
+  use command_line, only: options_t
+  implicit none
+  private
+  public :: run_study
+
+  !> What all variants share.
+  type :: shared_t
+    type(variant_t) :: base !! the deck as it stands
+    type(plan_t) :: plan !! end times and tolerances
+    type(common_t) :: common !! the state at FROM
+    real(wp), allocatable :: lever(:, :, :, :), hold(:, :, :, :) !! of the reaction sets
+    real(wp), allocatable :: guess(:, :, :) !! (3, nodes, end times) forces of the last variant
+    integer :: guesses = 0 !! end times of these
+    integer :: with_factors = 0 !! variants that use the factors of the run
+    logical :: changed_loads = .false. !! the influence is that of another variant
+  end type shared_t
+
+contains
+
+  !> All variants; the context has made the run of the deck's own values.
+  subroutine run_study(options, commands, base, study, context, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    character(*), intent(in) :: base !! path of the files without ending
+    type(study_t), intent(in) :: study !! the variants
+    type(context_t), target, intent(inout) :: context !! its system is used
+    type(error_t), allocatable, intent(out) :: error !! file trouble, variants that have failed
+    type(shared_t) :: shared
+    type(study_table_t) :: table
+    type(result_t) :: result
+    integer :: k, failed
+    real(wp) :: began
+
+    call read_plan(commands, shared%plan, error)
+    if (allocated(error)) return
+    call read_variant(options%deck, options%overrides, shared%base, error)
+    if (allocated(error)) return
+    call begin_common(study, shared%plan, shared%base%model, context%system, context%monitor, &
+      shared%common, error)
+    if (allocated(error)) return
+    if (context%system%condensed%active) call find_levers(shared%base%model, context%system, &
+      shared%base%model%output%reactions, shared%lever, shared%hold)
+    call create_study_table(table, base//'.study', context%model%title, study, &
+      context%model%output%reactions, error)
+    if (allocated(error)) return
+    allocate (shared%guess(3, context%model%mesh%nodes, size(shared%plan%times)))
+    failed = 0
+    began = wall_seconds()
+    do k = 1, size(study%order)
+      if (stop_requested()) exit
+      call run_variant(options, study, study%order(k), shared, context, base, result, error)
+      if (allocated(error)) return
+      if (result%code /= exit_done) failed = failed + 1
+      call write_variant(table, study, study%order(k), result, error)
+      if (allocated(error)) return
+      call print_line(context%terminal, 'variant '//to_text(k)//' of '//to_text(size(study% &
+        order))//'  '//values_text(study, study%order(k))//'  '//count_noun(result%iterations, &
+        'solve')//left_text(k, size(study%order), wall_seconds() - began))
+    end do
+    call close_study_table(table, error)
+    call context%monitor%event('study '//study%name//': factor, compliance, influence: '// &
+      'shared by '//to_text(shared%with_factors)//' of '//to_text(size(study%order))// &
+      '; '//to_text((wall_seconds() - began)/real(size(study%order), wp), 3)//' s a variant')
+    if (failed > 0 .and. .not. allocated(error)) call raise(error, exit_no_convergence, &
+      'error: '//count_noun(failed, 'variant')//' of '//to_text(size(study%order))// &
+      ' failed'//new_line('a')//'  '//base//'.study says which and how far they went')
+  end subroutine run_study
+
+  !> What the rest may take, in words.
+  function left_text(done, all, seconds) result(t)
+    integer, intent(in) :: done !! variants done
+    integer, intent(in) :: all !! of so many
+    real(wp), intent(in) :: seconds !! so far [s]
+    character(:), allocatable :: t
+
+    t = ''
+    if (seconds < 10.0_wp .or. done == all) return
+    t = ', about '//to_text(nint(seconds*real(all - done, wp)/real(done, wp)))//' s left'
+  end function left_text
+
+  !> Parameters of a variant and their values.
+  function values_text(study, number) result(t)
+    type(study_t), intent(in) :: study !! parameters
+    integer, intent(in) :: number !! the variant
+    character(:), allocatable :: t
+    integer :: p
+
+    t = ''
+    do p = 1, size(study%varied)
+      if (p > 1) t = t//' '
+      t = t//study%varied(p)%name//'='//to_text(study%variants(p, number), 6)
+    end do
+  end function values_text
+
+  !> One variant: read, solved, its reactions kept.
+  subroutine run_variant(options, study, number, shared, context, base, result, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(study_t), intent(in) :: study !! the variants
+    integer, intent(in) :: number !! which one
+    type(shared_t), intent(inout) :: shared !! what variants share
+    type(context_t), target, intent(inout) :: context !! system and log
+    character(*), intent(in) :: base !! path of the files without ending
+    type(result_t), intent(out) :: result !! what it has come to
+    type(error_t), allocatable, intent(out) :: error !! trouble that ends the study
+    type(variant_t) :: variant
+    type(system_t) :: own
+    type(state_t) :: state
+    type(error_t), allocatable :: trouble
+    logical :: sharing
+
+    call read_values(options, study, number, shared%base, variant, sharing, trouble)
+    allocate (result%reactions(3, size(shared%base%model%output%reactions), &
+      size(shared%plan%times)), source=0.0_wp)
+    if (allocated(trouble)) then
+      result%code = trouble%code
+      call context%monitor%event('variant '//to_text(number)//': '//trouble%message)
+      return
+    end if
+    sharing = sharing .and. context%system%condensed%active
+    if (sharing) then
+      shared%with_factors = shared%with_factors + 1
+      call set_back(variant%model, context%system, context%state)
+      if (shared%changed_loads .or. .not. same_loads(variant%model, shared%base%model)) then
+        call change_influence(variant%model, context%system)
+        shared%changed_loads = .not. same_loads(variant%model, shared%base%model)
+      end if
+      call begin_variant(study, shared%common, shared%base%model, number, variant%model, &
+        context%system, context%state, error)
+      if (allocated(error)) return
+      context%system%condensed%surface_only = .true.
+      call solve_variant(variant%model, context%system, context%state, shared, .true., result, &
+        trouble)
+      context%system%condensed%surface_only = .false.
+    else
+      if (study%from > 0.0_wp) then
+        call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//': variant '// &
+          to_text(number)//' ('//values_text(study, number)//') has a factor of its own and no '// &
+          'part in common with the others'//new_line('a')//'  leave FROM out')
+        return
+      end if
+      own%forced = context%system%forced
+      call build_system(variant%model, own, state)
+      call solve_variant(variant%model, own, state, shared, .false., result, trouble)
+      call free_condensed(own)
+      call free_solver(own%solver)
+    end if
+    if (allocated(trouble)) then
+      result%code = trouble%code
+      call context%monitor%event('variant '//to_text(number)//' ('//values_text(study, number)// &
+        '): '//trouble%message)
+    end if
+    if (shared%base%model%output%all_tables) call write_table(shared, number, base, result, error)
+  end subroutine run_variant
+
+  !> The problem of a variant. Where only contact and loads differ it keeps the mesh of the base,
+  !! and what has been factorised.
+  subroutine read_values(options, study, number, base, variant, sharing, trouble)
+    type(options_t), intent(in) :: options !! the command line
+    type(study_t), intent(in) :: study !! the variants
+    integer, intent(in) :: number !! which one
+    type(variant_t), intent(in) :: base !! the deck as it stands
+    type(variant_t), intent(out) :: variant !! this one
+    logical, intent(out) :: sharing !! its bodies are those of the base
+    type(error_t), allocatable, intent(out) :: trouble !! the deck does not take these values
+    type(override_t), allocatable :: overrides(:)
+    type(diagnostics_t) :: diagnostics
+    type(location_t) :: at
+    character(4) :: command
+    integer :: p, k, worst
+
+    overrides = options%overrides
+    do p = 1, size(study%varied)
+      if (.not. study%varied(p)%rule) call set_value(overrides, study%varied(p)%name, &
+        study%variants(p, number))
+    end do
+    call read_deck(options%deck, overrides, variant%deck, diagnostics, trouble)
+    if (allocated(trouble)) return
+    call find_difference(base%deck, variant%deck, worst, at, command)
+    sharing = worst <= place_load .and. .not. any(base%model%pairs%adjusted)
+    if (sharing) then
+      variant%model%title = base%model%title
+      variant%model%mesh = base%model%mesh
+      call read_rest(variant%deck, diagnostics, variant%model)
+      if (error_count(diagnostics) > 0) call diagnostics_to_error(diagnostics, trouble)
+    else
+      call read_variant(options%deck, overrides, variant, trouble)
+    end if
+    if (allocated(trouble)) return
+    if (sharing) sharing = all(abs(base%model%materials%youngs_modulus &
+      - variant%model%materials%youngs_modulus) <= 0.0_wp)
+    do p = 1, size(study%varied)
+      if (.not. study%varied(p)%rule) cycle
+      do k = 1, size(variant%model%pairs)
+        if (any(has_friction(variant%model%pairs(k)%mu))) variant%model%pairs(k)%slip_rule = &
+          nint(study%variants(p, number))
+      end do
+    end do
+  end subroutine read_values
+
+  !> From end time to end time; each starts from the contact forces of the variant before.
+  subroutine solve_variant(model, system, state, shared, sharing, result, trouble)
+    type(model_t), intent(inout) :: model !! the problem
+    type(system_t), intent(inout) :: system !! its system
+    type(state_t), intent(inout) :: state !! where it begins
+    type(shared_t), intent(inout) :: shared !! plan, levers, forces of the variant before
+    logical, intent(in) :: sharing !! it uses them
+    type(result_t), intent(inout) :: result !! what it comes to
+    type(error_t), allocatable, intent(out) :: trouble !! why it ended early
+    type(study_monitor_t) :: monitor
+    integer :: i
+
+    result%step = state%step
+    do i = state%step + 1, size(shared%plan%times)
+      if (sharing .and. i <= shared%guesses) system%condensed%kept = shared%guess(:, :, i)
+      call advance(model, system, state, shared%plan%times(i), shared%plan%settings(i), monitor, &
+        trouble)
+      if (allocated(trouble)) exit
+      state%step = i
+      result%step = i
+      if (sharing) then
+        shared%guess(:, :, i) = system%condensed%kept
+        call reactions_by_levers(model, system, state%time, shared%lever, shared%hold, &
+          result%reactions(:, :, i))
+      else
+        call sum_reactions(model, system, state, result%reactions(:, :, i))
+      end if
+    end do
+    if (sharing) shared%guesses = result%step
+    result%iterations = monitor%solves
+    result%cuts = monitor%cuts
+  end subroutine solve_variant
+
+  !> Sums of the reactions over the sets.
+  subroutine sum_reactions(model, system, state, reactions)
+    type(model_t), intent(in) :: model !! sets
+    type(system_t), intent(in) :: system !! equations
+    type(state_t), intent(in) :: state !! reactions
+    real(wp), intent(out) :: reactions(:, :) !! (3, sets) [force]
+    integer, allocatable :: nodes(:)
+    integer :: i
+    logical :: found
+
+    do i = 1, size(model%output%reactions)
+      call find_nodes(model%mesh, model%output%reactions(i)%s, nodes, found)
+      reactions(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, system%equation(:, nodes) &
+        == 0), 2)
+    end do
+  end subroutine sum_reactions
+
+  !> The reactions of one variant at all its end times, as a table of its own.
+  subroutine write_table(shared, number, base, result, error)
+    type(shared_t), intent(in) :: shared !! end times, sets
+    integer, intent(in) :: number !! the variant
+    character(*), intent(in) :: base !! path of the files without ending
+    type(result_t), intent(in) :: result !! its reactions
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(table_t) :: table
+    character(8) :: text
+    integer :: i
+
+    write (text, '(i0.3)') number
+    call create_reaction_table(table, base//'.'//trim(text)//'.rea', shared%base%model%title, &
+      shared%base%model%output%reactions, error)
+    do i = 1, result%step
+      if (allocated(error)) return
+      call write_reactions(table, i, shared%plan%times(i), result%reactions(:, :, i), error)
+    end do
+    if (.not. allocated(error)) call close_table(table, error)
+  end subroutine write_table
+end module study_run

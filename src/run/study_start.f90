@@ -1,0 +1,194 @@
+!> Where the variants of a study begin: end times, and the state that they have in common
+!! (doc/theory, "Variants of a run").
+module study_start
+  use kinds, only: wp
+  use text, only: to_text
+  use errors, only: error_t, raise, exit_deck
+  use loads, only: conditions_at
+  use model_types, only: model_t
+  use contact_types, only: contact_point_t
+  use system_types, only: system_t, state_t, settings_t
+  use stepping, only: advance
+  use monitors, only: monitor_t
+  use variant_system, only: set_back
+  use study_types, only: study_t
+  use batch_types, only: batch_command_t
+  implicit none
+  private
+  public :: plan_t, read_plan, common_t, begin_common, begin_variant
+
+  !> End times of a run, with their tolerances.
+  type :: plan_t
+    real(wp), allocatable :: times(:) !! (end times)
+    type(settings_t), allocatable :: settings(:) !! (end times)
+  end type plan_t
+
+  !> History of one pair.
+  type :: history_t
+    type(contact_point_t), allocatable :: points(:) !! at the last converged state
+  end type history_t
+
+  !> The state at FROM.
+  type :: common_t
+    integer :: step = 0 !! its end time, 0 if variants begin at rest
+    type(state_t) :: state !! displacements
+    type(history_t), allocatable :: pairs(:) !! contact points
+    real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces [force]
+    real(wp), allocatable :: u_before(:, :) !! (3, nodes) displacements one increment before
+    real(wp) :: span_before = 0.0_wp !! length of that [time]
+    real(wp), allocatable :: given(:, :, :) !! (3, nodes, 2 step) prescribed values and forces
+    real(wp), allocatable :: times(:) !! end times up to there
+  end type common_t
+
+contains
+
+  !> End times from DT, TOL and STEP; other commands are refused.
+  subroutine read_plan(commands, plan, error)
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(plan_t), intent(out) :: plan !! end times
+    type(error_t), allocatable, intent(out) :: error !! a command that studies do not know
+    type(settings_t) :: settings
+    real(wp) :: dt, begin
+    integer :: i, k
+
+    allocate (plan%times(0), plan%settings(0))
+    dt = 0.0_wp
+    do i = 1, size(commands)
+      select case (commands(i)%command)
+      case ('dt')
+        dt = commands(i)%v(1)
+      case ('tol')
+        if (commands(i)%option == 'resi') then
+          settings%residual_tolerance = commands(i)%v(1)
+        else
+          settings%energy_tolerance = commands(i)%v(1)
+        end if
+      case ('step')
+        begin = 0.0_wp
+        if (size(plan%times) > 0) begin = plan%times(size(plan%times))
+        plan%times = [plan%times, (begin + real(k, wp)*dt, k=1, nint(commands(i)%v(1)))]
+        plan%settings = [plan%settings, (settings, k=1, nint(commands(i)%v(1)))]
+      case ('disp', 'reac', 'solv', 'prop')
+        ! Nothing that variants would do another way.
+      case default
+        call raise(error, exit_deck, 'error: a study knows DT, TOL and STEP, not '// &
+          commands(i)%command//new_line('a')//'  write the run with STEP,,n')
+        return
+      end select
+    end do
+  end subroutine read_plan
+
+  !> Solves what all variants have in common, once.
+  subroutine begin_common(study, plan, base, system, monitor, common, error)
+    type(study_t), intent(in) :: study !! FROM
+    type(plan_t), intent(in) :: plan !! end times
+    type(model_t), intent(in) :: base !! the problem as the deck has it
+    type(system_t), intent(inout) :: system !! its system
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    type(common_t), intent(out) :: common !! the state there
+    type(error_t), allocatable, intent(out) :: error !! no such end time, no convergence
+    type(model_t) :: model
+    integer :: i, k
+
+    if (study%from <= 0.0_wp) return
+    if (.not. system%condensed%active .or. any(base%pairs%segmented) .or. any(base%pairs%smooth)) &
+      then
+      call raise(error, exit_deck, 'error: FROM wants the solver REDUced, and pairs without '// &
+        'SEGMent and SMOOth'//new_line('a')//'  leave FROM out')
+      return
+    end if
+    common%step = minloc(abs(plan%times - study%from), 1)
+    if (abs(plan%times(common%step) - study%from) > 1.0e-9_wp*study%from) then
+      call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//' is no end time of '// &
+        'the run'//new_line('a')//'  the next one is '//to_text(plan%times(common%step)))
+      return
+    end if
+    model = base
+    allocate (common%state%u(3, model%mesh%nodes), common%state%reaction(3, model%mesh%nodes))
+    call set_back(model, system, common%state)
+    common%times = plan%times(:common%step)
+    allocate (common%given(3, model%mesh%nodes, 2*common%step))
+    do i = 1, common%step
+      call conditions_at(model, common%times(i), displacement=common%given(:, :, 2*i - 1), &
+        force=common%given(:, :, 2*i))
+      call advance(model, system, common%state, plan%times(i), plan%settings(i), monitor, error)
+      if (allocated(error)) return
+      common%state%step = i
+    end do
+    allocate (common%pairs(size(model%pairs)))
+    do k = 1, size(model%pairs)
+      common%pairs(k)%points = model%pairs(k)%old
+    end do
+    common%kept = system%condensed%kept
+    if (allocated(system%touch%u_before)) common%u_before = system%touch%u_before
+    common%span_before = system%touch%span_before
+  end subroutine begin_common
+
+  !> Puts a variant into the common state; a parameter that acts before is refused by its name.
+  subroutine begin_variant(study, common, base, number, model, system, state, error)
+    type(study_t), intent(in) :: study !! FROM, parameters
+    type(common_t), intent(in) :: common !! the state there
+    type(model_t), intent(in) :: base !! the problem as the deck has it
+    integer, intent(in) :: number !! the variant
+    type(model_t), intent(inout) :: model !! its problem; gets the history
+    type(system_t), intent(inout) :: system !! set back; gets forces
+    type(state_t), intent(inout) :: state !! becomes the common state
+    type(error_t), allocatable, intent(out) :: error !! a parameter acts before FROM
+    integer :: k
+
+    if (common%step == 0) return
+    if (.not. study%forced .and. acts_before(common, base, model)) then
+      call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//': '//names(study)// &
+        ' of variant '//to_text(number)//' acts before that time'//new_line('a')// &
+        '  leave FROM out, or write FROM '//to_text(study%from)//' FORCE to press all variants '// &
+        'with the values of the deck')
+      return
+    end if
+    do k = 1, size(model%pairs)
+      model%pairs(k)%old = common%pairs(k)%points
+      model%pairs(k)%new = common%pairs(k)%points
+    end do
+    state%time = common%state%time
+    state%step = common%state%step
+    state%u = common%state%u
+    state%reaction = common%state%reaction
+    system%u = state%u
+    system%condensed%kept = common%kept
+    if (allocated(common%u_before)) system%touch%u_before = common%u_before
+    system%touch%span_before = common%span_before
+  end subroutine begin_variant
+
+  !> The names of what a study varies.
+  function names(study) result(t)
+    type(study_t), intent(in) :: study !! parameters
+    character(:), allocatable :: t
+    integer :: p
+
+    t = study%varied(1)%name
+    do p = 2, size(study%varied)
+      t = t//', '//study%varied(p)%name
+    end do
+  end function names
+
+  !> Contact, or loads up to the common state, are not those of the base.
+  pure logical function acts_before(common, base, model) result(acts)
+    type(common_t), intent(in) :: common !! loads up to there
+    type(model_t), intent(in) :: base !! the problem as the deck has it
+    type(model_t), intent(in) :: model !! the variant
+    real(wp) :: displacement(3, model%mesh%nodes), force(3, model%mesh%nodes)
+    integer :: i, k
+
+    acts = .false.
+    do k = 1, size(model%pairs)
+      associate (a => base%pairs(k), b => model%pairs(k))
+        acts = acts .or. any(abs(a%mu - b%mu) > 0.0_wp) .or. abs(a%angle - b%angle) > 0.0_wp &
+          .or. a%slip_rule /= b%slip_rule .or. any(abs(a%epsilon - b%epsilon) > 0.0_wp)
+      end associate
+    end do
+    do i = 1, common%step
+      call conditions_at(model, common%times(i), displacement=displacement, force=force)
+      acts = acts .or. any(abs(displacement - common%given(:, :, 2*i - 1)) > 0.0_wp) .or. &
+        any(abs(force - common%given(:, :, 2*i)) > 0.0_wp)
+    end do
+  end function acts_before
+end module study_start

@@ -1,0 +1,112 @@
+!> The table of a study, x.study: one row a variant (doc/manual, "Studies").
+module study_table
+  use kinds, only: wp
+  use text, only: string_t
+  use errors, only: error_t
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use study_types, only: study_t
+  implicit none
+  private
+  public :: study_table_t, create_study_table, write_variant, close_study_table, result_t
+
+  !> The table, open for writing.
+  type :: study_table_t
+    type(text_file_t) :: file !! its file
+  end type study_table_t
+
+  !> What a variant has come to.
+  type :: result_t
+    integer :: code = 0 !! exit code
+    integer :: step = 0 !! its last end time
+    integer :: iterations = 0 !! linear solves
+    integer :: cuts = 0 !! of increments
+    real(wp), allocatable :: reactions(:, :, :) !! (3, sets, end times) [force]
+  end type result_t
+
+contains
+
+  !> Creates the table.
+  subroutine create_study_table(table, path, title, study, sets, error)
+    type(study_table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(study_t), intent(in) :: study !! its parameters
+    type(string_t), intent(in) :: sets(:) !! sets of the reactions
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: line
+    integer :: i, k
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    call write_line(table%file, '# '//trim(adjustl(title)), error)
+    if (.not. allocated(error)) call write_line(table%file, '# study '//study%name// &
+      ': reactions at the last end time of each variant', error)
+    line = '# variant'
+    do i = 1, size(study%varied)
+      line = line//right(study%varied(i)%name, 23)
+    end do
+    line = line//'  exit    step'
+    do i = 1, size(sets)
+      do k = 1, 3
+        line = line//right('R'//achar(48 + k)//':'//sets(i)%s, 23)
+      end do
+    end do
+    line = line//'  iterations    cuts'
+    if (.not. allocated(error)) call write_line(table%file, line, error)
+    if (.not. allocated(error)) call flush_text_file(table%file, error)
+  end subroutine create_study_table
+
+  !> Writes the row of one variant.
+  subroutine write_variant(table, study, number, result, error)
+    type(study_table_t), intent(inout) :: table !! open table
+    type(study_t), intent(in) :: study !! values
+    integer, intent(in) :: number !! of the variant
+    type(result_t), intent(in) :: result !! what it has come to
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: line
+    character(23) :: number_text
+    character(40) :: counts
+    integer :: i, k
+
+    write (counts, '(i9)') number
+    line = counts(:9)
+    do i = 1, size(study%varied)
+      write (number_text, '(2x,es21.12e3)') study%variants(i, number)
+      line = line//number_text
+    end do
+    write (counts, '(i6,i8)') result%code, result%step
+    line = line//counts(:14)
+    do i = 1, size(result%reactions, 2)
+      do k = 1, 3
+        write (number_text, '(2x,es21.12e3)') merge(result%reactions(k, i, max(1, result%step)), &
+          0.0_wp, result%step > 0)
+        line = line//number_text
+      end do
+    end do
+    write (counts, '(i12,i8)') result%iterations, result%cuts
+    call write_line(table%file, line//counts(:20), error)
+    if (.not. allocated(error)) call flush_text_file(table%file, error)
+  end subroutine write_variant
+
+  !> Closes the table.
+  subroutine close_study_table(table, error)
+    type(study_table_t), intent(inout) :: table !! the table
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call close_text_file(table%file, error)
+  end subroutine close_study_table
+
+  !> A name at the right end of a column.
+  pure function right(name, width) result(t)
+    character(*), intent(in) :: name !! the name
+    integer, intent(in) :: width !! of the column
+    character(max(width, len(name) + 2)) :: t
+    integer :: i
+
+    t = ' '
+    t(len(t) - len(name) + 1:) = name
+    do i = len(t) - len(name) + 1, len(t)
+      if (t(i:i) == ' ') t(i:i) = '_'
+    end do
+  end function right
+end module study_table

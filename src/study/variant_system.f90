@@ -1,0 +1,118 @@
+!> One system for many variants of a problem: set back to the start, with other loads, and the
+!! reactions of its supports (doc/theory, "Variants of a run").
+module variant_system
+  use kinds, only: wp
+  use element_types, only: status_off
+  use elmlib, only: routine_none
+  use model_types, only: model_t
+  use loads, only: conditions_at
+  use contact_hosts, only: start_pair
+  use condensed_bodies, only: begin_influence
+  use touch_path, only: touch_t
+  use multiplier_types, only: multiplier_motion_t
+  use sensitivity_start, only: load_bodies
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: set_back, change_influence, reactions_by_levers, same_loads
+
+contains
+
+  !> The state before the first increment, and contact points at their first hosts.
+  subroutine set_back(model, system, state)
+    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(system_t), intent(inout) :: system !! factors stay, all else is at rest
+    type(state_t), intent(inout) :: state !! at rest
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      call start_pair(model%pairs(k), model%mesh%x)
+    end do
+    state%time = 0.0_wp
+    state%step = 0
+    state%u = 0.0_wp
+    state%reaction = 0.0_wp
+    system%u = 0.0_wp
+    system%du = 0.0_wp
+    system%contact_force = 0.0_wp
+    system%bulk_force = 0.0_wp
+    system%right = 0.0_wp
+    system%told = .false.
+    system%hosts = 0
+    associate (list => system%contact)
+      list%routine = routine_none
+      list%status = status_off
+      list%h1 = 0.0_wp
+      list%h2 = 0.0_wp
+      list%shift = 0.0_wp
+      list%slip = 0.0_wp
+      list%slip_before = 0.0_wp
+      list%hold = .false.
+      list%slide = .false.
+      list%keep = 0.0_wp
+    end associate
+    system%touch = touch_t()
+    system%motion = multiplier_motion_t()
+    associate (condensed => system%condensed)
+      if (allocated(condensed%kept)) deallocate (condensed%kept)
+      if (allocated(condensed%alpha)) condensed%alpha = 0.0_wp
+    end associate
+  end subroutine set_back
+
+  !> Two problems have the same loads, whatever their tables say.
+  pure logical function same_loads(a, b) result(same)
+    type(model_t), intent(in) :: a !! one problem
+    type(model_t), intent(in) :: b !! the other one
+    integer :: k
+
+    associate (x => a%conditions%loads, y => b%conditions%loads)
+      same = size(x) == size(y)
+      do k = 1, size(x)
+        if (.not. same) return
+        same = x(k)%table == y(k)%table .and. x(k)%displacement%n == y(k)%displacement%n .and. &
+          x(k)%force%n == y(k)%force%n
+        if (.not. same) return
+        if (x(k)%displacement%n > 0) same = all(abs(x(k)%displacement%value( &
+          :x(k)%displacement%n) - y(k)%displacement%value(:x(k)%displacement%n)) <= 0.0_wp)
+        if (same .and. x(k)%force%n > 0) same = all(abs(x(k)%force%value(:x(k)%force%n) &
+          - y(k)%force%value(:x(k)%force%n)) <= 0.0_wp)
+      end do
+    end associate
+  end function same_loads
+
+  !> Displacements for a unit of each load, anew: one substitution a body and load.
+  subroutine change_influence(model, system)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(inout) :: system !! condensed gets influence, pushes
+    integer :: k
+
+    associate (condensed => system%condensed)
+      deallocate (condensed%influence, condensed%pushes)
+      call begin_influence(model, system)
+      do k = 1, size(model%conditions%loads)
+        call load_bodies(system, model%conditions%loads(k), condensed%influence(:, :, k))
+      end do
+    end associate
+  end subroutine change_influence
+
+  !> Resultants of sets of supports from contact forces, loads and prescribed values alone.
+  subroutine reactions_by_levers(model, system, time, lever, hold, reaction)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(in) :: system !! contact forces
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(in) :: lever(:, :, :, :) !! (3, nodes, 3, sets) see sensitivity_start
+    real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets)
+    real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
+    real(wp) :: given(3, size(lever, 2)), force(3, size(lever, 2))
+    integer :: i, k
+
+    call conditions_at(model, time, displacement=given, force=force)
+    force = system%contact_force - force
+    do i = 1, size(lever, 4)
+      do k = 1, 3
+        reaction(k, i) = sum(lever(:, :, k, i)*force) + sum(hold(:, :, k, i)*given, &
+          system%equation == 0)
+      end do
+    end do
+  end subroutine reactions_by_levers
+end module variant_system
