@@ -80,6 +80,8 @@ contains
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &
+      '  --sens NAME,NAME   derivatives of the reactions by these, as SENSitivity'//nl// &
+      '  --vary NAME=VALUES many variants of the run, as STUDy: a,b,c or from:to:step'//nl// &
       '  --log LEVEL        brief (no iterations), normal, or full (worst node, all audits)'//nl// &
       '  --quiet            no progress'//nl// &
       '  --version          version, commit and libraries'//nl// &
