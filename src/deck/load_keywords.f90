@@ -29,6 +29,8 @@ contains
     call explain(t, 'Example:')
     call explain(t, '  PRESsure')
     call explain(t, '    lid  2.5  1')
+    call add_command(t, table_mesh, 'RIGId', 'w:region [w:name]', 'a rigid body with a point', &
+                     available=.false.)
     call add_command(t, table_mesh, 'HOLD', '', 'regions whose free rigid motions are held')
     call add_data(t, 'w:region')
     call explain(t, 'A body that only contact holds, and that slides or spins without resistance,')

@@ -160,6 +160,7 @@ contains
     call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
     call add_word(t, 'STATe', 'ALL | LAST | NONE', 'states kept for a restart')
     call add_word(t, 'TABLes', 'ALL', 'of a study: a reaction table for each variant')
+    call add_word(t, 'POINts', 'w:pair...', 'pairs of the table of points', available=.false.)
     call add_word(t, 'HISTory', 'NODE p:node d:dof', 'a dof for the history table')
     call explain(t, 'Without REACtions: every set with a restrained dof.')
     call explain(t, 'Example:')

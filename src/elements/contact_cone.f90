@@ -7,7 +7,7 @@ module contact_cone
   use friction_return, only: return_t, has_friction
   implicit none
   private
-  public :: contact_cone_t, leave_open, report_point
+  public :: contact_cone_t, leave_open, report_point, gap_operator
 
   !> The gap of a point and the cone that its force lies in.
   type :: contact_cone_t
@@ -63,4 +63,19 @@ contains
     e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
     if (c%shifted) e%stress(5) = norm2(c%back%s - matmul(c%k, c%p))
   end subroutine report_point
+
+  !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
+  pure function gap_operator(xi) result(b)
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: b(3, 12)
+    integer :: k
+
+    b = 0.0_wp
+    do k = 1, 3
+      b(k, k) = 1.0_wp
+      b(k, 3 + k) = -xi(1)
+      b(k, 6 + k) = -xi(2)
+      b(k, 9 + k) = -(1.0_wp - xi(1) - xi(2))
+    end do
+  end function gap_operator
 end module contact_cone

@@ -1,13 +1,22 @@
 !> Lists of elements: what the assembly loops run over.
 module element_lists
   use kinds, only: wp
+  use threads, only: count_threads
   use element_types, only: max_slaves, n_element_history
   use solid_types, only: n_solid_parameters
   use elmlib, only: n_parameters, routine_none
   implicit none
   private
   public :: node_list_t, bulk_list_t, element_list_t, allocate_bulk, allocate_list, slave_point, &
-    master_nodes, side_nodes
+    master_nodes, side_nodes, batch_size, long_list
+
+  !> Elements that are computed together before they are added up, in their order whatever the
+  !! number of threads.
+  integer, parameter :: small_batch = 64
+  !> The same with several threads, which are called together for each batch.
+  integer, parameter :: large_batch = 1024
+  !> Lists that are worth more than one thread.
+  integer, parameter :: long_list = 256
 
   !> Elements with their routine and nodes: what the graph of a matrix asks for.
   type :: node_list_t
@@ -43,6 +52,15 @@ module element_lists
   end type element_list_t
 
 contains
+
+  !> Elements of a list that are computed together.
+  integer function batch_size(n) result(batch)
+    integer, intent(in) :: n !! elements of the list
+
+    batch = small_batch
+    if (count_threads() > 1 .and. n > long_list) batch = large_batch
+    batch = min(batch, max(1, n))
+  end function batch_size
 
   !> Allocates what all lists have, for n elements that take no part.
   pure subroutine allocate_nodes(list, n, most)

@@ -7,7 +7,7 @@ module elmt01
   use vectors, only: cross
   use element_types, only: task_tangent, task_residual, task_stress
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, &
-    state_stress, state_rotation, state_strain, state_energy
+    state_stress, state_rotation, state_strain
   use law_linear, only: lame, linear_stress
   implicit none
   private
@@ -37,7 +37,6 @@ contains
     case (task_stress)
       e%state(state_stress) = stress
       e%state(state_strain) = strain
-      e%state(state_energy) = e%energy
       e%state(state_rotation) = rotation_of(gradient, e%ul(:, 1:4))
     case default
       ! task_reach: small strain never turns an element inside out.

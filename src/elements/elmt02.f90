@@ -6,7 +6,7 @@ module elmt02
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, d_mean, &
-    state_stress, state_rotation, state_strain, state_energy
+    state_stress, state_rotation, state_strain
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame, linear_stress
   implicit none
@@ -185,6 +185,5 @@ contains
           *[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
       end associate
     end do
-    e%state(state_energy) = e%energy
   end subroutine find_state
 end module elmt02

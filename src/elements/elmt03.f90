@@ -21,7 +21,7 @@ module elmt03
     d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
     axis_circumferential, axis_radial
   use friction_return, only: return_map
-  use contact_cone, only: contact_cone_t, leave_open, report_point
+  use contact_cone, only: gap_operator, contact_cone_t, leave_open, report_point
   implicit none
   private
   public :: elmt03_mfec
@@ -271,21 +271,6 @@ contains
     change = dyad(c%e - matmul(c%p, c%back%r), c%e) &
       + matmul(c%p, matmul(c%back%m, transpose(c%p)))
   end function mapped_change
-
-  !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
-  pure function gap_operator(xi) result(b)
-    real(wp), intent(in) :: xi(2) !! (xi, eta)
-    real(wp) :: b(3, 12)
-    integer :: k
-
-    b = 0.0_wp
-    do k = 1, 3
-      b(k, k) = 1.0_wp
-      b(k, 3 + k) = -xi(1)
-      b(k, 6 + k) = -xi(2)
-      b(k, 9 + k) = -(1.0_wp - xi(1) - xi(2))
-    end do
-  end function gap_operator
 
   !> dg/du of the mapped gap in slip: G of doc/theory, "Consistent tangent".
   pure function gap_derivative(c, tip_old) result(dg)

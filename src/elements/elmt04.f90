@@ -8,13 +8,14 @@ module elmt04
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_slip
+    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
     axis_radial
   use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch
-  use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative
+  use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative, &
+    hold_tip, solve_ways, ways_of_tip, frame_of, mapped_ways
   implicit none
   private
   public :: elmt04_smooth, d04_patch, d04_size
@@ -30,7 +31,7 @@ contains
     real(wp), intent(in) :: d(:) !! (d04_size) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
-    logical :: found
+    logical :: found, stays
 
     c%patch = patch_from_values(d(d04_patch:d04_size))
     call place_cone(d, e, c, found)
@@ -38,30 +39,18 @@ contains
       c%patch = flat_patch()
       call place_cone(d, e, c, found)
     end if
+    call hold_tip(task, c, e, stays)
     select case (task)
-    case (task_tangent)
+    case (task_tangent, task_stick_tangent)
       call residual(d(d03_epsilon), c, e)
-      call tangent(d(d03_epsilon), c, e%status == status_slip, e)
-    case (task_stick_tangent)
-      if (e%status /= status_open) then
-        c%g_new = c%g
-        c%tip = e%h1
-      end if
-      call residual(d(d03_epsilon), c, e)
-      call tangent(d(d03_epsilon), c, .false., e)
+      call tangent(d(d03_epsilon), c, .not. stays, e)
     case (task_residual)
       call residual(d(d03_epsilon), c, e)
     case (task_stress)
       call principal_axes(d, c)
       call report_point(d, c%contact_cone_t, c%n, e)
-    case (task_shift_tangent)
-      call shift_tangent(d(d03_epsilon), c, e%status == status_slip, e)
-    case (task_stick_shift_tangent)
-      if (e%status /= status_open) then
-        c%g_new = c%g
-        c%tip = e%h1
-      end if
-      call shift_tangent(d(d03_epsilon), c, .false., e)
+    case (task_shift_tangent, task_stick_shift_tangent)
+      call shift_tangent(d(d03_epsilon), c, .not. stays, e)
     case default
       ! The other tasks need no more than the cone.
     end select
@@ -129,26 +118,14 @@ contains
     type(patch_point_t), intent(in) :: point !! the patch at the new tip
     real(wp), intent(out) :: dtip(2, 12) !! the derivative
     type(patch_point_t) :: old
-    real(wp) :: dn(3, 12), dhn(12), dp1(3, 12), dp2(3, 12), w(12), ds(2, 12), right(2, 12)
-    real(wp) :: dk(3, 12), dxi(2, 12)
+    real(wp) :: dn(3, 12), dgn(12), dk(3, 12), dxi(2, 12)
 
-    call projection_derivative(c, dn, dhn, dxi)
+    call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
-    if (c%shifted) then
-      dk = shift_derivative(c)
-      dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
-    end if
-    w = axis_turn(c, dn, dxi)
-    dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
-    dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
+    if (c%shifted) dk = shift_derivative(c)
     old = patch_at(c%patch, tip_old)
-    ds = matmul(transpose(c%p), gap_operator(c, old%x) + dk)
-    ds(1, :) = ds(1, :) + matmul(c%g, dp1)
-    ds(2, :) = ds(2, :) + matmul(c%g, dp2)
-    right = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
-    right(1, :) = right(1, :) + matmul(c%g_new, dp1)
-    right(2, :) = right(2, :) + matmul(c%g_new, dp2)
-    dtip = along_patch(c, point, right)
+    dtip = along_patch(c, point, ways_of_tip(c, dn, dgn, axis_turn(c, dn, dxi), &
+      gap_operator(c, old%x), dk, dg))
   end subroutine tip_derivative
 
   !> Ways of the tip in (xi, eta) whose components along the axes of friction are given.
@@ -157,12 +134,8 @@ contains
     type(patch_point_t), intent(in) :: point !! the patch there
     real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
     real(wp) :: dtip(2, size(way, 2))
-    real(wp) :: m(2, 2)
 
-    m = matmul(transpose(c%p), matmul(c%f, point%dx))
-    dtip(1, :) = m(2, 2)*way(1, :) - m(1, 2)*way(2, :)
-    dtip(2, :) = m(1, 1)*way(2, :) - m(2, 1)*way(1, :)
-    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+    dtip = solve_ways(matmul(transpose(c%p), matmul(c%f, point%dx)), way)
   end function along_patch
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
@@ -174,15 +147,13 @@ contains
     type(element_t), intent(inout) :: e !! gets s, stress
     type(cone_t) :: carried
     type(patch_point_t) :: point
-    real(wp) :: frame(3, 3), b(3, 12), dg(3, 12), dtip(2, 12), mapped(3, 3), way(2, 3), turn(2, 3)
+    real(wp) :: frame(3, 3), b(3, 12), dg(3, 12), dtip(2, 12), mapped(3, 3), turn(2, 3)
     integer :: j
 
     e%s(1:9, 1:12) = 0.0_wp
     e%stress(1:3) = 0.0_wp
     if (e%status == status_open) return
-    frame(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
-    frame(:, 2) = cross(c%f(:, 3), frame(:, 1))
-    frame(:, 3) = c%f(:, 3)
+    frame = frame_of(c)
     mapped = frame
     turn = 0.0_wp
     point = patch_at(c%patch, c%tip)
@@ -192,9 +163,7 @@ contains
     if (slides) then
       call tip_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)
-      way = matmul(transpose(c%p), frame)
-      way = way - matmul(c%back%m, way) + dyad(c%back%r, matmul(c%n, frame))
-      turn = along_patch(c, point, way)
+      turn = along_patch(c, point, mapped_ways(c, frame))
       mapped = frame - matmul(matmul(c%f, point%dx), turn)
     end if
     carried = c

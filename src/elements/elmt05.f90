@@ -8,7 +8,7 @@ module elmt05
   use vectors, only: cross, invert
   use element_types, only: task_tangent, task_stress, task_reach
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, d_mean, &
-    d_law, state_stress, state_strain, state_energy
+    d_law, state_stress, state_strain
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame
   use law_neohooke, only: neohooke_volume
@@ -39,7 +39,6 @@ contains
     call add_points(task, d, rule, e)
     if (e%inverted) return
     if (d(d_mean) > 0.0_wp) call add_volume(task, d, rule, e)
-    if (task == task_stress) e%state(state_energy) = e%energy
   end subroutine elmt05_finite
 
   !> Deformation gradient at one point, and its determinant.

@@ -8,12 +8,12 @@ module elmt06
   use kinds, only: wp
   use vectors, only: cross, dyad
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
-    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_slip
+    task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, axis_convected, axis_circumferential, axis_radial
   use quadratic_facet, only: facet_shapes_t, facet_shapes
-  use patch_cone, only: shift_derivative
+  use patch_cone, only: shift_derivative, hold_tip, ways_of_tip, frame_of, mapped_ways
   use facet_cone, only: facet_cone_t, place_on_facet, place_axes, along_facet
   implicit none
   private
@@ -36,12 +36,7 @@ contains
       c%flat = .true.
       call place_on_facet(d, e, c, found)
     end if
-    stays = task == task_stick_tangent .or. task == task_stick_shift_tangent
-    if (stays .and. e%status /= status_open) then
-      c%g_new = c%g
-      c%tip = e%h1
-    end if
-    stays = stays .or. e%status /= status_slip
+    call hold_tip(task, c, e, stays)
     select case (task)
     case (task_tangent, task_stick_tangent)
       call residual(d(d03_epsilon), c, e)
@@ -134,27 +129,14 @@ contains
     real(wp), intent(in) :: dg(3, n_dofs) !! derivative of the gap to a tip that stays
     real(wp), intent(out) :: dtip(2, n_dofs) !! the derivative
     type(facet_shapes_t) :: old
-    real(wp), dimension(3, n_dofs) :: dn, dk, dp1, dp2
-    real(wp), dimension(2, n_dofs) :: ds, right, dxi
-    real(wp), dimension(n_dofs) :: dhn, w
+    real(wp) :: dn(3, n_dofs), dgn(n_dofs), dk(3, n_dofs), dxi(2, n_dofs)
 
-    call projection_derivative(c, dn, dhn, dxi)
+    call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
-    if (c%shifted) then
-      dk = shift_way(c)
-      dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
-    end if
-    w = axis_turn(c, dn, dxi)
-    dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
-    dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
+    if (c%shifted) dk = shift_way(c)
     old = facet_shapes(tip_old, c%flat)
-    ds = matmul(transpose(c%p), nodal(1.0_wp, -old%n) + dk)
-    ds(1, :) = ds(1, :) + matmul(c%g, dp1)
-    ds(2, :) = ds(2, :) + matmul(c%g, dp2)
-    right = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
-    right(1, :) = right(1, :) + matmul(c%g_new, dp1)
-    right(2, :) = right(2, :) + matmul(c%g_new, dp2)
-    dtip = along_facet(c, right)
+    dtip = along_facet(c, ways_of_tip(c, dn, dgn, axis_turn(c, dn, dxi), &
+      nodal(1.0_wp, -old%n), dk, dg))
   end subroutine tip_derivative
 
   !> Derivatives of the unit normal at the projection, of the normal gap, and of the projection.
@@ -230,15 +212,13 @@ contains
     type(facet_cone_t) :: carried
     type(facet_shapes_t) :: s
     real(wp) :: frame(3, 3), b(3, n_dofs), dg(3, n_dofs), dtip(2, n_dofs), mapped(3, 3)
-    real(wp) :: way(2, 3), turn(2, 3)
+    real(wp) :: turn(2, 3)
     integer :: j
 
     e%s(1:9, 1:n_dofs) = 0.0_wp
     e%stress(1:3) = 0.0_wp
     if (e%status == status_open) return
-    frame(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
-    frame(:, 2) = cross(c%f(:, 3), frame(:, 1))
-    frame(:, 3) = c%f(:, 3)
+    frame = frame_of(c)
     mapped = frame
     turn = 0.0_wp
     s = facet_shapes(c%tip, c%flat)
@@ -248,9 +228,7 @@ contains
     if (.not. stays) then
       call tip_derivative(c, e%h1, dg, dtip)
       dg = dg - matmul(matmul(c%x, s%d), dtip)
-      way = matmul(transpose(c%p), frame)
-      way = way - matmul(c%back%m, way) + dyad(c%back%r, matmul(c%n, frame))
-      turn = along_facet(c, way)
+      turn = along_facet(c, mapped_ways(c, frame))
       mapped = frame - matmul(matmul(c%x, s%d), turn)
     end if
     carried = c

@@ -2,14 +2,12 @@
 !! "Six-node facets"). Element 6 makes forces and tangent of it.
 module facet_cone
   use kinds, only: wp
-  use element_types, only: element_t, status_slip, status_stick
+  use element_types, only: element_t
   use slave_points, only: positions
   use contact_cone, only: leave_open
-  use friction_return, only: return_map
-  use friction_axes, only: d03_mu, d03_rule
   use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic
   use smooth_patch, only: patch_frame, dual_frame
-  use patch_cone, only: cone_t, place_shift, principal_axes
+  use patch_cone, only: cone_t, place_shift, principal_axes, map_trial, solve_ways
   implicit none
   private
   public :: facet_cone_t, place_on_facet, place_axes, along_facet
@@ -54,7 +52,9 @@ contains
     c%g = gap_to(c, e%h1)
     if (c%h_n <= 0.0_wp) then
       call place_axes(d, c)
-      call move_cone(d, c, e, found)
+      call map_trial(d, c, e)
+      if (c%back%slip) call find_tip(c, found)
+      e%h2 = c%tip
     else
       call leave_open(c%contact_cone_t, e)
     end if
@@ -84,27 +84,6 @@ contains
     g = c%s - matmul(c%x, s%n) + c%k
   end function gap_to
 
-  !> Stick or slip: the mapped gap and the new tip.
-  pure subroutine move_cone(d, c, e, found)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(facet_cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
-    type(element_t), intent(inout) :: e !! gets status, h2, slip
-    logical, intent(out) :: found !! the new tip lies on the facet
-
-    found = .true.
-    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
-    if (c%back%slip) then
-      e%status = status_slip
-      call find_tip(c, found)
-    else
-      e%status = status_stick
-      c%g_new = c%g
-      c%tip = e%h1
-    end if
-    e%h2 = c%tip
-    e%slip = matmul(c%p, c%back%s)
-  end subroutine move_cone
-
   !> The place from which the gap has the tangential part s' (Newton's method).
   pure subroutine find_tip(c, found)
     type(facet_cone_t), intent(inout) :: c !! gets tip, g_new
@@ -120,7 +99,7 @@ contains
       m = tip_matrix(c)
       det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
       if (.not. det > least_determinant*abs(det_flat)) exit
-      step = along_facet(c, reshape(matmul(gap_to(c, c%tip), c%p) - c%back%s, [2, 1]))
+      step = solve_ways(m, reshape(matmul(gap_to(c, c%tip), c%p) - c%back%s, [2, 1]))
       c%tip = c%tip + step(:, 1)
       if (maxval(abs(step)) > last_step) cycle
       found = .true.
@@ -143,11 +122,8 @@ contains
   pure function along_facet(c, way) result(dtip)
     type(facet_cone_t), intent(in) :: c !! cone with its tip
     real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
-    real(wp) :: dtip(2, size(way, 2)), m(2, 2)
+    real(wp) :: dtip(2, size(way, 2))
 
-    m = tip_matrix(c)
-    dtip(1, :) = m(2, 2)*way(1, :) - m(1, 2)*way(2, :)
-    dtip(2, :) = m(1, 1)*way(2, :) - m(2, 1)*way(1, :)
-    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+    dtip = solve_ways(tip_matrix(c), way)
   end function along_facet
 end module facet_cone

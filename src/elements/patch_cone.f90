@@ -3,7 +3,8 @@
 module patch_cone
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, status_stick, status_slip
+  use element_types, only: element_t, task_stick_tangent, task_stick_shift_tangent, status_open, &
+    status_stick, status_slip
   use slave_points, only: positions
   use friction_return, only: return_map
   use contact_cone, only: contact_cone_t, leave_open
@@ -13,7 +14,8 @@ module patch_cone
     dual_frame
   implicit none
   private
-  public :: cone_t, place_cone, place_shift, principal_axes, frame_operator, shift_derivative
+  public :: cone_t, place_cone, place_shift, principal_axes, frame_operator, shift_derivative, &
+    map_trial, hold_tip, solve_ways, ways_of_tip, frame_of, mapped_ways
 
   !> Projected vectors shorter than this share of the vector count as normal to the patch.
   real(wp), parameter :: shortest_projection = 1.0e-8_wp
@@ -68,7 +70,9 @@ contains
     c%g = gap_to(c, e%h1)
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
-      call move_cone(d, c, e, found)
+      call map_trial(d, c, e)
+      if (c%back%slip) call find_tip(c, found)
+      e%h2 = c%tip
     else
       call leave_open(c%contact_cone_t, e)
     end if
@@ -138,27 +142,6 @@ contains
     c%p(:, 2) = cross(c%n, c%p(:, 1))
   end subroutine principal_axes
 
-  !> Stick or slip: the mapped gap and the new tip.
-  pure subroutine move_cone(d, c, e, found)
-    real(wp), intent(in) :: d(:) !! (d04_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
-    type(element_t), intent(inout) :: e !! gets status, h2, slip
-    logical, intent(out) :: found !! the new tip lies on the patch
-
-    found = .true.
-    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
-    if (c%back%slip) then
-      e%status = status_slip
-      call find_tip(c, found)
-    else
-      e%status = status_stick
-      c%g_new = c%g
-      c%tip = e%h1
-    end if
-    e%h2 = c%tip
-    e%slip = matmul(c%p, c%back%s)
-  end subroutine move_cone
-
   !> The point of the patch from which the gap has the tangential part s' (Newton's method).
   pure subroutine find_tip(c, found)
     type(cone_t), intent(inout) :: c !! gets tip, g_new
@@ -177,7 +160,7 @@ contains
       m = matmul(transpose(c%p), matmul(c%f, point%dx))
       det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
       if (.not. det > least_determinant*abs(det_flat)) exit
-      step = [m(2, 2)*missing(1) - m(1, 2)*missing(2), m(1, 1)*missing(2) - m(2, 1)*missing(1)]/det
+      step = reshape(solve_ways(m, reshape(missing, [2, 1])), [2])
       c%tip = c%tip + step
       if (maxval(abs(step)) > last_step) cycle
       found = .true.
@@ -216,4 +199,91 @@ contains
     dk = dyad(c%kappa(1)*c%t(:, 2) - c%kappa(2)*c%t(:, 1), w) + c%kappa(3)*de &
       - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
   end function shift_derivative
+
+  !> Stick or slip: the trial mapped onto the cone. Where it slips the new tip is still to be found.
+  pure subroutine map_trial(d, c, e)
+    real(wp), intent(in) :: d(:) !! parameters, the first as those of element 3
+    class(cone_t), intent(inout) :: c !! gap and axes; gets back, and g_new, tip in stick
+    type(element_t), intent(inout) :: e !! gets status, slip
+
+    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    e%status = status_slip
+    e%slip = matmul(c%p, c%back%s)
+    if (c%back%slip) return
+    e%status = status_stick
+    c%g_new = c%g
+    c%tip = e%h1
+  end subroutine map_trial
+
+  !> Whether the tip stays where it is in a task; told to stick, a closed point keeps its old tip.
+  pure subroutine hold_tip(task, c, e, stays)
+    integer, intent(in) :: task !! one of the tasks of element_types
+    class(cone_t), intent(inout) :: c !! may get g_new, tip
+    type(element_t), intent(in) :: e !! status, old tip
+    logical, intent(out) :: stays !! it does
+
+    stays = task == task_stick_tangent .or. task == task_stick_shift_tangent
+    if (stays .and. e%status /= status_open) then
+      c%g_new = c%g
+      c%tip = e%h1
+    end if
+    stays = stays .or. e%status /= status_slip
+  end subroutine hold_tip
+
+  !> Ways of the tip in (xi, eta) with given components along the axes of friction.
+  pure function solve_ways(m, way) result(dtip)
+    real(wp), intent(in) :: m(2, 2) !! p_i . t_j at the tip [length]
+    real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
+    real(wp) :: dtip(2, size(way, 2))
+
+    dtip(1, :) = m(2, 2)*way(1, :) - m(1, 2)*way(2, :)
+    dtip(2, :) = m(1, 1)*way(2, :) - m(2, 1)*way(1, :)
+    dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+  end function solve_ways
+
+  !> Components along p1 and p2 of what the new tip has to follow, in slip: p_i.dg + g'.dp_i - ds'_i
+  !! with ds' = M ds - r dh_n (doc/theory, "Consistent tangent").
+  pure function ways_of_tip(c, dn, dgn, w, dg_old, dk, dg) result(way)
+    class(cone_t), intent(in) :: c !! cone at its new tip
+    real(wp), intent(in) :: dn(:, :) !! (3, dofs) derivative of the unit normal
+    real(wp), intent(in) :: dgn(:) !! (dofs) of the normal gap
+    real(wp), intent(in) :: w(:) !! (dofs) turn of the axes
+    real(wp), intent(in) :: dg_old(:, :) !! (3, dofs) of the gap to the old tip, without the shift
+    real(wp), intent(in) :: dk(:, :) !! (3, dofs) of the shift
+    real(wp), intent(in) :: dg(:, :) !! (3, dofs) of the gap to the new tip if that stays
+    real(wp) :: way(2, size(w))
+    real(wp) :: dp1(3, size(w)), dp2(3, size(w)), ds(2, size(w)), dhn(size(w))
+
+    dhn = dgn
+    if (c%shifted) dhn = dhn + matmul(c%n, dk) + matmul(c%k, dn)
+    dp1 = dyad(c%p(:, 2), w) - dyad(c%n, matmul(c%p(:, 1), dn))
+    dp2 = -dyad(c%p(:, 1), w) - dyad(c%n, matmul(c%p(:, 2), dn))
+    ds = matmul(transpose(c%p), dg_old + dk)
+    ds(1, :) = ds(1, :) + matmul(c%g, dp1)
+    ds(2, :) = ds(2, :) + matmul(c%g, dp2)
+    way = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
+    way(1, :) = way(1, :) + matmul(c%g_new, dp1)
+    way(2, :) = way(2, :) + matmul(c%g_new, dp2)
+  end function ways_of_tip
+
+  !> t1, t2, e of the facet: the frame that multipliers are given in.
+  pure function frame_of(c) result(frame)
+    class(cone_t), intent(in) :: c !! facet
+    real(wp) :: frame(3, 3)
+
+    frame(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
+    frame(:, 2) = cross(c%f(:, 3), frame(:, 1))
+    frame(:, 3) = c%f(:, 3)
+  end function frame_of
+
+  !> What the mapped gap does when the trial one moves along the frame of the facet, before the tip
+  !! has followed.
+  pure function mapped_ways(c, frame) result(way)
+    class(cone_t), intent(in) :: c !! cone at its new tip
+    real(wp), intent(in) :: frame(3, 3) !! t1, t2, e
+    real(wp) :: way(2, 3)
+
+    way = matmul(transpose(c%p), frame)
+    way = way - matmul(c%back%m, way) + dyad(c%back%r, matmul(c%n, frame))
+  end function mapped_ways
 end module patch_cone

@@ -8,7 +8,7 @@ module solid_types
   implicit none
   private
   public :: solid_t, most_solid_dofs, n_solid_state, n_solid_parameters
-  public :: state_stress, state_rotation, state_strain, state_energy
+  public :: state_stress, state_rotation, state_strain
   public :: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
 
   integer, parameter :: most_solid_dofs = 3*most_nodes !! most degrees of freedom of an element
@@ -24,8 +24,7 @@ module solid_types
   integer, parameter :: state_stress(6) = [1, 2, 3, 4, 5, 6] !! Cauchy, xx yy zz xy yz zx
   integer, parameter :: state_rotation(3) = [7, 8, 9] !! rotation vector where strain is small
   integer, parameter :: state_strain(6) = [10, 11, 12, 13, 14, 15] !! tensor, Green's if finite
-  integer, parameter :: state_energy = 16 !! strain energy [force length]
-  integer, parameter :: n_solid_state = 16 !! length of state
+  integer, parameter :: n_solid_state = 15 !! length of state
 
   !> Everything a bulk element gets and gives.
   type :: solid_t

@@ -1,7 +1,7 @@
 !> Physical groups of Gmsh files: their names, and which cells belong to them.
 module gmsh_groups
   use text, only: to_text
-  use cells, only: tet10
+  use cells, only: tet4, tet10, shapes
   use mesh_file_types, only: file_mesh_t, add_group, add_member, add_remark, group_cells
   implicit none
   private
@@ -150,6 +150,11 @@ contains
 
     nodes = 0
     corners = 0
+    if (any(shapes%gmsh == kind)) then
+      nodes = sum(shapes%nodes, shapes%gmsh == kind)
+      corners = tet4%nodes
+      return
+    end if
     select case (kind)
     case (15)
       nodes = 1
@@ -160,9 +165,6 @@ contains
     case (2, 9)
       nodes = merge(3, 6, kind == 2)
       corners = 3
-    case (4, 11)
-      nodes = merge(4, 10, kind == 4)
-      corners = 4
     case (3)
       name = 'quadrangles'
     case (5)

@@ -4,6 +4,7 @@ module consistent_loads
   use kinds, only: wp
   use vectors, only: cross
   use facet_quadrature, only: make_rule
+  use quadratic_facet, only: facet_shapes_t, facet_shapes
   use solid_shapes, only: shape_slopes
   use cells, only: most_facet_nodes, tet4, tet10
   implicit none
@@ -27,9 +28,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) 3 corners, or 6 with mid nodes, seen from outside
     real(wp), intent(out) :: areas(:) !! (nodes) [length^2]
     real(wp), intent(out) :: normals(:, :) !! (3, nodes) [length^2]
-    real(wp) :: l(3, facet_points), shares(facet_points), n(most_facet_nodes), &
-      slopes(2, most_facet_nodes), normal(3)
-    integer :: q, a, nodes
+    real(wp) :: n(most_facet_nodes, facet_points), slopes(2, most_facet_nodes, facet_points), &
+      weights(facet_points), normal(3)
+    integer :: q, a, nodes, points
 
     nodes = size(x, 2)
     if (nodes == 3) then
@@ -40,18 +41,17 @@ contains
     end if
     areas = 0.0_wp
     normals = 0.0_wp
-    call make_rule(facet_points, l, shares)
-    do q = 1, facet_points
-      call facet_slopes(l(:, q), n, slopes)
-      normal = 0.5_wp*shares(q)*cross(matmul(x, slopes(1, :nodes)), matmul(x, slopes(2, :nodes)))
+    call place_facet_points(nodes, points, n, slopes, weights)
+    do q = 1, points
+      normal = weights(q)*cross(matmul(x, slopes(1, :, q)), matmul(x, slopes(2, :, q)))
       do a = 1, nodes
-        areas(a) = areas(a) + n(a)*norm2(normal)
-        normals(:, a) = normals(:, a) + n(a)*normal
+        areas(a) = areas(a) + n(a, q)*norm2(normal)
+        normals(:, a) = normals(:, a) + n(a, q)*normal
       end do
     end do
   end subroutine facet_loads
 
-  !> Points of a facet: shape functions, their slopes towards corners 2 and 3, weights. What is
+  !> Points of a facet: shape functions, their slopes by xi and eta, weights. What is
   !! summed there is exact for N_a times the normal.
   pure subroutine place_facet_points(nodes, points, n, slopes, weights)
     integer, intent(in) :: nodes !! 3 or 6
@@ -59,6 +59,7 @@ contains
     real(wp), intent(out) :: n(:, :) !! (6, points or more) shape functions
     real(wp), intent(out) :: slopes(:, :, :) !! (2, 6, points or more)
     real(wp), intent(out) :: weights(:) !! (points or more) of the parent, whose area is 1/2
+    type(facet_shapes_t) :: s
     real(wp) :: l(3, facet_points)
     integer :: q
 
@@ -68,7 +69,7 @@ contains
     points = 1
     if (nodes == 3) then
       n(:3, 1) = 1.0_wp/3.0_wp
-      slopes(:, :3, 1) = reshape([-1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 3])
+      slopes(:, :3, 1) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, -1.0_wp, -1.0_wp], [2, 3])
       weights(1) = 0.5_wp
       return
     end if
@@ -76,30 +77,11 @@ contains
     call make_rule(facet_points, l, weights(:facet_points))
     weights = 0.5_wp*weights
     do q = 1, facet_points
-      call facet_slopes(l(:, q), n(:, q), slopes(:, :, q))
+      s = facet_shapes(l(:2, q), .false.)
+      n(:, q) = s%n
+      slopes(:, :, q) = transpose(s%d)
     end do
   end subroutine place_facet_points
-
-  !> Shape functions of a facet of six nodes, and their slopes towards corners 2 and 3.
-  pure subroutine facet_slopes(l, n, slopes)
-    real(wp), intent(in) :: l(3) !! area coordinates
-    real(wp), intent(out) :: n(6) !! shape functions: corners, middles of edges 12, 23, 31
-    real(wp), intent(out) :: slopes(2, 6) !! by the area coordinates 2 and 3, the first the rest
-    real(wp) :: by_l(3, 6)
-    integer :: k, j
-
-    by_l = 0.0_wp
-    do k = 1, 3
-      j = mod(k, 3) + 1
-      n(k) = l(k)*(2.0_wp*l(k) - 1.0_wp)
-      n(3 + k) = 4.0_wp*l(k)*l(j)
-      by_l(k, k) = 4.0_wp*l(k) - 1.0_wp
-      by_l(k, 3 + k) = 4.0_wp*l(j)
-      by_l(j, 3 + k) = 4.0_wp*l(k)
-    end do
-    slopes(1, :) = by_l(2, :) - by_l(1, :)
-    slopes(2, :) = by_l(3, :) - by_l(1, :)
-  end subroutine facet_slopes
 
   !> Integrals of the shape functions over a reference cell, what a unit of load per volume gives.
   pure function cell_volumes(x) result(volumes)

@@ -1,11 +1,10 @@
 !> The assembly loop of contact: gather, element routine, scatter.
 module assembly
   use kinds, only: wp
-  use threads, only: count_threads
   use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
     task_stick_shift_tangent, n_element_stress, status_stick, status_slip
-  use element_lists, only: element_list_t
+  use element_lists, only: element_list_t, batch_size, long_list
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
@@ -14,13 +13,6 @@ module assembly
   private
   public :: assemble, recover, shift_derivatives
 
-  !> Elements that are computed together before they are added up, in their order whatever the
-  !! number of threads.
-  integer, parameter :: small_batch = 64
-  !> The same with several threads, which are called together for each batch.
-  integer, parameter :: large_batch = 1024
-  !> Lists that are worth more than one thread.
-  integer, parameter :: long_list = 256
   !> A point that carries the friction of its cone but for this share is on it.
   real(wp), parameter :: on_cone = 1.0e-6_wp
 
@@ -39,9 +31,7 @@ contains
     type(element_t), allocatable :: elements(:)
     integer :: first, k, i, batch
 
-    batch = small_batch
-    if (count_threads() > 1 .and. list%n > long_list) batch = large_batch
-    batch = min(batch, max(1, list%n))
+    batch = batch_size(list%n)
     allocate (elements(batch))
     if (task == task_tangent) list%asymmetry = 0.0_wp
     do first = 1, list%n, batch
@@ -71,9 +61,11 @@ contains
     integer, intent(in) :: first !! first element of the batch
     type(element_t), intent(inout) :: elements(:) !! local data of each
     integer :: k, last
+    logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
-    !$omp parallel do if(list%n > long_list) default(none) private(k) &
+    parallel = list%n > long_list
+    !$omp parallel do if(parallel) default(none) private(k) &
     !$omp& shared(list, task, x, u, first, last, elements)
     do k = first, last
       if (list%routine(k) == routine_none) cycle

@@ -1,23 +1,15 @@
 !> The bulk: forces, tangent and states of its elements, element by element.
 module bulk_assembly
   use kinds, only: wp
-  use threads, only: count_threads
   use element_types, only: task_tangent, task_residual, task_stress, task_reach
   use solid_types, only: solid_t, n_solid_state
-  use element_lists, only: bulk_list_t
+  use element_lists, only: bulk_list_t, batch_size, long_list
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t
   implicit none
   private
   public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_block
 
-  !> Elements that are computed together before they are added up, in their order whatever the
-  !! number of threads.
-  integer, parameter :: small_batch = 64
-  !> The same with several threads, which are called together for each batch.
-  integer, parameter :: large_batch = 1024
-  !> Lists that are worth more than one thread.
-  integer, parameter :: long_list = 256
 
 contains
 
@@ -32,13 +24,11 @@ contains
     integer, intent(out) :: inverted !! element turned inside out, or 0
     type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
     type(solid_t), allocatable :: elements(:)
-    integer :: first, k, i, batch, task
+    integer :: first, k, i, task
 
     task = task_residual
     if (present(a)) task = task_tangent
-    batch = small_batch
-    if (count_threads() > 1 .and. list%n > long_list) batch = large_batch
-    allocate (elements(min(batch, max(1, list%n))))
+    allocate (elements(batch_size(list%n)))
     energy = 0.0_wp
     inverted = 0
     do first = 1, list%n, size(elements)
@@ -67,9 +57,11 @@ contains
     integer, intent(in) :: first !! first element of the batch
     type(solid_t), intent(inout) :: elements(:) !! local data of each
     integer :: k, last
+    logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
-    !$omp parallel do if(list%n > long_list) default(none) private(k) &
+    parallel = list%n > long_list
+    !$omp parallel do if(parallel) default(none) private(k) &
     !$omp& shared(list, task, x, u, first, last, elements)
     do k = first, last
       if (list%routine(k) == routine_none) cycle

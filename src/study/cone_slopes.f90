@@ -12,6 +12,7 @@ module cone_slopes
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_mu, d03_rule, d03_axis_kind, &
     axis_convected
   use friction_return, only: return_map, return_t, has_friction
+  use contact_cone, only: gap_operator
   implicit none
   private
   public :: cone_slopes_t, find_slopes, cause_tip, cause_mu, cause_rule, cause_angle, &
@@ -302,19 +303,4 @@ contains
       dr(10:12) = -(1.0_wp - tip(1) - tip(2))*df + (dtip(1) + dtip(2))*f
     end associate
   end function force_slope
-
-  !> B = [I, -N1 I, -N2 I, -N3 I] at a point of the facet.
-  pure function gap_operator(xi) result(b)
-    real(wp), intent(in) :: xi(2) !! (xi, eta)
-    real(wp) :: b(3, 12)
-    integer :: k
-
-    b = 0.0_wp
-    do k = 1, 3
-      b(k, k) = 1.0_wp
-      b(k, 3 + k) = -xi(1)
-      b(k, 6 + k) = -xi(2)
-      b(k, 9 + k) = -(1.0_wp - xi(1) - xi(2))
-    end do
-  end function gap_operator
 end module cone_slopes
