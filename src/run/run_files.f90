@@ -265,6 +265,9 @@ contains
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
+    else if (system%condensed%preconditions) then
+      saved%candidate = merge(1, 0, system%condensed%candidate)
+      saved%contact_force = 0.0_wp*state%u
     end if
     if (allocated(system%touch%u_before)) then
       saved%span_before = system%touch%span_before

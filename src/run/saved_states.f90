@@ -97,7 +97,7 @@ contains
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
-    if (.not. system%condensed%active) call couple_as_saved(model, system, hosts)
+    if (.not. (system%condensed%active .or. system%condensed%preconditions)) call couple_as_saved(model, system, hosts)
   end subroutine take_state
 
   !> Forces and candidates of the condensed form; other candidates than the present ones mean that
@@ -106,7 +106,7 @@ contains
     type(saved_state_t), intent(in) :: saved !! the state
     type(system_t), intent(inout) :: system !! its condensed form
 
-    if (system%condensed%active) then
+    if (system%condensed%active .or. system%condensed%preconditions) then
       if (.not. allocated(saved%candidate)) then
         if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return

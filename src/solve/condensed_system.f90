@@ -14,6 +14,9 @@ module condensed_system
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
+  use condensation, only: body_work
+  use bulk_term, only: form_rest_tangent
+  use body_turns, only: start_turns, follow_turns, mark_turns
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
     add_patch_rings
   use system_types, only: system_t, state_t
@@ -21,7 +24,7 @@ module condensed_system
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
-    recover_interior, keep_forces
+    recover_interior, keep_forces, renew_factors
 
 contains
 
@@ -52,9 +55,13 @@ contains
       end if
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
-      if (any(system%weak)) condensed%x = model%mesh%x
-      call begin_influence(model, system)
-      call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
+      if (any(system%weak) .or. .not. system%bulk%linear) condensed%x = model%mesh%x
+      if (system%bulk%linear) then
+        call begin_influence(model, system)
+        call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
+      else
+        call condense_at_rest(system, spread(.true., 1, system%bodies), outcome)
+      end if
     end associate
     if (outcome /= solver_done) then
       why = 'its factorisation failed'
@@ -68,8 +75,57 @@ contains
       return
     end if
     call number_candidates(system)
-    system%condensed%active = .true.
+    system%condensed%active = system%bulk%linear
+    system%condensed%preconditions = .not. system%bulk%linear
+    if (.not. system%bulk%linear) call start_turns(system)
   end subroutine start_condensed
+
+  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law; the tangent
+  !! at hand is left as it is.
+  subroutine condense_at_rest(system, wanted, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    real(wp), allocatable :: values(:, :, :)
+
+    values = system%bulk_matrix%val
+    call form_rest_tangent(system%condensed%x, system)
+    call condense_all(system, wanted, outcome)
+    call move_alloc(values, system%bulk_matrix%val)
+    call set_wear(system%condensed)
+  end subroutine condense_at_rest
+
+  !> New factors of a bulk that is not linear, of its present tangent. That need not be positive
+  !! definite: if it is not, the bodies at rest serve on (doc/theory, "A bulk that is not linear").
+  subroutine renew_factors(x, system, outcome)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! bulk_matrix, u; gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in cholmod_solver
+    logical :: wanted(system%bodies)
+
+    wanted = .true.
+    call follow_turns(x, system)
+    call condense_all(system, wanted, outcome)
+    call mark_turns(system, at_rest=outcome == solver_not_definite)
+    if (outcome == solver_not_definite) call condense_at_rest(system, wanted, outcome)
+    call set_wear(system%condensed)
+    system%condensed%failed = outcome
+    if (allocated(system%condensed%tangent%status)) deallocate (system%condensed%tangent%status)
+  end subroutine renew_factors
+
+  !> The factors are new: passes from here on that would pay for newer ones.
+  subroutine set_wear(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets wear, worn
+    integer :: b
+
+    condensed%wear = 0.0_wp
+    condensed%worn = 0.0_wp
+    do b = 1, size(condensed%bodies)
+      if (.not. allocated(condensed%bodies(b)%node)) cycle
+      if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
+      condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
+    end do
+  end subroutine set_wear
 
   !> Displacements of the candidates without contact at `time`.
   subroutine begin_condensed(model, system, state, time)
@@ -235,6 +291,7 @@ contains
     integer :: k, i, a, n
 
     call extend_candidates(system)
+    system%condensed%norm_before = 0.0_wp
     associate (condensed => system%condensed, list => system%contact)
       allocate (live(condensed%n))
       live = abs(condensed%force) > 0.0_wp
@@ -308,10 +365,16 @@ contains
       do i = 1, condensed%n
         force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
       end do
-      call condense_all(system, wanted, outcome)
+      if (condensed%preconditions) then
+        call condense_at_rest(system, spread(.true., 1, system%bodies), outcome)
+        call mark_turns(system, at_rest=.true.)
+      else
+        call condense_all(system, wanted, outcome)
+      end if
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)
+      if (condensed%preconditions) return
       do i = 1, condensed%n
         condensed%force(i) = force(condensed%direction(i), condensed%node(i))
       end do

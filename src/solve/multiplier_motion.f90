@@ -14,7 +14,7 @@ module multiplier_motion
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use umfpack_solver, only: solver_done
-  use linear_solver, only: solve_system
+  use bulk_preconditioner, only: solve_tangent
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
@@ -235,8 +235,7 @@ contains
       end associate
       return
     end if
-    call solve_system(system%solver, system%csc, -free_values(system, force), system%next, &
-      system%costs, outcome)
+    call solve_tangent(system, -free_values(system, force), system%next, outcome)
     if (outcome /= solver_done) return
     do i = 1, size(du, 2)
       do k = 1, 3
@@ -256,8 +255,7 @@ contains
       return
     end if
     allocate (change, mold=system%solution)
-    call solve_system(system%solver, system%csc, -free_values(system, forces_of_way(system)), &
-      change, system%costs, outcome)
+    call solve_tangent(system, -free_values(system, forces_of_way(system)), change, outcome)
     if (outcome /= solver_done) return
     system%solution = system%solution + change
     do i = 1, size(system%du, 2)

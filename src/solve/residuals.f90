@@ -10,7 +10,7 @@ module residuals
   use assembly, only: assemble
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
-  use condensed_system, only: gather_condensed
+  use right_side, only: gather_right
   use multiplier_motion, only: shift_multipliers
   use system_types, only: system_t
   implicit none
@@ -56,25 +56,6 @@ contains
     call gather_right(system, length)
     call end_cost(system%costs, cost_residual)
   end subroutine form_trial
-
-  !> right = applied - internal forces on the free degrees of freedom.
-  subroutine gather_right(system, length)
-    type(system_t), intent(inout) :: system !! gets right
-    real(wp), intent(in) :: length !! share of bulk_change
-    integer :: i, k
-
-    if (system%condensed%active) then
-      call gather_condensed(system, length)
-      return
-    end if
-    do i = 1, size(system%equation, 2)
-      do k = 1, 3
-        if (system%equation(k, i) == 0) cycle
-        system%right(system%equation(k, i)) = system%external(k, i) - system%bulk_force(k, i) &
-          - length*system%bulk_change(k, i) - system%contact_force(k, i)
-      end do
-    end do
-  end subroutine gather_right
 
   !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
   !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.
