@@ -268,6 +268,9 @@ contains
     else if (system%condensed%preconditions) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = 0.0_wp*state%u
+      saved%factor_wear = [system%condensed%wear, real(system%condensed%refusals, wp)]
+      if (allocated(system%condensed%made_at)) saved%factor_displacement = &
+        system%condensed%made_at
     end if
     if (allocated(system%touch%u_before)) then
       saved%span_before = system%touch%span_before

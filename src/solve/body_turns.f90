@@ -3,7 +3,7 @@
 module body_turns
   use kinds, only: wp
   use elmlib, only: routine_none, routine_finite
-  use vectors, only: cross
+  use vectors, only: cross, dyad
   use condensed_types, only: turns_not, turns_freely
   use system_types, only: system_t
   implicit none
@@ -34,7 +34,6 @@ contains
       associate (body => system%condensed%bodies(b))
         body%turns_about = merge(turns_freely, turns_not, finite(b))
         body%turned_then = identity()
-        body%turned = identity()
         body%turn = identity()
       end associate
     end do
@@ -63,7 +62,38 @@ contains
   !> Rotations from the state of the factors to the iterate.
   subroutine follow_turns(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u given; gets turned and turn of its bodies
+    type(system_t), intent(inout) :: system !! u given; gets turn of its bodies
+    real(wp) :: turned(3, 3, system%bodies)
+    integer :: b
+
+    call find_turns(x, system%u, system, turned)
+    do b = 1, system%bodies
+      associate (body => system%condensed%bodies(b))
+        body%turn = matmul(turned(:, :, b), transpose(body%turned_then))
+      end associate
+    end do
+  end subroutine follow_turns
+
+  !> New factors belong to the rotations of a state.
+  subroutine mark_turns(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets turned_then of its bodies
+    real(wp) :: turned(3, 3, system%bodies)
+    integer :: b
+
+    call find_turns(x, u, system, turned)
+    do b = 1, system%bodies
+      system%condensed%bodies(b)%turned_then = turned(:, :, b)
+    end do
+  end subroutine mark_turns
+
+  !> Mean rotations of the bodies at a state.
+  subroutine find_turns(x, u, system, turned)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! bodies
+    real(wp), intent(out) :: turned(:, :, :) !! (3, 3, bodies)
     real(wp) :: mean(3, system%bodies), moved(3, system%bodies), h(3, 3, system%bodies)
     integer :: i, b, nodes(system%bodies)
 
@@ -76,7 +106,7 @@ contains
       if (b == 0) cycle
       nodes(b) = nodes(b) + 1
       mean(:, b) = mean(:, b) + x(:, i)
-      moved(:, b) = moved(:, b) + x(:, i) + system%u(:, i)
+      moved(:, b) = moved(:, b) + x(:, i) + u(:, i)
     end do
     do b = 1, system%bodies
       mean(:, b) = mean(:, b)/real(max(1, nodes(b)), wp)
@@ -85,30 +115,12 @@ contains
     do i = 1, size(x, 2)
       b = system%node_body(i)
       if (b == 0) cycle
-      h(:, :, b) = h(:, :, b) + spread(x(:, i) + system%u(:, i) - moved(:, b), 2, 3) &
-        *spread(x(:, i) - mean(:, b), 1, 3)
+      h(:, :, b) = h(:, :, b) + dyad(x(:, i) + u(:, i) - moved(:, b), x(:, i) - mean(:, b))
     end do
     do b = 1, system%bodies
-      associate (body => system%condensed%bodies(b))
-        body%turned = mean_rotation(h(:, :, b), body%turns_about)
-        body%turn = matmul(body%turned, transpose(body%turned_then))
-      end associate
+      turned(:, :, b) = mean_rotation(h(:, :, b), system%condensed%bodies(b)%turns_about)
     end do
-  end subroutine follow_turns
-
-  !> New factors belong to the rotations of this iteration, or to those of bodies at rest.
-  pure subroutine mark_turns(system, at_rest)
-    type(system_t), intent(inout) :: system !! gets turned_then of its bodies
-    logical, intent(in) :: at_rest !! the factors are of undeformed bodies
-    integer :: b
-
-    do b = 1, system%bodies
-      associate (body => system%condensed%bodies(b))
-        body%turned_then = body%turned
-        if (at_rest) body%turned_then = identity()
-      end associate
-    end do
-  end subroutine mark_turns
+  end subroutine find_turns
 
   !> The rotation that is nearest to a mean deformation: its polar factor, or the angle about an
   !! axis.
@@ -199,7 +211,8 @@ contains
       do a = 1, system%contact%nel(k)
         b = system%node_body(system%contact%ix(a, k))
         if (b == 0) cycle
-        associate (turn => system%condensed%bodies(b)%turn, s => system%condensed%tangent%s(:, :, k))
+        associate (turn => system%condensed%bodies(b)%turn, &
+                   s => system%condensed%tangent%s(:, :, k))
           do c = 1, system%contact%nel(k)
             associate (block => s(3*a - 2:3*a, 3*c - 2:3*c))
               block = matmul(transpose(turn), block)

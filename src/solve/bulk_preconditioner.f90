@@ -13,7 +13,7 @@ module bulk_preconditioner
   use right_side, only: gather_right
   use body_turns, only: follow_turns, to_frames, from_frames
   use condensation, only: reduce_body, complete_body
-  use condensed_system, only: renew_factors
+  use bulk_factors, only: renew_factors
   use condensed_direction, only: is_worth_trying, answer, most_allowed, most_stale
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     add_leading, take_shares
@@ -48,7 +48,7 @@ contains
     if (outcome /= solver_done) return
     call form_bulk_tangent(x, system)
     renewed = system%condensed%wear > system%condensed%worn
-    if (renewed) call renew_factors(x, system, outcome)
+    if (renewed) call renew_factors(system, outcome)
     if (outcome /= solver_done) return
     call begin_direction(system, x)
     goal = min(coarsest*norm2(system%right), max(wanted_share(system)*norm2(system%right), &
@@ -62,8 +62,8 @@ contains
     end if
     if (.not. arrived) call iterate_anew(system, x, goal, arrived, outcome)
     if (outcome /= solver_done) return
-    if (.not. (arrived .or. renewed)) then
-      call renew_factors(x, system, outcome)
+    if (.not. (arrived .or. renewed .or. system%condensed%refusals > 0)) then
+      call renew_factors(system, outcome)
       if (outcome /= solver_done) return
       call begin_direction(system, x)
       call iterate_anew(system, x, goal, arrived, outcome)

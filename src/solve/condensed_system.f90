@@ -2,8 +2,7 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
-  use elmlib, only: routine_none, routine_smooth
-  use element_lists, only: master_nodes
+  use elmlib, only: routine_none
   use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
@@ -14,17 +13,14 @@ module condensed_system
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
-  use condensation, only: body_work
-  use bulk_term, only: form_rest_tangent
-  use body_turns, only: start_turns, follow_turns, mark_turns
-  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
-    add_patch_rings
+  use bulk_factors, only: condense_bulk, condense_at_rest
+  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
-    recover_interior, keep_forces, renew_factors
+    recover_interior, keep_forces
 
 contains
 
@@ -60,7 +56,7 @@ contains
         call begin_influence(model, system)
         call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
       else
-        call condense_at_rest(system, spread(.true., 1, system%bodies), outcome)
+        call condense_bulk(system, outcome)
       end if
     end associate
     if (outcome /= solver_done) then
@@ -77,55 +73,7 @@ contains
     call number_candidates(system)
     system%condensed%active = system%bulk%linear
     system%condensed%preconditions = .not. system%bulk%linear
-    if (.not. system%bulk%linear) call start_turns(system)
   end subroutine start_condensed
-
-  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law; the tangent
-  !! at hand is left as it is.
-  subroutine condense_at_rest(system, wanted, outcome)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
-    logical, intent(in) :: wanted(:) !! (bodies) those to condense
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    real(wp), allocatable :: values(:, :, :)
-
-    values = system%bulk_matrix%val
-    call form_rest_tangent(system%condensed%x, system)
-    call condense_all(system, wanted, outcome)
-    call move_alloc(values, system%bulk_matrix%val)
-    call set_wear(system%condensed)
-  end subroutine condense_at_rest
-
-  !> New factors of a bulk that is not linear, of its present tangent. That need not be positive
-  !! definite: if it is not, the bodies at rest serve on (doc/theory, "A bulk that is not linear").
-  subroutine renew_factors(x, system, outcome)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! bulk_matrix, u; gets the bodies of condensed
-    integer, intent(out) :: outcome !! as in cholmod_solver
-    logical :: wanted(system%bodies)
-
-    wanted = .true.
-    call follow_turns(x, system)
-    call condense_all(system, wanted, outcome)
-    call mark_turns(system, at_rest=outcome == solver_not_definite)
-    if (outcome == solver_not_definite) call condense_at_rest(system, wanted, outcome)
-    call set_wear(system%condensed)
-    system%condensed%failed = outcome
-    if (allocated(system%condensed%tangent%status)) deallocate (system%condensed%tangent%status)
-  end subroutine renew_factors
-
-  !> The factors are new: passes from here on that would pay for newer ones.
-  subroutine set_wear(condensed)
-    type(condensed_t), intent(inout) :: condensed !! gets wear, worn
-    integer :: b
-
-    condensed%wear = 0.0_wp
-    condensed%worn = 0.0_wp
-    do b = 1, size(condensed%bodies)
-      if (.not. allocated(condensed%bodies(b)%node)) cycle
-      if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
-      condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
-    end do
-  end subroutine set_wear
 
   !> Displacements of the candidates without contact at `time`.
   subroutine begin_condensed(model, system, state, time)
@@ -265,24 +213,6 @@ contains
     end associate
   end subroutine refresh_candidates
 
-  !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
-  pure subroutine mark_touched(system)
-    type(system_t), intent(inout) :: system !! contact elements; gets candidate
-    logical :: bent(size(system%condensed%candidate))
-    integer :: k
-
-    bent = .false.
-    associate (candidate => system%condensed%candidate, list => system%contact)
-      do k = 1, list%n
-        if (list%routine(k) == routine_none) cycle
-        candidate(list%ix(1:list%nel(k), k)) = .true.
-        if (list%routine(k) == routine_smooth) bent(master_nodes(list, k)) = .true.
-      end do
-      if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
-      candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)
-    end associate
-  end subroutine mark_touched
-
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.
   subroutine couple_condensed(system)
@@ -366,8 +296,7 @@ contains
         force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
       end do
       if (condensed%preconditions) then
-        call condense_at_rest(system, spread(.true., 1, system%bodies), outcome)
-        call mark_turns(system, at_rest=.true.)
+        call condense_at_rest(system, outcome)
       else
         call condense_all(system, wanted, outcome)
       end if

@@ -37,9 +37,8 @@ module condensed_types
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
     real(wp) :: drag = 0.0_wp !! stiffness against its motions in this iteration [force/length]
     integer :: turns_about = turns_not !! what its mean rotation may be, where it is followed
-    real(wp), allocatable :: turned(:, :) !! (3, 3) its mean rotation in this iteration
-    real(wp), allocatable :: turned_then(:, :) !! (3, 3) the same when it was factorised
-    real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to this one
+    real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
+    real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to that of this iteration
     real(wp), allocatable :: reduced(:) !! (n) a right-hand side that is half solved for
   end type condensed_body_t
 
@@ -88,8 +87,11 @@ module condensed_types
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
-    logical :: preconditions = .false. !! the bulk is not linear: these factors stand in for it
+    logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
     real(wp) :: wear = 0.0_wp !! passes that older factors have cost so far
+    real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
+    !! allocated if at rest [length]
+    integer :: refusals = 0 !! tangents in a row that were not positive definite
     real(wp) :: worn = 0.0_wp !! passes that are worth new factors
     logical :: surface_only = .false. !! only candidates are asked for at the end of an increment
     type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom
@@ -109,7 +111,7 @@ module condensed_types
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
     integer :: modes = 0 !! rigid motions of all bodies
-    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, where they are needed [length]
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if needed [length]
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
     real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
     real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
