@@ -2,8 +2,7 @@
 !! (doc/theory, "A bulk that is not linear").
 module bulk_factors
   use kinds, only: wp
-  use umfpack_solver, only: solver_done
-  use cholmod_solver, only: solver_not_definite
+  use back_ends, only: solver_done, solver_not_definite
   use condensation, only: body_work
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all
@@ -23,7 +22,7 @@ contains
   !> The first factors of a run: of the bodies at rest, or those that a saved state had.
   subroutine condense_bulk(system, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
 
     call start_turns(system)
     if (allocated(system%condensed%made_at)) then
@@ -36,7 +35,7 @@ contains
   !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law.
   subroutine condense_at_rest(system, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
 
     if (allocated(system%condensed%made_at)) deallocate (system%condensed%made_at)
     call condense_at(system, 0.0_wp*system%u, outcome)
@@ -46,7 +45,7 @@ contains
   subroutine condense_at(system, u, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
     logical :: wanted(system%bodies)
 
@@ -63,7 +62,7 @@ contains
   !! is not, the bodies at rest serve on.
   subroutine renew_factors(system, outcome)
     type(system_t), intent(inout) :: system !! u given; gets the bodies of condensed
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     logical :: definite
 
     associate (condensed => system%condensed)

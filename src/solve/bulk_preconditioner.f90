@@ -6,7 +6,7 @@ module bulk_preconditioner
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_bulk_krylov
   use lapack_interface, only: dsymv
   use block_matrix, only: multiply
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use linear_solver, only: solve_system
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
@@ -259,16 +259,11 @@ contains
     type(system_t), intent(in) :: system !! tangent of contact
     real(wp), intent(in) :: t(:) !! (live) displacements in the frames of the bodies [length]
     real(wp) :: y(size(t))
-    real(wp), allocatable :: z(:)
+    real(wp) :: z(system%condensed%tangent%rank)
 
     associate (tangent => system%condensed%tangent)
       call apply_rest(tangent, t, y)
-      if (tangent%whole) then
-        z = t
-      else
-        allocate (z(tangent%rank))
-        call take_shares(tangent, t, z)
-      end if
+      call take_shares(tangent, t, z)
       call add_leading(tangent, z, y)
     end associate
   end function contact_force
