@@ -12,6 +12,7 @@ ball      a ball, its cells finer where a groove of 90 degrees along x2 touches 
 belt      a band around half of a drum about x2: regions band, drum; surfaces inside, rim; sets of the
           ends of the band
 oring     a quarter of a ring about x3: region ring; surface skin
+roller    a tube of radius 1 about x2 that stands on x3 = 0: region roller; surface rim
 
 lug.msh is made by Gmsh from lug.geo: gmsh -3 lug.geo -format msh22 -o lug.msh
 """
@@ -164,6 +165,15 @@ def oring(mesh, n):
         ('skin', axis, end) for axis in range(2) for end in range(2)])
 
 
+def roller(mesh, n):
+    """Radii 0.7 and 1, 0.5 wide, its axis at x3 = 1; a facet lies flat on x3 = 0."""
+    def place(r, s, t):
+        x, z, y = polar(1 - 0.3 * r, 360 * s + 2.5, 0.5 * t - 0.05)
+        return x, y, 1 + z
+
+    mesh.box('roller', (1, 72 * n, 1), place, [('rim', 0, 0)])
+
+
 def main():
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__,
@@ -171,7 +181,7 @@ def main():
     parser.add_argument('folder', nargs='?', default=os.path.dirname(os.path.abspath(__file__)))
     parser.add_argument('--fine', type=int, default=1)
     given = parser.parse_args()
-    for make in (ring, fit, runner, ball, belt, oring):
+    for make in (ring, fit, runner, ball, belt, oring, roller):
         mesh = Mesh()
         make(mesh, given.fine)
         mesh.write(os.path.join(given.folder, make.__name__ + '.msh'))

@@ -8,6 +8,7 @@ module results_file
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
+  use rigid_paths, only: count_rigid
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
@@ -15,7 +16,8 @@ module results_file
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
-  use results_tables, only: create_history_part, append_history, create_contact_part, &
+  use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid, &
+    create_contact_part, &
     append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
@@ -71,6 +73,8 @@ contains
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
     if (allocated(error)) return
     call create_history_part(results%file, error)
+    if (.not. allocated(error) .and. count_rigid(model) > 0) call create_rigid_part( &
+      results%file, error)
     if (allocated(error)) return
     call create_audit_part(results%file, bodies, error)
     if (allocated(error)) return
@@ -102,14 +106,15 @@ contains
   end function bytes_of_fields
 
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
-  subroutine append_results(results, model, step, time, reactions, rows, audit, frame, state, &
-                            error)
+  subroutine append_results(results, model, step, time, reactions, rows, rigid, audit, frame, &
+                            state, error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
     real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    real(wp), intent(in) :: rigid(:, :) !! (12, rigid bodies) motions, forces of constraints
     type(audit_t), intent(in) :: audit !! the audit of the end time
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
@@ -120,6 +125,8 @@ contains
       present(frame) .or. present(state)), error)
     if (allocated(error)) return
     call append_history(results%file, model, step, time, reactions, rows, error)
+    if (.not. allocated(error) .and. size(rigid, 2) > 0) call append_rigid(results%file, model, &
+      step, time, rigid, error)
     if (allocated(error)) return
     call append_audit(results%file, audit, error)
     if (allocated(error)) return

@@ -14,13 +14,16 @@ module run_files
   use bulk_assembly, only: recover_bulk
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
-    write_contacts, create_history_table, write_history, close_table
+    write_contacts, create_history_table, write_history, create_rigid_table, write_rigid_bodies, &
+    close_table
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
+  use rigid_paths, only: count_rigid
   use result_types, only: contact_row_t, frame_t, saved_state_t
   use frame_fields, only: fill_frame
+  use rigid_report, only: rigid_rows
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
   use restored_balance, only: residual_share_of
@@ -38,6 +41,7 @@ module run_files
     type(table_t) :: reactions !! .rea
     type(table_t) :: contacts !! .con
     type(table_t) :: history !! .his, with OUTPut HISTory only
+    type(table_t) :: rigid !! .rig, with RIGId only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
@@ -73,6 +77,9 @@ contains
     if (allocated(error)) return
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
+    if (allocated(error)) return
+    if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
+      model%title, model%conditions%rigid, error)
     if (allocated(error)) return
     call create_results(files%results, base//'.h5', model, system%bodies, deck_text, version, &
       command, error)
@@ -115,6 +122,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     real(wp) :: sums(3, size(model%output%reactions))
     type(contact_row_t) :: rows(size(model%pairs))
+    real(wp) :: rigid(12, count_rigid(model))
     integer :: k
 
     call begin_cost(system%costs, cost_output)
@@ -124,19 +132,23 @@ contains
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, rows(k))
     end do
+    rigid = rigid_rows(model, system, state)
     call write_reactions(files%reactions, state%step, state%time, sums, error)
     if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, rows, &
       error)
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
+    if (.not. allocated(error) .and. size(rigid, 2) > 0) call write_rigid_bodies(files%rigid, &
+      state%step, state%time, rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, sums, &
-      rows, audit, error)
+      rows, rigid, audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends fields and state to the results, those that are due and asked for.
-  subroutine write_fields(files, model, system, state, increment, sums, rows, audit, error)
+  subroutine write_fields(files, model, system, state, increment, sums, rows, rigid, audit, &
+                          error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
@@ -144,14 +156,15 @@ contains
     real(wp), intent(in) :: increment !! its increment of time
     real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) contact sums
+    real(wp), intent(in) :: rigid(:, :) !! (12, rigid bodies) motions, forces of constraints
     type(audit_t), intent(in) :: audit !! the audit of the end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
     if (.not. fields_due(model%output, state%step)) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, &
+        rigid, audit, error=error)
       return
     end if
     call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
@@ -160,12 +173,12 @@ contains
         wanted%stress, wanted%strain, wanted%contact]))
     end associate
     if (model%output%state == state_none) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        frame, error=error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, &
+        rigid, audit, frame, error=error)
     else
       call fill_state(model, system, state, increment, saved)
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        frame, saved, error)
+      call append_results(files%results, model, state%step, state%time, sums, rows, &
+        rigid, audit, frame, saved, error)
     end if
     if (allocated(error) .or. .not. allocated(frame%motion)) return
     call append_contact_frame(files%surfaces, model, state%time, frame, error)
@@ -260,6 +273,7 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
     saved%residual = residual_share_of(system)
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
@@ -295,6 +309,8 @@ contains
     call close_table(files%contacts, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%history, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%rigid, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_log(files%log, next)
     if (.not. allocated(error)) call move_alloc(next, error)

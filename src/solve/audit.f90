@@ -12,6 +12,7 @@ module audit
   use follower_pressure, only: add_pressure_force
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
+  use rigid_report, only: rigid_imbalance
   use body_audit, only: measure_bodies, find_balance, find_turns
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
@@ -100,6 +101,7 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time: the work of the whole run is judged
     type(audit_t), intent(inout) :: audit !! gets its results
+    integer :: b
 
     audit%before = audit%verdict
     if (audit%step == 0) audit%before = -1
@@ -110,6 +112,11 @@ contains
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
         audit%center, audit%balance)
+    end if
+    if (system%border%n > 0) then
+      do b = 1, system%bodies
+        audit%balance(:, b) = audit%balance(:, b) + rigid_imbalance(model, system, state, b)
+      end do
     end if
     call judge_balance(model, system, state, settings, audit)
     call find_energies(model, system, state, point_state, last, audit)

@@ -146,6 +146,9 @@ contains
       list%shift(:, element) = point_shift(pair, p, point)
       if (pair%softened .and. all(system%equation(:, list%ix(1:list%nel(element), element)) == 0)) &
         then
+        if (allocated(system%carried_by)) then
+          if (any(system%carried_by(list%ix(1:list%nel(element), element)) > 0)) return
+        end if
         list%d(d03_epsilon, element) = pair%epsilon(p)
         list%shift(:, element) = 0.0_wp
       end if

@@ -4,6 +4,7 @@ module increment_start
   use kinds, only: wp
   use loads, only: conditions_at
   use follower_pressure, only: set_pressures
+  use rigid_bodies, only: begin_rigid, return_rigid
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
@@ -50,6 +51,7 @@ contains
 
     call conditions_at(model, time, displacement=system%u, force=system%external)
     where (system%equation > 0) system%u = state%u
+    call begin_rigid(model, system, state, time)
     call set_pressures(model, time, system)
   end subroutine begin_at
 
@@ -93,6 +95,7 @@ contains
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
+    call return_rigid(system)
     call return_bulk(model%mesh%x, system)
     system%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then

@@ -18,6 +18,7 @@ module increments
   use multiplier_motion, only: hand_back_multipliers
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
+  use rigid_bodies, only: keep_rigid
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text, count_noun
@@ -326,6 +327,7 @@ contains
       state%reaction = 0.0_wp
     end where
     call spring_reactions(system, state)
+    call keep_rigid(system, state)
     system%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
   end subroutine accept

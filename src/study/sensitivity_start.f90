@@ -89,6 +89,7 @@ contains
     end do
     if (allocated(system%spring)) call refuse('SPRIng')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
+    if (system%border%n > 0) call refuse('a rigid body with free motions')
     if (any(system%weak)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 

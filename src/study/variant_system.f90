@@ -32,6 +32,7 @@ contains
     state%step = 0
     state%u = 0.0_wp
     state%reaction = 0.0_wp
+    state%rigid = 0.0_wp
     system%u = 0.0_wp
     system%du = 0.0_wp
     system%contact_force = 0.0_wp
