@@ -31,6 +31,7 @@ module result_types
     real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
+    real(wp), allocatable :: path(:) !! (points) way slipped since the touch, if a law asks [length]
     real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
     real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
     real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master

@@ -4,6 +4,7 @@ module results_tables
   use errors, only: error_t
   use text, only: to_text
   use deck_types, only: name_length
+  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
@@ -227,6 +228,9 @@ contains
     call write_block(file, group//'/facets', pair%facets, at_end, error)
     if (allocated(error)) return
     call create_point_fields(file, group, count_points(pair), error)
+    if (allocated(error) .or. .not. keeps_path(pair%law)) return
+    call make_series(file, group//'/'//trim(path_state%name), stored_real, [count_points(pair)], &
+      1, trim(path_state%unit), trim(path_state%description), error)
   end subroutine create_pair
 
   !> Writes what the points are made of: a node each, or nodes and weights.
@@ -339,6 +343,9 @@ contains
     call write_block(file, group//'/elastic_slip', points%elastic_slip, at_end, error)
     if (allocated(error)) return
     call write_block(file, group//'/dissipation', points%dissipation, at_end, error)
+    if (allocated(error)) return
+    if (allocated(points%path)) call write_block(file, group//'/'//trim(path_state%name), &
+      points%path, at_end, error)
     if (allocated(error) .or. .not. allocated(points%node)) return
     call write_block(file, group//'/node', points%node, at_end, error)
     if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &

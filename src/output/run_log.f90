@@ -15,6 +15,7 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use bulk_laws, only: laws
+  use friction_laws, only: cone_laws, first_value, acts
   use model_types, only: model_t, material_t
   use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, &
     close_text_file
@@ -146,7 +147,7 @@ contains
     line = line//penalty_origin(pair)
     if (maxval(pair%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%mu(1))//' and '//to_text(pair%mu(2))//', slip '// &
-        trim(rules(pair%slip_rule))
+        trim(rules(pair%slip_rule))//law_text(pair%law)
     else
       line = line//', frictionless'
     end if
@@ -154,6 +155,22 @@ contains
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
+
+  !> The laws that change the cone, with their values.
+  function law_text(values) result(t)
+    real(wp), intent(in) :: values(:) !! of the pair
+    character(:), allocatable :: t
+    integer :: i, k
+
+    t = ''
+    do k = 1, size(cone_laws)
+      if (.not. acts(k, values)) cycle
+      t = t//', '//trim(cone_laws(k)%keyword)
+      do i = first_value(k), first_value(k + 1) - 1
+        t = t//' '//to_text(values(i))
+      end do
+    end do
+  end function law_text
 
   !> Where the penalty of a pair comes from.
   function penalty_origin(pair) result(text)
