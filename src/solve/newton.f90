@@ -4,7 +4,7 @@ module newton
   use costs, only: wall_seconds
   use signals, only: stop_requested
   use bulk_term, only: form_bulk_change, bulk_step
-  use umfpack_solver, only: solver_done, solver_out_of_memory
+  use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
   use rigid_bodies, only: spread_rigid
   use rigid_border, only: factorise_bordered, solve_bordered

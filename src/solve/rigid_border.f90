@@ -5,7 +5,7 @@ module rigid_border
   use rotations, only: spin
   use lapack_interface, only: dgetrf, dgetrs
   use elmt03, only: d03_epsilon
-  use umfpack_solver, only: solver_done, solver_singular
+  use back_ends, only: solver_done, solver_singular
   use linear_solver, only: factorise_matrix, solve_system
   use block_matrix, only: block_matrix_t, find_block
   use rigid_bodies, only: lever
