@@ -309,6 +309,8 @@ SCENES = [
      'A stiff runner is drawn over a soft strip.'),
     ('press_fit', 'gallery/press_fit', [], FRONT, 'bodies:mises',
      'A hub is pressed on a shaft that is too thick for it.'),
+    ('shrunk', 'gallery/shrink_fit', [], FRONT, 'bodies:mises',
+     'A hub is shrunk on a ring: the overlap is taken up in four increments.'),
     ('hertz', 'sphere_on_plate', [], FRONT, 'slave:pressure',
      'Hertz: a cap of a sphere, meshed by Gmsh, is pressed on a plate and slid.'),
     ('partial_slip', 'gallery/partial_slip', [], FRONT, 'slave:status',

@@ -44,6 +44,8 @@ contains
       load_at(model, k, time)], k=1, count_rigid(model))]))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
+      if (model%pairs(k)%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name//' shrink', &
+        [load_factor(model%tables, model%pairs(k)%shrink, time)]))
     end do
     mark = transfer(sum, mark)
   end function mark_scene

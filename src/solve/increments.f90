@@ -2,7 +2,7 @@
 module increments
   use kinds, only: wp
   use model_types, only: model_t
-  use increment_start, only: begin_at, choose_start, start_here, start_again
+  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple, settle_contact
   use touch_path, only: touch_waits
   use first_touch, only: begin_touch_again, find_touches, keep_path
@@ -53,6 +53,7 @@ contains
     call choose_solver(model, system, monitor)
     model%pairs%softened = is_stiff(model%pairs)
     system%x_old = model%mesh%x + state%u
+    call take_overlaps(model, time)
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)

@@ -14,7 +14,7 @@ module multiplier_motion
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
-  use rigid_bodies, only: spread_rigid, rigid_values
+  use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
   use rigid_border, only: solve_bordered
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
@@ -62,8 +62,8 @@ contains
         do p = 1, count_points(model%pairs(k))
           element = system%first_point(k) + p - 1
           if (system%contact%routine(element) == routine_none) cycle
-          if (all(system%equation(:, system%contact%ix(1:system%contact%nel(element), element)) &
-            == 0) .and. model%pairs(k)%softened) cycle
+          if (model%pairs(k)%softened .and. nothing_yields(system, &
+            system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
           motion%start(:, element) = model%pairs(k)%new(p)%lambda

@@ -11,8 +11,8 @@ module rigid_bodies
   implicit none
   private
   public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
-    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, rigid_values, &
-    rigid_force, rigid_loads
+    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_yields, &
+    rigid_values, rigid_force, rigid_loads
 
 contains
 
@@ -55,6 +55,15 @@ contains
     yes = .false.
     if (allocated(system%carried_by)) yes = system%carried_by(node) > 0
   end function is_carried
+
+  !> All nodes of a contact element are prescribed.
+  pure logical function nothing_yields(system, nodes) result(yes)
+    type(system_t), intent(in) :: system !! equations, rigid bodies
+    integer, intent(in) :: nodes(:) !! of the element
+
+    yes = all(system%equation(:, nodes) == 0)
+    if (yes .and. allocated(system%carried_by)) yes = all(system%carried_by(nodes) == 0)
+  end function nothing_yields
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
   subroutine begin_rigid(model, system, state, time)

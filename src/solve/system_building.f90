@@ -7,6 +7,7 @@ module system_building
   use bodies, only: find_bodies
   use facet_geometry, only: facet_size
   use bulk_term, only: build_bulk
+  use contact_overlap, only: measure_overlap
   use contact_hosts, only: start_pair
   use follower_pressure, only: list_pressures
   use springs, only: start_springs
@@ -51,6 +52,7 @@ contains
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
+      call measure_overlap(model%pairs(k), model%mesh%x)
     end do
   end subroutine outline_system
 
