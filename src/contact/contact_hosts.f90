@@ -56,7 +56,7 @@ contains
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
     if (pair%segmented) then
       call start_cells(pair, x)
-        return
+      return
     end if
     do p = 1, count_points(pair)/pair%slots
       call seek(pair, x, x, p, pair%new(p))
