@@ -18,6 +18,7 @@ module state_reader
   use path_state, only: read_before
   use factor_state, only: read_factor
   use scene_state, only: read_scene
+  use rigid_state, only: read_rigid_motions
   implicit none
   private
   public :: read_state
@@ -233,6 +234,7 @@ contains
     if (.not. allocated(error)) call read_before(file, root, slot, state, error)
     if (.not. allocated(error)) call read_factor(file, root, slot, state, error)
     if (.not. allocated(error)) call read_scene(file, root, slot, state, error)
+    if (.not. allocated(error)) call read_rigid_motions(file, root, model, slot, state, error)
     if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)

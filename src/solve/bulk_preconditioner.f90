@@ -7,7 +7,7 @@ module bulk_preconditioner
   use lapack_interface, only: dsymv
   use block_matrix, only: multiply
   use back_ends, only: solver_done
-  use linear_solver, only: solve_system
+  use rigid_border, only: solve_bordered
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
   use right_side, only: gather_right
@@ -78,7 +78,7 @@ contains
 
     call follow_turns(x, system)
     call form_element_matrices(system, x)
-    call gather_right(system, 0.0_wp)
+    call gather_right(system, 0.0_wp, .false.)
   end subroutine begin_direction
 
   !> GMRES with a new factor of contact.
@@ -311,7 +311,7 @@ contains
       call run_gmres(system, right, max(inner_accuracy*norm2(right), 1.0e-3_wp*system%round_off), &
         most_allowed(system%condensed), solution, passes, arrived)
     else
-      call solve_system(system%solver, system%csc, right, solution, system%costs, outcome)
+      call solve_bordered(system, right, solution, outcome)
     end if
   end subroutine solve_tangent
 
@@ -325,7 +325,7 @@ contains
       outcome = solver_done
       call solve_pass(system, system%right, most_allowed(system%condensed), system%next, answered)
     else
-      call solve_system(system%solver, system%csc, system%right, system%next, system%costs, outcome)
+      call solve_bordered(system, system%right, system%next, outcome)
     end if
   end subroutine solve_roughly
 end module bulk_preconditioner

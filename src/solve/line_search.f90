@@ -2,6 +2,7 @@
 module line_search
   use kinds, only: wp
   use back_ends, only: solver_done
+  use rigid_bodies, only: take_rigid
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
   use condensed_system, only: take_condensed
@@ -44,6 +45,7 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     system%u = system%trial
+    call take_rigid(system)
     if (system%condensed%active) then
       call take_condensed(system%condensed, length)
       return

@@ -15,6 +15,7 @@ module multiplier_motion
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
+  use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
@@ -61,8 +62,8 @@ contains
         do p = 1, count_points(model%pairs(k))
           element = system%first_point(k) + p - 1
           if (system%contact%routine(element) == routine_none) cycle
-          if (all(system%equation(:, system%contact%ix(1:system%contact%nel(element), element)) &
-            == 0) .and. model%pairs(k)%softened) cycle
+          if (model%pairs(k)%softened .and. nothing_yields(system, &
+            system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
           motion%start(:, element) = model%pairs(k)%new(p)%lambda
@@ -242,6 +243,7 @@ contains
         if (system%equation(k, i) > 0) du(k, i) = system%next(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%next, du)
   end subroutine answer_multipliers
 
   !> The direction with the way of the multipliers.
@@ -263,6 +265,7 @@ contains
         if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%solution, system%du)
     call form_bulk_change(system)
   end subroutine push_multipliers
 
@@ -270,7 +273,7 @@ contains
   pure function free_values(system, field) result(values)
     type(system_t), intent(in) :: system !! equations
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(system%equations)
+    real(wp) :: values(size(system%right))
     integer :: i, k
 
     do i = 1, size(field, 2)
@@ -278,6 +281,7 @@ contains
         if (system%equation(k, i) > 0) values(system%equation(k, i)) = field(k, i)
       end do
     end do
+    values(system%equations + 1:) = rigid_values(system, field)
   end function free_values
 
   !> Values at the live candidates.

@@ -12,6 +12,8 @@ module residuals
   use supports, only: ground_bodies
   use right_side, only: gather_right
   use multiplier_motion, only: shift_multipliers
+  use rigid_bodies, only: try_rigid
+  use rigid_border, only: form_border
   use system_types, only: system_t
   implicit none
   private
@@ -37,7 +39,7 @@ contains
     if (.not. system%condensed%active) call form_bulk_force(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
-    call gather_right(system, 0.0_wp)
+    call gather_right(system, 0.0_wp, .false.)
     call end_cost(system%costs, cost_residual)
   end subroutine form_residual
 
@@ -49,11 +51,12 @@ contains
 
     call begin_cost(system%costs, cost_residual)
     system%trial = system%u + length*system%du
+    call try_rigid(system, length)
     if (system%motion%active) call shift_multipliers(system, length)
     call form_bulk_trial(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
-    call gather_right(system, length)
+    call gather_right(system, length, .true.)
     call end_cost(system%costs, cost_residual)
   end subroutine form_trial
 
@@ -69,6 +72,7 @@ contains
       if (.not. (system%symmetric .and. system%bulk%linear)) call fill_values(system%bulk_matrix, &
         system%equation, system%csc)
       system%symmetric = .not. allocated(system%pressed)
+      call form_border(system)
       return
     end if
     call begin_cost(system%costs, cost_contact_tangent)
@@ -78,8 +82,9 @@ contains
     end do
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
-    call gather_right(system, 0.0_wp)
+    call gather_right(system, 0.0_wp, .false.)
     if (any(system%weak)) call ground_bodies(x, system)
+    call form_border(system)
     call fill_values(system%matrix, system%equation, system%csc)
     system%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
       .not. allocated(system%pressed)
@@ -118,7 +123,7 @@ contains
       node = system%condensed%node(system%condensed%live(largest))
       dof = system%condensed%direction(system%condensed%live(largest))
     else if (system%equations > 0) then
-      largest = maxloc(abs(system%right), 1)
+      largest = maxloc(abs(system%right(:system%equations)), 1)
       value = system%right(largest)
       place = findloc(system%equation, largest)
       dof = place(1)
