@@ -1,8 +1,7 @@
 !> What stands behind a command in its own record and belongs to nothing: FEAP passes over it.
 module command_tails
-  use deck_types, only: record_t, item_t, item_word, item_quoted, item_empty
+  use deck_types, only: record_t, item_t, item_empty
   use records, only: item_count, is_word
-  use numbers, only: is_letter
   use signatures, only: signature_t, kind_keyword
   use keyword_types, only: keyword_t
   use diagnostics, only: diagnostics_t, report_error, report_note
@@ -12,8 +11,8 @@ module command_tails
 
 contains
 
-  !> Takes words without a meaning off a command that takes no items (or only certain words), with
-  !! a note; one that changes FEAP's answer is an error. Numbers stay, to be refused.
+  !> Takes what has no meaning off a command that takes no items (or only certain words), with a
+  !! note; a word that changes FEAP's answer is an error.
   subroutine drop_tail(record, command, diagnostics, good)
     type(record_t), intent(inout) :: record !! the record; its tail is gone then
     type(keyword_t), intent(in) :: command !! its command
@@ -26,9 +25,6 @@ contains
     n = item_count(record)
     first = first_unknown(record, command%head)
     if (first == 0) return
-    do k = first, n
-      if (.not. is_remark(record%items(k))) return
-    end do
     do k = first, n
       remedy = remedy_of(command%key, record%items(k))
       if (len(remedy) == 0) cycle
@@ -81,15 +77,6 @@ contains
     end do
     first = 0
   end function first_unknown
-
-  !> Whether an item cannot be data: a word, or nothing.
-  pure logical function is_remark(item)
-    type(item_t), intent(in) :: item !! the item
-
-    is_remark = item%kind == item_empty .or. item%kind == item_quoted
-    if (item%kind /= item_word) return
-    is_remark = is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()0123456789') == 0
-  end function is_remark
 
   !> What to write instead of an option of FEAP's that would change the answer; empty for words
   !! that would not.
