@@ -1,8 +1,9 @@
 !> What stands behind a command in its own record and belongs to nothing: FEAP passes over it.
 module command_tails
-  use deck_types, only: record_t, item_t, item_empty
+  use deck_types, only: record_t, item_t, item_word, item_empty
   use records, only: item_count, is_word
-  use signatures, only: signature_t, kind_keyword
+  use numbers, only: is_letter
+  use signatures, only: signature_t, kind_keyword, kind_name
   use keyword_types, only: keyword_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   implicit none
@@ -53,13 +54,19 @@ contains
   end subroutine drop_empty_fields
 
   !> The first item of a record that its command has no use for; 0 if there is none, or if the
-  !! command takes more than words of its own.
+  !! command takes more than words of its own. A number is none where only a name may stand, or not.
   pure integer function first_unknown(record, head) result(first)
     type(record_t), intent(in) :: record !! the record
     type(signature_t), intent(in) :: head !! what may follow the command
     integer :: i, k
     logical :: known
 
+    if (may_have_name(head) .and. item_count(record) > 1) then
+      first = 2
+      if (record%items(2)%kind == item_word) then
+        if (.not. is_letter(record%items(2)%text(1:1))) return
+      end if
+    end if
     do i = 1, size(head%alternatives)
       first = 0
       if (any(head%alternatives(i)%tokens%kind /= kind_keyword)) return
@@ -77,6 +84,16 @@ contains
     end do
     first = 0
   end function first_unknown
+
+  !> The command takes a name, or nothing.
+  pure logical function may_have_name(head) result(may)
+    type(signature_t), intent(in) :: head !! what may follow the command
+
+    may = size(head%alternatives) == 1
+    if (may) may = size(head%alternatives(1)%tokens) == 1
+    if (may) may = head%alternatives(1)%tokens(1)%kind == kind_name .and. &
+      head%alternatives(1)%tokens(1)%optional
+  end function may_have_name
 
   !> What to write instead of an option of FEAP's that would change the answer; empty for words
   !! that would not.
