@@ -8,7 +8,7 @@ module results_tables
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: contact_row_t, point_fields_t
+  use result_types, only: end_row_t, contact_row_t, point_fields_t
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
@@ -74,34 +74,31 @@ contains
   end subroutine create_keys
 
   !> Writes the rows of one end time.
-  subroutine append_history(file, model, step, time, reactions, rows, error)
+  subroutine append_history(file, model, row, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
-    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(end_row_t), intent(in) :: row !! sums of an end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(name_length) :: sets(size(reactions, 2)), pairs(size(rows))
-    real(wp) :: column(size(reactions, 2))
+    character(name_length) :: sets(size(row%reactions, 2)), pairs(size(row%pairs))
+    real(wp) :: column(size(row%reactions, 2))
     integer :: i
 
     do i = 1, size(sets)
       sets(i) = model%output%reactions(i)%s
     end do
-    call append_keys(file, '/history/reactions/', 'set', step, time, sets, error)
+    call append_keys(file, '/history/reactions/', 'set', row%step, row%time, sets, error)
     do i = 1, size(reaction_columns)
       if (allocated(error)) return
-      column = reactions(i, :)
+      column = row%reactions(i, :)
       call write_block(file, '/history/reactions/'//reaction_columns(i), column, at_end, error)
     end do
     if (allocated(error)) return
     do i = 1, size(pairs)
       pairs(i) = model%pairs(i)%name
     end do
-    call append_keys(file, '/history/contact/', 'pair', step, time, pairs, error)
+    call append_keys(file, '/history/contact/', 'pair', row%step, row%time, pairs, error)
     if (allocated(error)) return
-    call append_contact_columns(file, rows, error)
+    call append_contact_columns(file, row%pairs, error)
   end subroutine append_history
 
   !> Writes the columns that say what a row is about.
