@@ -7,8 +7,8 @@ module element_lists
   use elmlib, only: n_parameters, routine_none
   implicit none
   private
-  public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, allocate_list, slave_point, &
-    master_nodes, side_nodes, batch_size, long_list
+  public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, &
+    allocate_list, slave_point, master_nodes, side_nodes, batch_size, long_list
 
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads.

@@ -9,8 +9,8 @@ module abaqus_assembly
   use abaqus_cards, only: card_t, next_card, next_data, next_item, card_parameter
   implicit none
   private
-  public :: assembly_t, scope_t, go_to_star, find_parts, find_part, find_instance, open_instance, moved, &
-    take_number
+  public :: assembly_t, scope_t, go_to_star, find_parts, find_part, find_instance, &
+    open_instance, moved, take_number
 
   !> The largest number of a node or element of the whole file.
   integer, parameter :: highest = 1073741823

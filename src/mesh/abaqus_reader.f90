@@ -9,7 +9,8 @@ module abaqus_reader
   use abaqus_cards, only: card_t, next_card, next_data, next_item, card_parameter, has_parameter, &
     abaqus_shape
   use abaqus_assembly, only: assembly_t, find_parts, find_part, open_instance, moved, take_number
-  use abaqus_sets, only: requests_t, read_set, read_surface, read_section, fill_groups
+  use abaqus_sets, only: requests_t, read_set, read_surface, read_section
+  use abaqus_groups, only: fill_groups
   implicit none
   private
   public :: read_abaqus
