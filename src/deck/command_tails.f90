@@ -1,6 +1,6 @@
 !> What stands behind a command in its own record and belongs to nothing: FEAP passes over it.
 module command_tails
-  use deck_types, only: record_t, item_t, item_word, item_empty
+  use deck_types, only: record_t, item_t, item_word, item_quoted, item_empty
   use records, only: item_count, is_word
   use numbers, only: is_letter
   use signatures, only: signature_t, kind_keyword, kind_name
@@ -13,7 +13,8 @@ module command_tails
 contains
 
   !> Takes what has no meaning off a command that takes no items (or only certain words), with a
-  !! note; a word that changes FEAP's answer is an error.
+  !! note; a word that changes FEAP's answer is an error. Three numbers or more, without a word, look
+  !! like data: they stay, to be refused.
   subroutine drop_tail(record, command, diagnostics, good)
     type(record_t), intent(inout) :: record !! the record; its tail is gone then
     type(keyword_t), intent(in) :: command !! its command
@@ -26,6 +27,9 @@ contains
     n = item_count(record)
     first = first_unknown(record, command%head)
     if (first == 0) return
+    if (n > first + 1) then
+      if (.not. any([(is_remark(record%items(k)), k=first, n)])) return
+    end if
     do k = first, n
       remedy = remedy_of(command%key, record%items(k))
       if (len(remedy) == 0) cycle
@@ -84,6 +88,15 @@ contains
     end do
     first = 0
   end function first_unknown
+
+  !> Whether an item cannot be data: a word, or nothing.
+  pure logical function is_remark(item)
+    type(item_t), intent(in) :: item !! the item
+
+    is_remark = item%kind == item_empty .or. item%kind == item_quoted
+    if (item%kind /= item_word) return
+    is_remark = is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()0123456789') == 0
+  end function is_remark
 
   !> The command takes a name, or nothing.
   pure logical function may_have_name(head) result(may)
