@@ -13,8 +13,8 @@ module command_tails
 contains
 
   !> Takes what has no meaning off a command that takes no items (or only certain words), with a
-  !! note; a word that changes FEAP's answer is an error. Three numbers or more, without a word, look
-  !! like data: they stay, to be refused.
+  !! note; a word that changes FEAP's answer is an error. Three numbers or more, without a word,
+  !! look like data: they stay, to be refused.
   subroutine drop_tail(record, command, diagnostics, good)
     type(record_t), intent(inout) :: record !! the record; its tail is gone then
     type(keyword_t), intent(in) :: command !! its command
