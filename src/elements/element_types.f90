@@ -48,6 +48,8 @@ module element_types
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
     real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
+    real(wp) :: path1 = 0.0_wp !! slip path of a contact element, last converged [length]
+    real(wp) :: path2 = 0.0_wp !! the same at the current state, 0 unless a law asks for it [length]
     real(wp) :: shift(3) = 0.0_wp !! shift of the gap of a contact element [length], see there
     integer :: status = status_open !! of a contact element
     real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]

@@ -18,14 +18,14 @@ module elmt03
     status_slip
   use slave_points, only: positions, spread_element
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
-    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
-    axis_circumferential, axis_radial
-  use friction_return, only: return_map
-  use contact_cone, only: gap_operator, contact_cone_t, leave_open, report_point
+    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, d03_area, d03_size, axis_convected, &
+    axis_space_fixed, axis_circumferential, axis_radial
+  use contact_cone, only: gap_operator, contact_cone_t, leave_open, map_friction, report_point
   implicit none
   private
   public :: elmt03_mfec
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, &
+    d03_area, d03_size
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   !> The facet and the gap at the current positions.
@@ -137,7 +137,7 @@ contains
     real(wp) :: s(2), s_new(3)
 
     s = [dot_product(c%p(:, 1), c%g), dot_product(c%p(:, 2), c%g)]
-    call return_map(s, -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    call map_friction(d, s, c%contact_cone_t, e)
     if (c%back%slip) then
       e%status = status_slip
       s_new = c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2)

@@ -77,6 +77,7 @@ contains
           call element_routine(list%routine(k), task, list%d(:, k), e)
         end if
         list%h2(:, k) = e%h2
+        list%path2(k) = e%path2
         list%status(k) = e%status
         list%slip(:, k) = e%slip
       end associate
@@ -221,6 +222,7 @@ contains
       e%ul(:, i) = u(:, e%ix(i))
     end do
     e%h1 = list%h1(:, k)
+    e%path1 = list%path1(k)
     e%shift = list%shift(:, k)
   end subroutine gather
 end module assembly

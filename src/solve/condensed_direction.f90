@@ -3,7 +3,7 @@
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths

@@ -8,7 +8,7 @@ module contact_tangent
   use lapack_interface, only: dgetrf, dgetrs, dgemv
   use low_rank, only: peel
   use assembly, only: assemble
-  use umfpack_solver, only: solver_done, solver_singular
+  use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: gather_compliance
   use condensed_system, only: gather_condensed

@@ -3,7 +3,7 @@
 module linear_answers
   use kinds, only: wp
   use lapack_interface, only: dgetrs
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, add_leading, &
