@@ -3,7 +3,7 @@
 module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use linear_solver, only: solve_system
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm, round_off_factor
