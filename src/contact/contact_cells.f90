@@ -7,7 +7,7 @@ module contact_cells
   use kinds, only: wp
   use element_types, only: status_off, status_open, status_stick, status_slip
   use contact_types, only: pair_t, contact_point_t, cell_t
-  use contact_points, only: count_points
+  use contact_points, only: count_points, first_cell
   use facet_clipping, only: cell_points
   use facet_geometry, only: project_on_facet, facet_size, facet_normal
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
@@ -265,7 +265,7 @@ contains
     integer, intent(in) :: f !! the slave facet
     integer :: first
 
-    first = max(1, findloc(pair%old_cells%slave, f, 1))
+    first = max(1, first_cell(pair%old_cells, f))
     has_slipped = any(pair%old(first:last_of(pair%old_cells, first, f))%status == status_slip)
   end function has_slipped
 
@@ -295,8 +295,7 @@ contains
     integer :: first, last, p
     real(wp) :: area
 
-    first = findloc(pair%old_cells%slave, f, 1)
-    if (first == 0) first = 1
+    first = max(1, first_cell(pair%old_cells, f))
     last = last_of(pair%old_cells, first, f)
     call fit_slip(pair, f, pair%old_cells(first:last), pair%old(first:last), x_old, slip)
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)

@@ -13,7 +13,7 @@
 module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+  use element_types, only: element_t, make_room, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
     status_slip
   use slave_points, only: positions, spread_element
@@ -48,6 +48,7 @@ contains
     type(cone_t) :: c
     real(wp) :: x(3, 4)
 
+    call make_room(task, e)
     x = positions(e, 3)
     call facet_and_gap(x, e%h1, c)
     c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))

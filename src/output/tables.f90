@@ -1,4 +1,5 @@
-!> The text tables: reactions (.rea), contact (.con) and requested displacements (.his).
+!> The text tables: reactions (.rea), contact (.con), requested displacements (.his), rigid bodies
+!! (.rig).
 !!
 !! One row per end time and name, flushed at once. Nothing in them depends on the machine or the
 !! clock; -0 is printed as 0.
@@ -6,14 +7,14 @@ module tables
   use kinds, only: wp
   use errors, only: error_t
   use text, only: string_t, to_text
-  use model_types, only: history_request_t
+  use model_types, only: history_request_t, rigid_body_t
   use contact_types, only: pair_t
   use result_types, only: contact_row_t
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
   private
   public :: table_t, create_reaction_table, write_reactions, create_contact_table, write_contacts, &
-    create_history_table, write_history, close_table
+    create_history_table, write_history, create_rigid_table, write_rigid_bodies, close_table
 
   !> A table open for writing.
   type :: table_t
@@ -137,6 +138,46 @@ contains
     if (allocated(error)) return
     call flush_text_file(table%file, error)
   end subroutine write_history
+
+  !> Creates the table of rigid bodies.
+  subroutine create_rigid_table(table, path, title, bodies, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(rigid_body_t), intent(in) :: bodies(:) !! the bodies, in the order of the rows
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(4), parameter :: columns(12) = [character(4) :: 'U1', 'U2', 'U3', 'ROT1', 'ROT2', &
+      'ROT3', 'F1', 'F2', 'F3', 'M1', 'M2', 'M3']
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    allocate (names(size(bodies)))
+    do i = 1, size(bodies)
+      names(i)%s = bodies(i)%name
+    end do
+    call pad_names(names, 'body', table%names)
+    call write_head(table, title, 'rigid bodies: translation and rotation vector of the point, '// &
+      'force and moment of its constraint on the body', 'body', columns, error)
+  end subroutine create_rigid_table
+
+  !> Writes the rigid bodies of one end time.
+  subroutine write_rigid_bodies(table, step, time, rows, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: rows(:, :) !! (12, bodies) motions, forces of constraints
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(table%names)
+      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s// &
+        reals(rows(:, i)), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_rigid_bodies
 
   !> Closes a table; one that was never created is left alone.
   subroutine close_table(table, error)

@@ -7,6 +7,7 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_position
+  use contact_overlap, only: withheld_gap
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
   use solid_types, only: n_solid_state
@@ -14,13 +15,16 @@ module run_files
   use bulk_assembly, only: recover_bulk
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
-    write_contacts, create_history_table, write_history, close_table
+    write_contacts, create_history_table, write_history, create_rigid_table, write_rigid_bodies, &
+    close_table
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
+  use rigid_paths, only: count_rigid
   use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
   use frame_fields, only: fill_frame
+  use rigid_report, only: rigid_rows
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
   use restored_balance, only: residual_share_of
@@ -38,6 +42,7 @@ module run_files
     type(table_t) :: reactions !! .rea
     type(table_t) :: contacts !! .con
     type(table_t) :: history !! .his, with OUTPut HISTory only
+    type(table_t) :: rigid !! .rig, with RIGId only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
@@ -68,6 +73,9 @@ contains
     if (allocated(error)) return
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
+    if (allocated(error)) return
+    if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
+      model%title, model%conditions%rigid, error)
     if (allocated(error)) return
     call create_results(files%results, base//'.h5', model, system%bodies, origin, error)
     if (allocated(error)) return
@@ -120,12 +128,15 @@ contains
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, row%pairs(k))
     end do
+    if (count_rigid(model) > 0) row%rigid = rigid_rows(model, system, state)
     call write_reactions(files%reactions, state%step, state%time, row%reactions, error)
     if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, &
       row%pairs, error)
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
+    if (.not. allocated(error) .and. allocated(row%rigid)) call write_rigid_bodies(files%rigid, &
+      state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)
     call end_cost(system%costs, cost_output)
@@ -200,7 +211,7 @@ contains
         row%tangential = row%tangential + point(14)
         row%force = row%force + f
         row%moment = row%moment + cross(x, f)
-        row%max_penetration = max(row%max_penetration, -point(4))
+        row%max_penetration = max(row%max_penetration, -point(4) - withheld_gap(model%pairs(k), p))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
       end associate
@@ -252,6 +263,7 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
     saved%residual = residual_share_of(system)
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
@@ -287,6 +299,8 @@ contains
     call close_table(files%contacts, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%history, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%rigid, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_log(files%log, next)
     if (.not. allocated(error)) call move_alloc(next, error)

@@ -141,12 +141,18 @@ contains
     end if
   end subroutine form_bulk_force
 
-  !> Internal force at a trial; that of a linear bulk follows from bulk_change.
+  !> Internal force at a trial; that of a linear bulk follows from bulk_change, unless nodes turn
+  !! with rigid bodies.
   subroutine form_bulk_trial(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear
+    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear in
+    !! the share of the step
 
-    if (.not. system%bulk%linear) call form_force_at(x, system%trial, system)
+    if (.not. system%bulk%linear) then
+      call form_force_at(x, system%trial, system)
+    else if (system%border%n > 0) then
+      call multiply(system%bulk_matrix, system%trial, system%bulk_force)
+    end if
   end subroutine form_bulk_trial
 
   !> Internal force at a state.
@@ -174,7 +180,8 @@ contains
   subroutine form_bulk_change(system)
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
-    if (system%bulk%linear) call multiply(system%bulk_matrix, system%du, system%bulk_change)
+    if (system%bulk%linear .and. system%border%n == 0) call multiply(system%bulk_matrix, &
+      system%du, system%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment

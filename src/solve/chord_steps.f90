@@ -4,12 +4,13 @@ module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord
   use back_ends, only: solver_done
-  use linear_solver, only: solve_system
+  use rigid_border, only: solve_bordered
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm, round_off_factor
   use line_search, only: take_trial
   use bulk_term, only: form_bulk_change
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
+  use rigid_bodies, only: spread_rigid
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -97,8 +98,7 @@ contains
     if (system%condensed%active) then
       call find_chord(system, found)
     else
-      call solve_system(system%solver, system%csc, system%right, system%solution, system%costs, &
-        outcome)
+      call solve_bordered(system, system%right, system%solution, outcome)
       found = outcome == solver_done
       if (found) call spread_direction(system)
       if (found) call form_bulk_change(system)
@@ -117,5 +117,6 @@ contains
         if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%solution, system%du)
   end subroutine spread_direction
 end module chord_steps

@@ -5,7 +5,8 @@ module newton
   use signals, only: stop_requested
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
-  use linear_solver, only: factorise_matrix, solve_system, solver_name
+  use linear_solver, only: solver_name
+  use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
@@ -148,7 +149,8 @@ contains
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
     type(chords_t) :: chords
 
-    if (progress%energy_met .or. progress%length < 1.0_wp .or. .not. system%bulk%linear) return
+    if (progress%energy_met .or. progress%length < 1.0_wp) return
+    if (system%border%n > 0 .or. .not. system%bulk%linear) return
     if (system%drag > 0.0_wp .or. any(system%grounded) .or. any(system%contact%hold)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, chords)
@@ -328,10 +330,8 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
-      .not. progress%indefinite, system%costs, outcome)
-    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
-      system%solution, system%costs, outcome)
+    call factorise_bordered(system, system%symmetric .and. .not. progress%indefinite, outcome)
+    if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
     call spread_direction(system)
     call form_bulk_change(system)

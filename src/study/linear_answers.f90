@@ -6,8 +6,8 @@ module linear_answers
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_direction, only: answer
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, add_leading, &
-    take_shares
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
+    apply_rest, add_leading, take_shares
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use system_types, only: system_t
   implicit none
@@ -104,7 +104,7 @@ contains
 
     associate (n => size(b, 1), columns => size(b, 2), rank => condensed%tangent%rank)
       allocate (z(rank, columns), r(n, columns), x(n, columns))
-      call answer_leading_block(condensed%tangent, b, z, t)
+      call answer_leading_block(condensed, b, z, t)
       call apply_rest_block(condensed%tangent, t, r)
       do k = 1, columns
         y(:, k) = 0.0_wp
@@ -123,7 +123,7 @@ contains
           x(:, k) = merge(1.0_wp, 0.0_wp, going(k))*iteration(k)%base(:, iteration(k)%n + 1)
         end do
         call apply_compliance_block(condensed, x, r)
-        call answer_leading_block(condensed%tangent, r, shares(:, :, j), moved(:, :, j))
+        call answer_leading_block(condensed, r, shares(:, :, j), moved(:, :, j))
         call apply_rest_block(condensed%tangent, moved(:, :, j), r)
         do k = 1, columns
           if (.not. going(k)) cycle
@@ -161,27 +161,29 @@ contains
   end subroutine widen
 
   !> What displacements d become when the leading part of contact answers them.
-  subroutine answer_leading_block(tangent, d, z, t)
-    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+  subroutine answer_leading_block(condensed, d, z, t)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
     real(wp), intent(in) :: d(:, :) !! (live, columns) [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), intent(out) :: t(:, :) !! (live, columns) [length]
+    real(wp), allocatable :: force(:, :)
     integer :: k, info
 
     t = d
-    associate (n => tangent%rank)
+    associate (tangent => condensed%tangent, n => condensed%tangent%rank)
       if (n == 0) return
-      if (tangent%whole) then
-        z = d
-      else
-        do k = 1, size(d, 2)
-          call take_shares(tangent, d(:, k), z(:, k))
-        end do
-      end if
+      do k = 1, size(d, 2)
+        call take_shares(tangent, d(:, k), z(:, k))
+      end do
       call dgetrs('N', n, size(d, 2), tangent%small, size(tangent%small, 1), tangent%pivot, z, &
                   n, info)
       if (tangent%whole) then
-        t = z
+        allocate (force(size(d, 1), size(d, 2)), source=0.0_wp)
+        do k = 1, size(d, 2)
+          call add_leading(tangent, z(:, k), force(:, k))
+        end do
+        call apply_compliance_block(condensed, force, t)
+        t = d - t
       else
         t = t - matmul(tangent%cu(:, :n), z)
       end if
@@ -212,10 +214,15 @@ contains
     real(wp), intent(in) :: x(:, :) !! (live, columns) [length]
     real(wp), intent(out) :: y(:, :) !! (live, columns) [force]
     real(wp) :: local(size(tangent%dofs, 1), size(x, 2))
-    integer :: e, i
+    integer :: e, i, k
 
+    if (tangent%whole) then
+      do k = 1, size(x, 2)
+        call apply_rest(tangent, x(:, k), y(:, k))
+      end do
+      return
+    end if
     y = 0.0_wp
-    if (tangent%whole .and. .not. tangent%fresh) y = -matmul(tangent%sum, x)
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)))
         local = 0.0_wp
