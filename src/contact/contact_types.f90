@@ -125,6 +125,8 @@ module contact_types
     !! if segmented: below the master at the start, negative for a gap [length]
     real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
+    real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
+    !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
