@@ -25,6 +25,7 @@ module model_types
     type(location_t) :: at !! where the deck defines it
     integer :: law = linear !! number of its law in bulk_laws
     logical :: mean = .false. !! volumetric part on the mean dilatation of an element
+    logical :: nodal = .false. !! volumetric part on the dilatation of the nodes
     logical :: mean_asked = .false. !! the deck says whether, or FULL
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
@@ -115,6 +116,7 @@ module model_types
     logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts
+    integer, allocatable :: points(:) !! indices of the pairs in the table of points
     type(history_request_t), allocatable :: history(:) !! dofs of the history table
   end type output_request_t
 

@@ -86,6 +86,8 @@ contains
           error)
         return
       end if
+      ! at the start there may have been nothing to round
+      call estimate_round_off(system, model%mesh%x)
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)

@@ -13,17 +13,21 @@ module run_files
   use solid_types, only: n_solid_state
   use assembly, only: recover
   use bulk_assembly, only: recover_bulk
+  use nodal_dilatation, only: add_nodal_pressure
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
-    write_contacts, create_history_table, write_history, create_rigid_table, write_rigid_bodies, &
-    close_table
+    write_contacts, create_history_table, write_history, create_point_table, write_points, &
+    create_rigid_table, write_rigid_bodies, close_table
+  use contact_surfaces, only: contact_surface_t, find_slave_surface
+  use point_rows, only: point_row_t, find_point_rows
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
   use rigid_paths, only: count_rigid
-  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
-  use frame_fields, only: fill_frame
+  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
+    point_fields_t
+  use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
@@ -42,6 +46,8 @@ module run_files
     type(table_t) :: reactions !! .rea
     type(table_t) :: contacts !! .con
     type(table_t) :: history !! .his, with OUTPut HISTory only
+    type(table_t) :: points !! .pts, with OUTPut POINts only
+    type(contact_surface_t), allocatable :: slaves(:) !! slave sides of its pairs
     type(table_t) :: rigid !! .rig, with RIGId only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
@@ -74,6 +80,8 @@ contains
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
     if (allocated(error)) return
+    if (size(model%output%points) > 0) call create_points(files, base//'.pts', model, error)
+    if (allocated(error)) return
     if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
       model%title, model%conditions%rigid, error)
     if (allocated(error)) return
@@ -85,6 +93,22 @@ contains
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
+
+  !> Creates the table of contact points.
+  subroutine create_points(files, path, model, error)
+    type(run_files_t), intent(inout) :: files !! gets points, slaves
+    character(*), intent(in) :: path !! its name
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    allocate (files%slaves(size(model%output%points)))
+    do i = 1, size(files%slaves)
+      call find_slave_surface(model%pairs(model%output%points(i)), model%mesh%x, files%slaves(i))
+    end do
+    call create_point_table(files%points, path, model%title, model%pairs(model%output%points), &
+      error)
+  end subroutine create_points
 
   !> Contact points at an end time, and stresses where they are due or it is the last.
   subroutine recover_fields(files, model, system, state, last, fields)
@@ -103,6 +127,7 @@ contains
       if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_solid_state, &
         system%bulk%n))
       call recover_bulk(system%bulk, model%mesh%x, state%u, files%bulk_state)
+      call add_nodal_pressure(model%mesh%x, state%u, system, files%bulk_state)
     end if
   end subroutine recover_fields
 
@@ -135,12 +160,34 @@ contains
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
+    if (.not. allocated(error)) call write_point_rows(files, model, system, state, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call write_rigid_bodies(files%rigid, &
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
+
+  !> Appends the rows of the table of contact points.
+  subroutine write_point_rows(files, model, system, state, error)
+    type(run_files_t), intent(inout) :: files !! open files
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! contact elements
+    type(state_t), intent(in) :: state !! the converged state
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(point_fields_t) :: points
+    type(point_row_t), allocatable :: rows(:)
+    integer :: i, k
+
+    do i = 1, size(model%output%points)
+      k = model%output%points(i)
+      call fill_points(model%pairs(k), model%mesh%x, state%u, &
+        files%point_state(:, system%first_point(k):system%first_point(k + 1) - 1), points)
+      call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
+      call write_points(files%points, state%step, state%time, i, rows, error)
+      if (allocated(error)) return
+    end do
+  end subroutine write_point_rows
 
   !> Appends fields and state to the results, those that are due and asked for.
   subroutine write_fields(files, model, system, state, increment, row, audit, error)
@@ -297,6 +344,8 @@ contains
     call close_table(files%reactions, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%contacts, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%points, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%history, next)
     if (.not. allocated(error)) call move_alloc(next, error)

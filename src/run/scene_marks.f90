@@ -28,7 +28,8 @@ contains
     sum = ieor(sum_of_loads(model, system, time), &
       block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
     sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
-      merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
+      merge(100, 0, model%materials(m)%rigid) + merge(1000, 0, model%materials(m)%nodal), &
+      m=1, size(model%materials))]))
     sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
       model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
     if (allocated(model%conditions%pressures)) then

@@ -205,7 +205,8 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
 
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
+    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact, &
+      system%volumes)
     call place_bulk(system)
     call build_pattern(system%matrix, system%equation, system%csc)
     call start_pattern(system%solver)

@@ -2,7 +2,7 @@
 module system_types
   use kinds, only: wp
   use costs, only: cost_t
-  use element_lists, only: bulk_list_t, element_list_t
+  use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
@@ -54,6 +54,7 @@ module system_types
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     type(bulk_list_t) :: bulk !! bulk elements
+    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
     type(element_list_t) :: contact !! contact elements, one a point
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
     integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
