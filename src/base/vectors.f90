@@ -3,7 +3,7 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: cross, dyad, invert
+  public :: cross, dyad, invert, sum_products
 
 contains
 
@@ -27,6 +27,21 @@ contains
       m(:, j) = a*b(j)
     end do
   end function dyad
+
+  !> The sum of the products a_n b_n^T of the columns of two matrices.
+  pure function sum_products(a, b) result(c)
+    real(wp), intent(in) :: a(:, :) !! (3, n)
+    real(wp), intent(in) :: b(:, :) !! (3, n)
+    real(wp) :: c(3, 3)
+    integer :: n, j
+
+    c = 0.0_wp
+    do n = 1, size(a, 2)
+      do j = 1, 3
+        c(:, j) = c(:, j) + a(:, n)*b(j, n)
+      end do
+    end do
+  end function sum_products
 
   !> Inverse and determinant of a matrix of three rows.
   pure subroutine invert(a, inverse, determinant)

@@ -5,7 +5,7 @@
 !! dilatation of the element.
 module elmt05
   use kinds, only: wp
-  use vectors, only: cross, invert
+  use vectors, only: cross, invert, sum_products
   use element_types, only: task_tangent, task_stress, task_reach
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, d_mean, &
     d_law, state_stress, state_strain
@@ -17,6 +17,9 @@ module elmt05
   implicit none
   private
   public :: elmt05_finite
+
+  !> A way of which so many times the length could not turn F inside out is not looked at closer.
+  real(wp), parameter :: short_way = 2.0_wp
 
 contains
 
@@ -50,7 +53,7 @@ contains
     real(wp), intent(out) :: j !! det F
     integer :: i
 
-    f = matmul(e%ul(:, :e%nel), transpose(rule%gradient(:, :e%nel, q)))
+    f = sum_products(e%ul(:, :e%nel), rule%gradient(:, :e%nel, q))
     do i = 1, 3
       f(i, i) = f(i, i) + 1.0_wp
     end do
@@ -73,15 +76,32 @@ contains
       call deform(rule, q, e, f, j)
       e%inverted = .not. j > 0.0_wp
       if (e%inverted) return
-      call law_point(nint(d(d_law)), lambda, g, f, p, a, energy)
+      if (task == task_tangent) then
+        call law_point(nint(d(d_law)), lambda, g, f, p, energy, a)
+      else
+        call law_point(nint(d(d_law)), lambda, g, f, p, energy)
+      end if
       associate (w => rule%weight(q), gradient => rule%gradient(:, :e%nel, q))
         e%energy = e%energy + w*energy
-        e%r(:3*e%nel) = e%r(:3*e%nel) + reshape(w*matmul(p, gradient), [3*e%nel])
+        call add_force(gradient, w*p, e%r)
         if (task == task_tangent) call add_matrix(gradient, w*a, e%s)
         if (task == task_stress) call add_state(w/sum(rule%weight(:rule%n)), f, j, p, e)
       end associate
     end do
   end subroutine add_points
+
+  !> r_a = P grad N_a.
+  pure subroutine add_force(gradient, p, r)
+    real(wp), intent(in) :: gradient(:, :) !! (3, nel) dN_a/dX [1/length]
+    real(wp), intent(in) :: p(3, 3) !! weight times P [force length]
+    real(wp), intent(inout) :: r(most_solid_dofs) !! internal force [force]
+    integer :: n
+
+    do n = 1, size(gradient, 2)
+      r(3*n - 2:3*n) = r(3*n - 2:3*n) + p(:, 1)*gradient(1, n) + p(:, 2)*gradient(2, n) &
+        + p(:, 3)*gradient(3, n)
+    end do
+  end subroutine add_force
 
   !> K_aibk = N_a,J A_iJkL N_b,L.
   pure subroutine add_matrix(gradient, a, s)
@@ -190,8 +210,9 @@ contains
     e%reach = huge(1.0_wp)
     do q = 1, rule%n
       call deform(rule, q, e, f, j)
-      df = matmul(e%dul(:, :e%nel), transpose(rule%gradient(:, :e%nel, q)))
+      df = sum_products(e%dul(:, :e%nel), rule%gradient(:, :e%nel, q))
       cofactor = cofactors(f)
+      if (short_way*norm2(cofactor)*norm2(df) < j) cycle
       dcofactor = cofactors(df)
       e%reach = min(e%reach, first_positive_root([j, sum(cofactor*df), sum(dcofactor*f), &
         dot_product(df(:, 1), dcofactor(:, 1))]))

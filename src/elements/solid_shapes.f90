@@ -2,7 +2,7 @@
 !! (doc/theory, "Ten nodes").
 module solid_shapes
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, sum_products
   use cells, only: most_nodes, tet10
   implicit none
   private
@@ -16,9 +16,9 @@ module solid_shapes
   !> Points of one element in its reference shape.
   type :: solid_rule_t
     integer :: n = 0 !! number of points
-    real(wp) :: l(4, most_points) = 0.0_wp !! (4, n) volume coordinates
-    real(wp) :: gradient(3, most_nodes, most_points) = 0.0_wp !! (3, nel, n) dN_a/dX [1/length]
-    real(wp) :: weight(most_points) = 0.0_wp !! (n) share of the volume [length^3]
+    real(wp) :: l(4, most_points) !! (4, n) volume coordinates
+    real(wp) :: gradient(3, most_nodes, most_points) !! (3, nel, n) dN_a/dX [1/length]
+    real(wp) :: weight(most_points) !! (n) share of the volume [length^3]
   end type solid_rule_t
 
 contains
@@ -30,17 +30,20 @@ contains
     real(wp), intent(in) :: x(3, nel) !! reference coordinates [length]
     type(solid_rule_t), intent(out) :: rule !! points, gradients, weights
     real(wp) :: slope(3, nel), j(3, 3), cofactor(3, 3), determinant
-    integer :: q
+    integer :: q, a
 
     call place_points(nel, x, rule)
     do q = 1, rule%n
       slope = shape_slopes(nel, rule%l(:, q))
-      j = matmul(x, transpose(slope))
+      j = sum_products(x, slope)
       cofactor(:, 1) = cross(j(:, 2), j(:, 3))
       cofactor(:, 2) = cross(j(:, 3), j(:, 1))
       cofactor(:, 3) = cross(j(:, 1), j(:, 2))
       determinant = dot_product(j(:, 1), cofactor(:, 1))
-      rule%gradient(:, :nel, q) = matmul(cofactor, slope)/determinant
+      do a = 1, nel
+        rule%gradient(:, a, q) = (cofactor(:, 1)*slope(1, a) + cofactor(:, 2)*slope(2, a) &
+          + cofactor(:, 3)*slope(3, a))/determinant
+      end do
       rule%weight(q) = determinant/(6.0_wp*real(rule%n, wp))
     end do
   end subroutine solid_rule

@@ -12,26 +12,30 @@ contains
 
   !> First Piola-Kirchhoff stress, its derivative and the energy of one point. With lambda 0 the
   !! part that the mean dilatation leaves to the point.
-  pure subroutine neohooke_point(lambda, g, f, p, a, energy)
+  pure subroutine neohooke_point(lambda, g, f, p, energy, a)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
     real(wp), intent(in) :: f(3, 3) !! deformation gradient, det > 0
     real(wp), intent(out) :: p(3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
     real(wp), intent(out) :: energy !! W [force/length^2]
+    real(wp), intent(out), optional :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
     real(wp) :: h(3, 3), log_j, j
-    integer :: k, l
+    integer :: i, k, l, m
 
     call invert(f, h, j)
     h = transpose(h)
     log_j = log(j)
     p = g*(f - h) + lambda*log_j*h
     energy = 0.5_wp*g*(sum(f**2) - 3.0_wp) - g*log_j + 0.5_wp*lambda*log_j**2
+    if (.not. present(a)) return
     do l = 1, 3
       do k = 1, 3
-        ! h = F^-T: F^-T_iL F^-T_kJ
-        a(:, :, k, l) = lambda*h*h(k, l) &
-          + (g - lambda*log_j)*spread(h(:, l), 2, 3)*spread(h(k, :), 1, 3)
+        do m = 1, 3
+          do i = 1, 3
+            ! h = F^-T: F^-T_iL F^-T_kJ
+            a(i, m, k, l) = lambda*h(i, m)*h(k, l) + (g - lambda*log_j)*h(i, l)*h(k, m)
+          end do
+        end do
         a(k, l, k, l) = a(k, l, k, l) + g
       end do
     end do

@@ -10,13 +10,13 @@ module law_svk
 contains
 
   !> First Piola-Kirchhoff stress, its derivative and the energy of one point.
-  pure subroutine svk_point(lambda, g, f, p, a, energy)
+  pure subroutine svk_point(lambda, g, f, p, energy, a)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
     real(wp), intent(in) :: f(3, 3) !! deformation gradient
     real(wp), intent(out) :: p(3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
     real(wp), intent(out) :: energy !! W [force/length^2]
+    real(wp), intent(out), optional :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
     real(wp) :: strain(3, 3), s(3, 3), b(3, 3), trace
     integer :: i, k, l
 
@@ -31,6 +31,7 @@ contains
     end do
     p = matmul(f, s)
     energy = 0.5_wp*lambda*trace**2 + g*sum(strain**2)
+    if (.not. present(a)) return
     b = matmul(f, transpose(f))
     do l = 1, 3
       do k = 1, 3

@@ -95,6 +95,10 @@ module result_types
     integer :: scene(4) = 0 !! sums over the scene and over the time, 0 if not known
     real(wp) :: residual = 0.0_wp !! residual over the force scale
     ! Of the condensed form, if it is in use
+    real(wp) :: factor_wear(2) = 0.0_wp !! passes that the factors of a nonlinear bulk have cost,
+    !! tangents in a row that were not positive definite
+    real(wp), allocatable :: factor_displacement(:, :) !! (3, nodes) at which they were made; not
+    !! allocated if at rest [length]
     integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]
     character(:), allocatable :: note !! what its reader has to say of it

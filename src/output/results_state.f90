@@ -20,6 +20,7 @@ module results_state
   use checksums, only: block_sum
   use cell_state, only: create_cells, write_cells
   use path_state, only: create_before, write_before
+  use factor_state, only: create_factor, write_factor
   use scene_state, only: create_scene, write_scene
   use rigid_state, only: create_rigid, write_rigid
   use text_files, only: rename_file
@@ -60,6 +61,7 @@ contains
       'force of the supports on all node numbers from 1', error)
     if (allocated(error)) return
     call create_before(file, root, model%mesh%nodes, error)
+    if (.not. allocated(error)) call create_factor(file, root, model%mesh%nodes, error)
     if (allocated(error)) return
     call create_scene(file, root, error)
     if (.not. allocated(error)) call create_rigid(file, root, model, error)
@@ -238,6 +240,7 @@ contains
     call write_block(file, root//'reaction', state%reaction, slot, error)
     if (allocated(error)) return
     call write_before(file, root, slot, state, error)
+    if (.not. allocated(error)) call write_factor(file, root, slot, state, error)
     if (.not. allocated(error)) call write_scene(file, root, slot, state, error)
     if (.not. allocated(error)) call write_rigid(file, root, slot, state, error)
     if (allocated(error)) return

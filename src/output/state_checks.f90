@@ -51,6 +51,10 @@ contains
         why = 'the state before it holds what is not a number'
       end if
     end if
+    if (len(why) == 0 .and. allocated(state%factor_displacement)) then
+      if (.not. all_finite([state%factor_wear, reshape(state%factor_displacement, &
+        [size(state%factor_displacement)])])) why = 'that of its factors holds what is not a number'
+    end if
     do k = 1, size(model%pairs)
       if (len(why) == 0) call check_pair(model%pairs(k), state%pairs(k), why)
     end do

@@ -16,6 +16,7 @@ module state_reader
   use state_fit, only: check_fit
   use cell_state, only: read_cells
   use path_state, only: read_before
+  use factor_state, only: read_factor
   use scene_state, only: read_scene
   use rigid_state, only: read_rigid_motions
   implicit none
@@ -231,6 +232,7 @@ contains
     if (allocated(error)) return
     call read_block(file, root//'reaction', state%reaction, slot, error)
     if (.not. allocated(error)) call read_before(file, root, slot, state, error)
+    if (.not. allocated(error)) call read_factor(file, root, slot, state, error)
     if (.not. allocated(error)) call read_scene(file, root, slot, state, error)
     if (.not. allocated(error)) call read_rigid_motions(file, root, model, slot, state, error)
     if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)

@@ -316,6 +316,12 @@ contains
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%kept
+    else if (system%condensed%preconditions) then
+      saved%candidate = merge(1, 0, system%condensed%candidate)
+      saved%contact_force = 0.0_wp*state%u
+      saved%factor_wear = [system%condensed%wear, real(system%condensed%refusals, wp)]
+      if (allocated(system%condensed%made_at)) saved%factor_displacement = &
+        system%condensed%made_at
     end if
     if (allocated(system%touch%u_before)) then
       saved%span_before = system%touch%span_before

@@ -98,7 +98,8 @@ contains
       hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
-    if (.not. system%condensed%active) call couple_as_saved(model, system, hosts)
+    if (.not. (system%condensed%active .or. system%condensed%preconditions)) &
+      call couple_as_saved(model, system, hosts)
   end subroutine take_state
 
   !> Forces and candidates of the condensed form; other candidates than the present ones mean that
@@ -107,7 +108,10 @@ contains
     type(saved_state_t), intent(in) :: saved !! the state
     type(system_t), intent(inout) :: system !! its condensed form
 
-    if (system%condensed%active) then
+    if (system%condensed%preconditions) then
+      call free_condensed(system)
+      system%choice = solver_unknown
+    else if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
         if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
         return
@@ -120,6 +124,9 @@ contains
     if (.not. allocated(saved%candidate)) return
     system%condensed%candidate = saved%candidate > 0
     system%condensed%kept = saved%contact_force
+    system%condensed%wear = saved%factor_wear(1)
+    system%condensed%refusals = nint(saved%factor_wear(2))
+    if (allocated(saved%factor_displacement)) system%condensed%made_at = saved%factor_displacement
   end subroutine take_condensed_state
 
   !> Remembers a SAVE that a restart passes over: its file belongs to the run before.

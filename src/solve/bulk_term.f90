@@ -17,8 +17,8 @@ module bulk_term
   use system_types, only: system_t
   implicit none
   private
-  public :: build_bulk, start_bulk, return_bulk, form_bulk_force, form_bulk_trial, &
-    form_bulk_tangent, form_bulk_change, bulk_step
+  public :: build_bulk, form_solid_tangent, start_bulk, return_bulk, form_bulk_force, &
+    form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step
 
   !> A step ends at this share of the way to where an element would be turned inside out.
   real(wp), parameter :: safe_share = 0.9_wp
@@ -108,6 +108,22 @@ contains
     call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_tangent_at
+
+  !> Tangent of elements and springs alone at a state, which is symmetric.
+  subroutine form_solid_tangent(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    real(wp) :: force(3, size(x, 2)), energy
+    integer :: inverted
+
+    call begin_cost(system%costs, cost_bulk_tangent)
+    force = 0.0_wp
+    system%bulk_matrix%val = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%bulk_matrix)
+    call add_springs(system)
+    call end_cost(system%costs, cost_bulk_tangent)
+  end subroutine form_solid_tangent
 
   !> Start of an increment: what is prescribed jumps, and would turn elements next to it inside out.
   !! So the bulk answers the jump by its tangent at the last state until a first step has been

@@ -1,6 +1,8 @@
 !> Candidates: the nodes that contact may touch, foreseen from the prescribed motion.
 module candidates
   use kinds, only: wp
+  use elmlib, only: routine_none, routine_smooth
+  use element_lists, only: master_nodes
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
@@ -10,8 +12,7 @@ module candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: foresee_candidates, dense_share, list_facets, add_ring, &
-    add_patch_rings
+  public :: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
 
   !> Slave nodes further from the master than this many search radii do not count.
   real(wp), parameter :: reach = 1.5_wp
@@ -240,4 +241,22 @@ contains
     call add_ring(facets, candidate)
     call add_ring(facets, candidate)
   end subroutine add_patch_rings
+
+  !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
+  pure subroutine mark_touched(system)
+    type(system_t), intent(inout) :: system !! contact elements; gets candidate
+    logical :: bent(size(system%condensed%candidate))
+    integer :: k
+
+    bent = .false.
+    associate (candidate => system%condensed%candidate, list => system%contact)
+      do k = 1, list%n
+        if (list%routine(k) == routine_none) cycle
+        candidate(list%ix(1:list%nel(k), k)) = .true.
+        if (list%routine(k) == routine_smooth) bent(master_nodes(list, k)) = .true.
+      end do
+      if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
+      candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)
+    end associate
+  end subroutine mark_touched
 end module candidates

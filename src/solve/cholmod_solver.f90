@@ -16,8 +16,8 @@ module cholmod_solver
     cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
-  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, complete_solution, &
-    drop_trailing_block
+  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, reduce_right, &
+    complete_solution, drop_trailing_block, factor_work
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
     ordering_metis = 3, &
@@ -282,12 +282,75 @@ contains
     end associate
   end subroutine drop_trailing_block
 
-  !> Completes x, known at the last m unknowns, where the right-hand side is zero at all others:
-  !! L11^T x1 = -L21^T x2, the back substitution alone (doc/theory, "Condensed contact").
+  !> The forward substitution down to the last m unknowns: y1 of L11 y1 = b1, and b2 - L21 y1 for
+  !! these (doc/theory, "Condensed contact").
+  subroutine reduce_right(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:), px(:), s(:)
+    real(wp), pointer, contiguous :: values(:)
+    real(wp) :: below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    call begin_cost(costs, cost_interior)
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    call c_f_pointer(factor%s, s, [factor%ssize])
+    call c_f_pointer(factor%x, values, [factor%xsize])
+    do k = 1, int(factor%nsuper)
+      first = int(super(k)) + 1
+      w = min(int(super(k + 1)), size(x) - m) - int(super(k))
+      if (w <= 0) exit
+      rows = int(pi(k + 1) - pi(k))
+      last = px(k) + int(rows, long)*w
+      call dtrsv('L', 'N', 'N', w, values(px(k) + 1:last), rows, x(first:first + w - 1), 1)
+      if (rows == w) cycle
+      call dgemv('N', rows - w, w, 1.0_wp, values(px(k) + w + 1:last), rows, &
+        x(first:first + w - 1), 1, 0.0_wp, below, 1)
+      associate (row => s(pi(k) + w + 1:pi(k + 1)) + 1)
+        x(row) = x(row) - below(:rows - w)
+      end associate
+    end do
+    call end_cost(costs, cost_interior)
+  end subroutine reduce_right
+
+  !> Work of a factorisation, and entries of its factor: column by column.
+  subroutine factor_work(solver, work, entries)
+    type(cholmod_t), intent(in) :: solver !! analysed
+    real(wp), intent(out) :: work !! products and sums
+    real(wp), intent(out) :: entries !! of the factor
+    type(cholmod_factor_t), pointer :: factor
+    integer(long), pointer :: super(:), pi(:)
+    integer(long) :: j
+    integer :: k
+
+    work = 0.0_wp
+    entries = 0.0_wp
+    call c_f_pointer(solver%factor, factor)
+    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
+    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
+    do k = 1, int(factor%nsuper)
+      do j = 0, super(k + 1) - super(k) - 1
+        associate (below => real(pi(k + 1) - pi(k) - j, wp))
+          work = work + below**2
+          entries = entries + below
+        end associate
+      end do
+    end do
+  end subroutine factor_work
+
+  !> Completes x, known at the last m unknowns, from what reduce_right has made of the right-hand
+  !! side of all others: L11^T x1 = y1 - L21^T x2 (doc/theory, "Condensed contact").
   subroutine complete_solution(solver, m, x, costs)
     type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: the last m; out: all
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     type(cost_t), intent(inout) :: costs !! cost table
     type(cholmod_factor_t), pointer :: factor
     integer(long), pointer :: super(:), pi(:), px(:), s(:)
@@ -309,10 +372,9 @@ contains
       if (w <= 0) cycle
       rows = int(pi(k + 1) - pi(k))
       below(:rows - w) = x(s(pi(k) + w + 1:pi(k + 1)) + 1)
-      x(first:first + w - 1) = 0.0_wp
       last = px(k) + int(rows, long)*w
       if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:last), rows, &
-        below, 1, 0.0_wp, x(first:first + w - 1), 1)
+        below, 1, 1.0_wp, x(first:first + w - 1), 1)
       call dtrsv('L', 'T', 'N', w, values(px(k) + 1:last), rows, &
         x(first:first + w - 1), 1)
     end do

@@ -9,12 +9,12 @@ module condensation
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
   use back_ends, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
-    complete_solution, drop_trailing_block
+    reduce_right, complete_solution, drop_trailing_block, factor_work
   use condensed_types, only: condensed_body_t
   implicit none
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
-    solve_body, spread_body, drop_live, free_body
+    solve_body, spread_body, reduce_body, complete_body, body_work, drop_live, free_body
 
 contains
 
@@ -235,6 +235,45 @@ contains
       x(body%direction(i), body%node(i)) = left(i)
     end do
   end subroutine spread_body
+
+  !> The first half of a solve: a right-hand side, eliminated down to the candidates.
+  subroutine reduce_body(body, b, costs)
+    type(condensed_body_t), intent(inout) :: body !! condensed; gets reduced
+    real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: i
+
+    if (.not. allocated(body%reduced)) allocate (body%reduced(size(body%node)))
+    do i = 1, size(body%reduced)
+      body%reduced(i) = b(body%direction(i), body%node(i))
+    end do
+    call reduce_right(body%solver, body%m, body%reduced, costs)
+  end subroutine reduce_body
+
+  !> The second half: displacements of all free equations from those of the candidates and from
+  !! what the first half has left of the right-hand side; that goes.
+  subroutine complete_body(body, moved, x, costs)
+    type(condensed_body_t), intent(inout) :: body !! reduced given
+    real(wp), intent(in) :: moved(:) !! (m) displacements of the candidates [length]
+    real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: i
+
+    body%reduced(body%equation) = moved
+    call complete_solution(body%solver, body%m, body%reduced, costs)
+    do i = 1, size(body%reduced)
+      x(body%direction(i), body%node(i)) = body%reduced(i)
+    end do
+  end subroutine complete_body
+
+  !> Work of condensing a body, the inverse of its Schur complement with it, over that of one solve.
+  real(wp) function body_work(body) result(solves)
+    type(condensed_body_t), intent(in) :: body !! analysed
+    real(wp) :: work, entries
+
+    call factor_work(body%solver, work, entries)
+    solves = (work + 2.0_wp/3.0_wp*real(body%m, wp)**3)/max(4.0_wp*entries, 1.0_wp)
+  end function body_work
 
   !> Releases the factor.
   subroutine free_body(body)

@@ -15,7 +15,7 @@ module condensed_direction
   implicit none
   private
   public :: find_condensed_direction, find_chord, respond, next_condensed_length, defect_energy
-  public :: answer_force, push_direction, answer
+  public :: answer_force, push_direction, answer, is_worth_trying, most_allowed, most_stale
 
   !> Iterations of GMRES, with a new factor and with an older one.
   integer, parameter :: most_vectors = 40, most_stale = 12

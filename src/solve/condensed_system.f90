@@ -2,8 +2,7 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
 module condensed_system
   use kinds, only: wp
-  use elmlib, only: routine_none, routine_smooth
-  use element_lists, only: master_nodes
+  use elmlib, only: routine_none
   use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
@@ -13,8 +12,8 @@ module condensed_system
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
-  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
-    add_patch_rings
+  use bulk_factors, only: condense_bulk, condense_at_rest
+  use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -51,9 +50,13 @@ contains
       end if
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
-      if (any(system%weak)) condensed%x = model%mesh%x
-      call begin_influence(model, system)
-      call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
+      if (any(system%weak) .or. .not. system%bulk%linear) condensed%x = model%mesh%x
+      if (system%bulk%linear) then
+        call begin_influence(model, system)
+        call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
+      else
+        call condense_bulk(system, outcome)
+      end if
     end associate
     if (outcome /= solver_done) then
       why = 'its factorisation failed'
@@ -67,7 +70,8 @@ contains
       return
     end if
     call number_candidates(system)
-    system%condensed%active = .true.
+    system%condensed%active = system%bulk%linear
+    system%condensed%preconditions = .not. system%bulk%linear
   end subroutine start_condensed
 
   !> Displacements of the candidates without contact at `time`.
@@ -208,24 +212,6 @@ contains
     end associate
   end subroutine refresh_candidates
 
-  !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
-  pure subroutine mark_touched(system)
-    type(system_t), intent(inout) :: system !! contact elements; gets candidate
-    logical :: bent(size(system%condensed%candidate))
-    integer :: k
-
-    bent = .false.
-    associate (candidate => system%condensed%candidate, list => system%contact)
-      do k = 1, list%n
-        if (list%routine(k) == routine_none) cycle
-        candidate(list%ix(1:list%nel(k), k)) = .true.
-        if (list%routine(k) == routine_smooth) bent(master_nodes(list, k)) = .true.
-      end do
-      if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
-      candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)
-    end associate
-  end subroutine mark_touched
-
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.
   subroutine couple_condensed(system)
@@ -234,6 +220,7 @@ contains
     integer :: k, i, a, n
 
     call extend_candidates(system)
+    system%condensed%norm_before = 0.0_wp
     associate (condensed => system%condensed, list => system%contact)
       allocate (live(condensed%n))
       live = abs(condensed%force) > 0.0_wp
@@ -307,10 +294,15 @@ contains
       do i = 1, condensed%n
         force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
       end do
-      call condense_all(system, wanted, outcome)
+      if (condensed%preconditions) then
+        call condense_at_rest(system, outcome)
+      else
+        call condense_all(system, wanted, outcome)
+      end if
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)
+      if (condensed%preconditions) return
       do i = 1, condensed%n
         condensed%force(i) = force(condensed%direction(i), condensed%node(i))
       end do

@@ -9,6 +9,10 @@ module condensed_types
   private
   public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
     columns_t
+  public :: turns_not, turns_freely
+
+  !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
+  integer, parameter :: turns_not = -1, turns_freely = 0
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
@@ -33,6 +37,10 @@ module condensed_types
     real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
     real(wp) :: drag = 0.0_wp !! stiffness against its motions in this iteration [force/length]
+    integer :: turns_about = turns_not !! what its mean rotation may be, where it is followed
+    real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
+    real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to that of this iteration
+    real(wp), allocatable :: reduced(:) !! (n) a right-hand side that is half solved for
   end type condensed_body_t
 
   !> Some rows of contact and those around them, with the factor of their part of the small matrix.
@@ -94,6 +102,12 @@ module condensed_types
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
+    logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
+    real(wp) :: wear = 0.0_wp !! passes that older factors have cost so far
+    real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
+    !! allocated if at rest [length]
+    integer :: refusals = 0 !! tangents in a row that were not positive definite
+    real(wp) :: worn = 0.0_wp !! passes that are worth new factors
     logical :: surface_only = .false. !! only candidates are asked for at the end of an increment
     type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom
     logical, allocatable :: candidate(:) !! (nodes) nodes that contact may touch
@@ -112,7 +126,7 @@ module condensed_types
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
     integer :: modes = 0 !! rigid motions of all bodies
-    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if there are such [length]
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if needed [length]
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
     real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
     real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]

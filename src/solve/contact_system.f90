@@ -179,7 +179,7 @@ contains
   subroutine couple(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
-    if (system%condensed%active) then
+    if (system%condensed%active .or. system%condensed%preconditions) then
       call couple_condensed(system)
       return
     end if

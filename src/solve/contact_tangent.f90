@@ -16,6 +16,7 @@ module contact_tangent
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
+  use body_turns, only: turn_elements
   use whole_tangent, only: drag_bodies, is_better_whole, form_whole, make_small, combine
   use system_types, only: system_t
   implicit none
@@ -46,7 +47,11 @@ contains
         3*size(system%contact%ix, 1), system%contact%n))
       system%contact_force = 0.0_wp
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
-      call gather_condensed(system, 0.0_wp)
+      if (system%condensed%active) then
+        call gather_condensed(system, 0.0_wp)
+      else
+        call turn_elements(system)
+      end if
       call list_elements(system, tangent)
     end associate
     if (any(system%weak)) call find_grounded(x, system)

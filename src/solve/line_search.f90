@@ -3,11 +3,11 @@ module line_search
   use kinds, only: wp
   use back_ends, only: solver_done
   use rigid_bodies, only: take_rigid
-  use rigid_border, only: solve_bordered
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
   use condensed_system, only: take_condensed
   use condensed_direction, only: next_condensed_length
+  use bulk_preconditioner, only: solve_roughly
   use system_types, only: system_t
   implicit none
   private
@@ -115,7 +115,7 @@ contains
       length = next_condensed_length(system, share)
       return
     end if
-    call solve_bordered(system, system%right, system%next, outcome)
+    call solve_roughly(system, outcome)
     length = huge(1.0_wp)
     if (outcome == solver_done) length = norm2(system%next)
   end function next_direction

@@ -14,8 +14,8 @@ module multiplier_motion
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
+  use bulk_preconditioner, only: solve_tangent
   use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
-  use rigid_border, only: solve_bordered
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
@@ -239,7 +239,7 @@ contains
       end associate
       return
     end if
-    call solve_bordered(system, -free_values(system, force), system%next, outcome)
+    call solve_tangent(system, -free_values(system, force), system%next, outcome)
     if (outcome /= solver_done) return
     do i = 1, size(du, 2)
       do k = 1, 3
@@ -260,7 +260,7 @@ contains
       return
     end if
     allocate (change, mold=system%solution)
-    call solve_bordered(system, -free_values(system, forces_of_way(system)), change, outcome)
+    call solve_tangent(system, -free_values(system, forces_of_way(system)), change, outcome)
     if (outcome /= solver_done) return
     system%solution = system%solution + change
     do i = 1, size(system%du, 2)

@@ -17,6 +17,7 @@ module newton
   use chord_steps, only: chords_t, follow_chords, spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
+  use bulk_preconditioner, only: find_bulk_direction
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
@@ -228,7 +229,7 @@ contains
     end if
     start = residual_norm(system)
     call choose_held(system, progress)
-    call find_direction(system, model%mesh%x, progress, outcome)
+    call find_direction(system, model%mesh%x, settings, progress, outcome)
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
@@ -317,15 +318,23 @@ contains
   end subroutine judge_progress
 
   !> Tangent, factor, direction.
-  subroutine find_direction(system, x, progress, outcome)
+  subroutine find_direction(system, x, settings, progress, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
     if (system%condensed%active) then
       call find_condensed_direction(system, x, outcome)
       system%contact%slip_before = system%contact%slip
+      return
+    end if
+    if (system%condensed%preconditions) then
+      call find_bulk_direction(system, x, force_scale(system)*max(settings%residual_tolerance, &
+        residual_share*sqrt(settings%energy_tolerance)), outcome)
+      system%contact%slip_before = system%contact%slip
+      if (outcome == solver_done) call spread_direction(system)
       return
     end if
     call form_tangent(system, x)
@@ -371,7 +380,7 @@ contains
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
     report%solver = solver_name(system%solver)
-    if (system%condensed%active) report%solver = 'REDUCED'
+    if (system%condensed%active .or. system%condensed%preconditions) report%solver = 'REDUCED'
     report%seconds = seconds
   end subroutine describe
 end module newton

@@ -10,9 +10,9 @@ module residuals
   use assembly, only: assemble
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
-  use condensed_system, only: gather_condensed
+  use right_side, only: gather_right
   use multiplier_motion, only: shift_multipliers
-  use rigid_bodies, only: try_rigid, add_rigid_right
+  use rigid_bodies, only: try_rigid
   use rigid_border, only: form_border
   use system_types, only: system_t
   implicit none
@@ -59,41 +59,6 @@ contains
     call gather_right(system, length, .true.)
     call end_cost(system%costs, cost_residual)
   end subroutine form_trial
-
-  !> right = applied - internal forces on the free degrees of freedom.
-  subroutine gather_right(system, length, tried)
-    type(system_t), intent(inout) :: system !! gets right
-    real(wp), intent(in) :: length !! share of bulk_change
-    logical, intent(in) :: tried !! forces are those of the trial
-    integer :: i, k
-
-    if (system%condensed%active) then
-      call gather_condensed(system, length)
-      return
-    end if
-    do i = 1, size(system%equation, 2)
-      do k = 1, 3
-        if (system%equation(k, i) == 0) cycle
-        system%right(system%equation(k, i)) = system%external(k, i) - system%bulk_force(k, i) &
-          - length*system%bulk_change(k, i) - system%contact_force(k, i)
-      end do
-    end do
-    if (system%border%n == 0) return
-    if (tried) then
-      call add_rigid_right(system, system%trial, .true., nodal_forces(system, length))
-    else
-      call add_rigid_right(system, system%u, .false., nodal_forces(system, length))
-    end if
-  end subroutine gather_right
-
-  !> What acts on the nodes: applied - internal forces.
-  pure function nodal_forces(system, length) result(force)
-    type(system_t), intent(in) :: system !! forces given
-    real(wp), intent(in) :: length !! share of bulk_change
-    real(wp) :: force(3, size(system%equation, 2))
-
-    force = system%external - system%bulk_force - length*system%bulk_change - system%contact_force
-  end function nodal_forces
 
   !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
   !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.

@@ -51,11 +51,13 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of it
     character(:), allocatable :: reason, obstacle
     type(scene_t) :: scene
+    logical :: condensed
 
     if (system%choice /= solver_unknown) return
     scene = look_at(model, system)
     call decide(scene, system%asked, system%choice, reason)
-    if (system%choice == solver_reduced .and. .not. system%condensed%active) then
+    condensed = system%condensed%active .or. system%condensed%preconditions
+    if (system%choice == solver_reduced .and. .not. condensed) then
       call start_condensed(model, system, system%asked == solver_auto, obstacle, &
         scene%dense_share)
       if (len(obstacle) > 0) then
@@ -68,7 +70,7 @@ contains
       else
         call decide(scene, system%asked, system%choice, reason)
       end if
-    else if (system%choice /= solver_reduced .and. system%condensed%active) then
+    else if (system%choice /= solver_reduced .and. condensed) then
       call free_condensed(system)
     end if
     system%solver%symmetric_allowed = system%choice /= solver_umfpack
@@ -149,8 +151,8 @@ contains
     obstacle = ''
     if (.not. scene%contact) then
       obstacle = 'there is no contact'
-    else if (.not. scene%linear_bulk) then
-      obstacle = 'the bulk is not linear'
+    else if (.not. (scene%linear_bulk .or. scene%restrained)) then
+      obstacle = 'contact alone holds a body, and the bulk is not linear'
     else if (scene%rigid_unknowns) then
       obstacle = 'the motion of a rigid body is free'
     end if
@@ -167,6 +169,7 @@ contains
       way = 'UMFPACK, an unsymmetric factor'
     case (solver_reduced)
       way = 'REDUced, one symmetric factor a body and dense systems of the contact forces'
+      if (.not. scene%linear_bulk) way = way//', with GMRES on the true tangent'
     case default
       way = 'CHOLMOD, a symmetric factor'
       if (scene%friction) way = way//', and UMFPACK where friction slips'

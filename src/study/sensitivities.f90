@@ -40,7 +40,7 @@ contains
 
     trouble = ''
     if (.not. system%condensed%active) then
-      trouble = 'SENSitivity needs the solver REDUced in this version'
+      trouble = 'SENSitivity needs the solver REDUced and a linear bulk in this version'
       return
     end if
     if (.not. s%started) call start_scene(model, system, s)

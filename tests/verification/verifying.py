@@ -237,6 +237,19 @@ class Tables:
                     open_print = False
         return prints
 
+    def cuts(self):
+        """How often an increment was cut, as the log counts."""
+        with open(self.base + '.log', encoding='utf-8') as stream:
+            return int(re.findall(r'(\d+) cuts?,', stream.read())[-1])
+
+    def work_lost(self):
+        """Share of the work of loads and supports that is not found again at the end (h5py)."""
+        with self.results() as file:
+            audit = file['audit']
+            sums = dict(zip((name.decode().strip() for name in audit['sum_names'][:]), audit['sums'][-1]))
+        lost = sums['work'] - sums['strain_energy'] - sums['penalty_energy'] - sums['dissipation']
+        return abs(lost)/abs(sums['work'])
+
     def stresses(self):
         """Stress of the elements at the last time (h5py)."""
         with self.results() as file:

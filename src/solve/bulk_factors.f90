@@ -1,0 +1,93 @@
+!> Factors of a bulk that is not linear: of its bodies at rest, or of a state on the way
+!! (doc/theory, "A bulk that is not linear").
+module bulk_factors
+  use kinds, only: wp
+  use back_ends, only: solver_done, solver_not_definite
+  use condensation, only: body_work
+  use condensed_types, only: condensed_t
+  use condensed_bodies, only: condense_all
+  use bulk_term, only: form_solid_tangent
+  use body_turns, only: start_turns, mark_turns
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: condense_bulk, condense_at_rest, renew_factors
+
+  !> Each tangent in a row that is not positive definite makes it four times as long until the next
+  !! one is tried, up to so many doublings.
+  integer, parameter :: most_doublings = 20
+
+contains
+
+  !> The first factors of a run: of the bodies at rest, or those that a saved state had.
+  subroutine condense_bulk(system, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in back_ends
+
+    call start_turns(system)
+    if (allocated(system%condensed%made_at)) then
+      call condense_at(system, system%condensed%made_at, outcome)
+      if (outcome /= solver_not_definite) return
+    end if
+    call condense_at_rest(system, outcome)
+  end subroutine condense_bulk
+
+  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law.
+  subroutine condense_at_rest(system, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in back_ends
+
+    if (allocated(system%condensed%made_at)) deallocate (system%condensed%made_at)
+    call condense_at(system, 0.0_wp*system%u, outcome)
+  end subroutine condense_at_rest
+
+  !> Condenses the bodies as they are at a state; the tangent at hand is left alone.
+  subroutine condense_at(system, u, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(out) :: outcome !! as in back_ends
+    real(wp), allocatable :: values(:, :, :)
+    logical :: wanted(system%bodies)
+
+    wanted = .true.
+    values = system%bulk_matrix%val
+    call form_solid_tangent(system%condensed%x, u, system)
+    call condense_all(system, wanted, outcome)
+    call move_alloc(values, system%bulk_matrix%val)
+    call mark_turns(system%condensed%x, u, system)
+    if (outcome == solver_done) call set_worn(system%condensed)
+  end subroutine condense_at
+
+  !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it
+  !! is not, the bodies at rest serve on.
+  subroutine renew_factors(system, outcome)
+    type(system_t), intent(inout) :: system !! u given; gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in back_ends
+    logical :: definite
+
+    associate (condensed => system%condensed)
+      condensed%made_at = system%u
+      call condense_at(system, condensed%made_at, outcome)
+      definite = outcome /= solver_not_definite
+      condensed%refusals = merge(0, condensed%refusals + 1, definite)
+      if (.not. definite) call condense_at_rest(system, outcome)
+      condensed%wear = 0.0_wp
+      condensed%failed = outcome
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+    end associate
+  end subroutine renew_factors
+
+  !> The passes that would pay for new factors: a count, no clock.
+  subroutine set_worn(condensed)
+    type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn
+    integer :: b
+
+    condensed%worn = 0.0_wp
+    do b = 1, size(condensed%bodies)
+      if (.not. allocated(condensed%bodies(b)%node)) cycle
+      if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
+      condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
+    end do
+    condensed%worn = condensed%worn*2.0_wp**min(most_doublings, 2*condensed%refusals)
+  end subroutine set_worn
+end module bulk_factors

@@ -1,0 +1,204 @@
+"""Tetrahedra of ten nodes and finite strain: rates, Cook's membrane, a sphere of rubber blown up."""
+import math
+
+import meshing
+import unstructured
+
+EXACT = 'exact'
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+OWN = 'converged run of a second program (numpy), theory: T10'
+# Eight points of degree 3 on a tetrahedron, equal weights.
+SUM = 2*math.sqrt(0.4)*math.cos((math.acos(-math.sqrt(10)/6) + 4*math.pi)/3)
+ROOT = math.sqrt(SUM*SUM/4 - (SUM*SUM - 0.4)/2)
+POINTS = [[(1 + 3*s)/4 if k == m else (1 - s)/4 for m in range(4)]
+          for s in (SUM/2 + ROOT, SUM/2 - ROOT) for k in range(4)]
+
+
+def ten_nodes(mesh, place=lambda a, b: tuple((p + q)/2 for p, q in zip(a, b))):
+    """The mesh with a node on each edge, at place(end, end)."""
+    fine, middles = meshing.Mesh(), {}
+    fine.nodes = list(mesh.nodes)
+    for material, *corners in mesh.elements:
+        added = []
+        for a, b in EDGES:
+            key = tuple(sorted((corners[a], corners[b])))
+            if key not in middles:
+                fine.nodes.append(place(fine.nodes[key[0] - 1], fine.nodes[key[1] - 1]))
+                middles[key] = len(fine.nodes)
+            added.append(middles[key])
+        fine.elements.append((material, *corners, *added))
+    return fine
+
+
+def records(mesh):
+    """COORdinates and ELEMents, of four nodes or ten."""
+    lines = ['COORdinates'] + [f'  {n} 0 ' + ' '.join(f'{v:.15e}' for v in x)
+                               for n, x in enumerate(mesh.nodes, 1)]
+    lines += ['', 'ELEMents'] + [f'  {n} 0 ' + ' '.join(map(str, e)) for n, e in enumerate(mesh.elements, 1)]
+    return '\n'.join(lines) + '\n\n'
+
+
+def shapes(barycentric, nodes):
+    """Shape functions at a point."""
+    if nodes == 4:
+        return list(barycentric)
+    return [v*(2*v - 1) for v in barycentric] + [4*barycentric[a]*barycentric[b] for a, b in EDGES]
+
+
+def mean_error(mesh, found, exact):
+    """L2 norm of the error over that of the exact displacement."""
+    wrong = whole = 0.0
+    for (_, *nodes), volume in zip(mesh.elements, meshing_volumes(mesh)):
+        for point in POINTS:
+            share = shapes(point, len(nodes))
+            x, u = ([sum(n*field(m)[k] for n, m in zip(share, nodes)) for k in range(3)]
+                    for field in (lambda m: mesh.nodes[m - 1], lambda m: found[m]))
+            wanted = exact(x)
+            wrong += volume*sum((a - b)**2 for a, b in zip(u, wanted))
+            whole += volume*sum(a*a for a in wanted)
+    return math.sqrt(wrong/whole)
+
+
+def meshing_volumes(mesh):
+    """Volumes of elements with straight edges."""
+    straight = meshing.Mesh()
+    straight.nodes, straight.elements = mesh.nodes, [e[:5] for e in mesh.elements]
+    return straight.volumes()
+
+
+def source_at(center):
+    """u = r/|r|^3 about a place outside the body: no divergence, no load."""
+    def field(x):
+        r = [a - b for a, b in zip(x, center)]
+        return [a/math.sqrt(sum(b*b for b in r))**3 for a in r]
+    return field
+
+
+def rates(bench):
+    """Rates of convergence of the displacement: a point source outside of a cube."""
+    nu = bench.draw('nu', 0.1, 0.4)
+    exact = source_at([-bench.draw(f'source {name}', 0.4, 0.8) for name in 'xyz'])
+    scale, curves = 1e-3, []
+    for nodes, sizes, rate in ((4, (4, 8, 12), 2.0), (10, (2, 4, 6), 3.0)):
+        errors = []
+        for n in sizes:
+            mesh = meshing.Mesh()
+            mesh.box((n, n, n), lambda *cell, n=n: tuple(c/n for c in cell))
+            if nodes == 10:
+                mesh = ten_nodes(mesh)
+            outside = mesh.where(lambda *x: any(v in (0.0, 1.0) for v in x))
+            given = {m: tuple(scale*v for v in exact(mesh.nodes[m - 1])) for m in outside}
+            tables = bench.run_text(f'source_{nodes}_{n}', (
+                'MFEC * * A source outside of a cube\n\n' + meshing.solid(1, 1000.0, nu) + records(mesh)
+                + meshing.vectors('BOUNdary', {m: (1, 1, 1) for m in outside})
+                + meshing.vectors('DISPlacement', given) + ONE_STEP))
+            found = {m: [v/scale for v in u] for m, u in tables.displacements()[-1].items()}
+            errors.append(mean_error(mesh, found, exact))
+        bench.remark(f'{nodes} nodes, {", ".join(map(str, sizes))} cells an edge: L2 error '
+                     + ', '.join(f'{e:.3e}' for e in errors))
+        reached = math.log(errors[-2]/errors[-1])/math.log(sizes[-1]/sizes[-2])
+        bench.compare(f'L2 rate of {nodes} nodes, {sizes[-2]} to {sizes[-1]} cells', 'theory', rate, reached, 0.1)
+        curves.append((f'{nodes} nodes', 'o-' if nodes == 4 else 's-', [1/n for n in sizes], errors))
+    bench.picture('ten_nodes', ('cell over edge', 'L2 error', 'Displacement of a source outside of a cube'),
+                  curves, True)
+
+
+ONE_STEP = 'OUTPut\n  FIELds displacement\n\nEND\nBATCh\n  DT,,1\n  STEP,,1\n  DISP,ALL\nEND\nSTOP\n'
+
+
+def membrane(bench):
+    """Cook's membrane in plane strain, a slab one cell thick: does it lock, does it bend?"""
+    young, force = 240.565, 100.0
+    for law, nu, n, wanted in (('LINear', 0.3, 8, 9.441), ('LINear', 0.4999, 8, 7.978),
+                               ('NEOHookean', 0.4999, 4, 6.784)):
+        thick = 48.0/n
+
+        def place(i, j, k, n=n, thick=thick):
+            x, low = 48*i/n, 44*i/n
+            return x, low + (44 - 28*i/n)*j/n, thick*k
+        mesh = meshing.Mesh()
+        mesh.box((n, n, 1), place)
+        mesh = ten_nodes(mesh)
+        held = {m: (int(x[0] == 0.0), int(x[0] == 0.0), 1) for m, x in enumerate(mesh.nodes, 1)}
+        text = ('MFEC * * Cook\'s membrane\n\nMATErial 1\n'
+                f'  SOLId {law}\n  ELAStic ISOTropic {young} {nu}\n\n' + records(mesh)
+                + meshing.vectors('BOUNdary', held)
+                + meshing.node_set('edge', mesh.where(lambda x, *_: x == 48.0))
+                + f'SURFace rim FROM edge\n\nTRACtion\n  rim 0 {force/16!r} 0 1\n\n'
+                'PROPortional 1\n  0 0\n  1 1\n\nOUTPut\n  FIELds displacement\n\nEND\nBATCh\n  DT,,0.25\n'
+                '  STEP,,4\n  DISP,ALL\nEND\nSTOP\n')
+        found = bench.run_text('membrane', text).displacements()[-1]
+        tip = mesh.where(lambda x, y, z: x == 48.0 and abs(y - 60.0) < 1e-9 and z == 0.0)[0]
+        name = 'neo-Hooke' if law == 'NEOHookean' else 'linear'
+        bench.compare(f'way of the tip, {name}, nu = {nu}, n = {n}', OWN, wanted, found[tip][1], 0.01)
+
+
+def blown_sphere(bench):
+    """A thick sphere of neo-Hooke under a pressure that follows: closed form by a radial equation."""
+    way = {100.0: (0.0969796217, 0.0381550870), 200.0: (0.2571350026, 0.1090582586)}
+    pressure = bench.choose('pressure', sorted(way))
+    shell = unstructured.eighth_shell(1.0, 2.0, bench.draw('size of element', 0.3, 0.4))
+
+    def place(a, b):
+        middle = [(p + q)/2 for p, q in zip(a, b)]
+        radius = (math.hypot(*a) + math.hypot(*b))/2
+        grown = radius/math.hypot(*middle)
+        return tuple(grown*v for v in middle)
+    mesh = meshing.Mesh()
+    mesh.nodes, mesh.elements = list(shell.nodes), [(1, *e) for e in shell.elements]
+    mesh = ten_nodes(mesh, place)
+    near = 1e-6
+    held = {m: tuple(int(abs(v) < near) for v in x) for m, x in enumerate(mesh.nodes, 1)
+            if min(map(abs, x)) < near}
+    text = ('MFEC * * A sphere blown up\n\nMATErial 1\n  SOLId NEOHookean\n  ELAStic ISOTropic 1000 0.3\n\n'
+            + records(mesh) + meshing.vectors('BOUNdary', held)
+            + meshing.node_set('hole', mesh.where(lambda *x: abs(math.hypot(*x) - 1) < near))
+            + f'SURFace wall FROM hole\n\nPRESsure\n  wall {pressure!r} 1\n\n'
+            'PROPortional 1\n  0 0\n  1 1\n\nOUTPut\n  FIELds displacement\n\nEND\nBATCh\n  DT,,0.2\n'
+            '  STEP,,5\n  DISP,ALL\nEND\nSTOP\n')
+    found = bench.run_text('sphere', text).displacements()[-1]
+    for radius, name, wanted in zip((1.0, 2.0), ('inside', 'outside'), way[pressure]):
+        ways = [sum(a*b for a, b in zip(found[m], x))/radius for m, x in enumerate(mesh.nodes, 1)
+                if abs(math.hypot(*x) - radius) < near]
+        bench.compare(f'mean way {name}, p = {pressure:g}', 'exact (radial equation)', wanted,
+                      sum(ways)/len(ways), 0.005)
+        spread = max(abs(w/wanted - 1) for w in ways)
+        bench.remark(f'{len(mesh.nodes)} nodes, {name}: the farthest node is off by {100*spread:.2f} %')
+
+
+def dragged_ball(bench):
+    """A rigid ball pressed into rubber by 30 % of its radius and dragged: each increment converges
+    and the work of the loads is found again."""
+    mu, depth, way = bench.draw('mu', 0.1, 0.4), 0.3, 1.0
+    n, press, drag = 6, 12, 40
+    mesh = meshing.Mesh()
+    mesh.box((3*n, n, n), lambda i, j, k: (-1.2 + 3.6*i/(3*n), 1.2*j/n, -1.4*(1 - (k/n)**0.7)))
+    rubber = len(mesh.nodes)
+
+    def cap(i, j, k):
+        u, v = (2*i/8 - 1)*0.85, j/4*0.85
+        # a square to a disc, without its corners
+        x, y = u*math.sqrt(1 - v*v/2), v*math.sqrt(1 - u*u/2)
+        return x, y, 1 - math.sqrt(1 - x*x - y*y) if k == 0 else 1.0
+    mesh.box((8, 4, 1), cap, material=2)
+    ball = set(range(rubber + 1, len(mesh.nodes) + 1))
+    top = [m for m in mesh.where(lambda x, y, z: z == 0.0) if m <= rubber]
+    under = [m for m in ball if mesh.nodes[m - 1][2] < 1.0]
+    far = set(mesh.where(lambda x, y, z: z == -1.4))
+    held = {m: (1, 1, 1) for m in far}
+    held.update({m: (0, 1, 0) for m in mesh.where(lambda x, y, z: y == 0.0)
+                 if m <= rubber and m not in far})
+    held.update({m: (1, 1, 1) for m in ball})
+    text = ('MFEC * * A ball dragged over rubber\n\nMATErial 1\n  SOLId NEOHookean\n  ELAStic ISOTropic 3 0.45\n\n'
+            'MATErial 2\n  RIGId\n\n' + records(mesh) + meshing.vectors('BOUNdary', held)
+            + meshing.node_set('top', top) + meshing.node_set('under', under) + meshing.node_set('ball', sorted(ball))
+            + 'SURFace face FROM top\nSURFace bottom FROM under\n\n'
+            f'DISPlacement\n  ball {way!r} 0 {-depth!r}\n\nFPROportional\n  ball 2 0 1\n\n'
+            'PROPortional 1\n  0 0\n  1 1\n\nPROPortional 2\n  1 0\n  2 1\n\n'
+            f'CONTact\n  PAIR 1 pair\n    NTOS face bottom\n    PENAlty AUTO 10\n    FRICtion COULomb {mu!r}\n'
+            '    SMOOth\n\nOUTPut\n  REACtions ball\n\nEND\nBATCh\n'
+            f'  DT,,1/{press}\n  STEP,,{press}\n  DT,,1/{drag}\n  STEP,,{drag}\nEND\nSTOP\n')
+    tables = bench.run_text('dragged_ball', text)
+    bench.compare('increments that were cut', EXACT, 0.0, float(tables.cuts()), 0.5, scale=1.0)
+    bench.compare('work not found again over the work done', 'balance of energy', 0.0,
+                  tables.work_lost(), 0.01, scale=1.0)
