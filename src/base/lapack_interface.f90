@@ -3,7 +3,7 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv
+  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -87,5 +87,30 @@ module lapack_interface
       real(wp), intent(in) :: a(lda, *)
       real(wp), intent(inout) :: x(*)
     end subroutine dtrsv
+
+    !> BLAS: c = alpha a b + beta c.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: transa, transb !! 'T' for the transpose
+      integer, intent(in) :: m, n, k !! rows and columns of c, columns of a
+      real(wp), intent(in) :: alpha, beta !! factors
+      integer, intent(in) :: lda, ldb, ldc !! leading dimensions
+      real(wp), intent(in) :: a(lda, *), b(ldb, *) !! matrices
+      real(wp), intent(inout) :: c(ldc, *) !! gets the product
+    end subroutine dgemm
+
+    !> BLAS: c = alpha a b + beta c with a symmetric a, of which one triangle counts.
+    subroutine dsymm(side, uplo, m, n, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: side !! 'L': a b, 'R': b a
+      character, intent(in) :: uplo !! 'L' or 'U': the triangle that counts
+      integer, intent(in) :: m, n !! rows and columns of c
+      real(wp), intent(in) :: alpha, beta !! factors
+      integer, intent(in) :: lda, ldb, ldc !! leading dimensions
+      real(wp), intent(in) :: a(lda, *), b(ldb, *) !! matrices
+      real(wp), intent(inout) :: c(ldc, *) !! gets the product
+    end subroutine dsymm
   end interface
 end module lapack_interface

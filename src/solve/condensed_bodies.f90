@@ -18,8 +18,12 @@ module condensed_bodies
   implicit none
   private
   public :: condense_all, begin_influence, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
+    find_equilibrium, fit_motions, spread_yield, widen_live, keep_live, &
+    number_live, gather_compliance, &
     apply_compliance, free_condensed
+
+  !> Live candidates over those that are needed.
+  real(wp), parameter :: most_idle = 1.25_wp
 
 contains
 
@@ -287,6 +291,17 @@ contains
       end associate
     end do
   end subroutine widen_live
+
+  !> Candidates that have been live stay so while there are few of them: the compliance need not be
+  !! gathered anew each time that a point comes or goes.
+  pure subroutine keep_live(condensed, live)
+    type(condensed_t), intent(in) :: condensed !! live before
+    logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
+    logical :: both(size(live))
+
+    both = live .or. condensed%live_place > 0
+    if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
+  end subroutine keep_live
 
   !> Numbers the live candidates body after body.
   subroutine number_live(condensed)

@@ -80,6 +80,7 @@ module condensed_types
   type :: condensed_t
     logical :: active = .false. !! this form is in use
     logical :: surface_only = .false. !! only candidates are asked for at the end of an increment
+    logical :: narrow = .false. !! the live candidates are few, though their compliance is copied
     type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom
     logical, allocatable :: candidate(:) !! (nodes) nodes that contact may touch
     integer :: n = 0 !! candidate degrees of freedom
