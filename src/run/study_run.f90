@@ -7,6 +7,7 @@ module study_run
   use costs, only: wall_seconds
   use deck_types, only: override_t
   use friction_return, only: has_friction
+  use facets, only: facet_table_t, exterior_facets
   use mesh_names, only: find_nodes
   use model_types, only: model_t
   use system_types, only: system_t, state_t, settings_t
@@ -37,6 +38,7 @@ module study_run
   !> What all variants share.
   type :: shared_t
     type(variant_t) :: base !! the deck as it stands
+    type(facet_table_t) :: exterior !! exterior facets of its mesh
     type(plan_t) :: plan !! end times and tolerances
     type(common_t) :: common !! the state at FROM
     real(wp), allocatable :: lever(:, :, :, :), hold(:, :, :, :) !! of the reaction sets
@@ -67,6 +69,7 @@ contains
     if (allocated(error)) return
     call read_variant(options%deck, options%overrides, shared%base, error)
     if (allocated(error)) return
+    call exterior_facets(shared%base%model%mesh, shared%exterior)
     call begin_common(study, shared%plan, shared%base%model, context%system, context%monitor, &
       shared%common, error)
     if (allocated(error)) return
@@ -141,7 +144,7 @@ contains
     type(error_t), allocatable :: trouble
     logical :: sharing
 
-    call read_values(options, study, number, shared%base, variant, sharing, trouble)
+    call read_values(options, study, number, shared, variant, sharing, trouble)
     allocate (result%reactions(3, size(shared%base%model%output%reactions), &
       size(shared%plan%times)), source=0.0_wp)
     if (allocated(trouble)) then
@@ -189,11 +192,11 @@ contains
 
   !> The problem of a variant. Where only contact and loads differ it keeps the mesh of the base,
   !! and what has been factorised.
-  subroutine read_values(options, study, number, base, variant, sharing, trouble)
+  subroutine read_values(options, study, number, shared, variant, sharing, trouble)
     type(options_t), intent(in) :: options !! the command line
     type(study_t), intent(in) :: study !! the variants
     integer, intent(in) :: number !! which one
-    type(variant_t), intent(in) :: base !! the deck as it stands
+    type(shared_t), intent(in) :: shared !! the deck as it stands
     type(variant_t), intent(out) :: variant !! this one
     logical, intent(out) :: sharing !! its bodies are those of the base
     type(error_t), allocatable, intent(out) :: trouble !! the deck does not take these values
@@ -206,11 +209,11 @@ contains
       if (.not. study%varied(p)%rule) call set_value(overrides, study%varied(p)%name, &
         study%variants(p, number))
     end do
-    call read_next_variant(options%deck, overrides, base%deck, base%model, variant, difference, &
-      trouble)
-    sharing = difference%worst <= place_load .and. .not. any(base%model%pairs%adjusted)
+    call read_next_variant(options%deck, overrides, shared%base%deck, shared%base%model, &
+      shared%exterior, variant, difference, trouble)
+    sharing = difference%worst <= place_load .and. .not. any(shared%base%model%pairs%adjusted)
     if (allocated(trouble)) return
-    if (sharing) sharing = all(abs(base%model%materials%youngs_modulus &
+    if (sharing) sharing = all(abs(shared%base%model%materials%youngs_modulus &
       - variant%model%materials%youngs_modulus) <= 0.0_wp)
     do p = 1, size(study%varied)
       if (.not. study%varied(p)%rule) cycle

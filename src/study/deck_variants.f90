@@ -6,6 +6,7 @@ module deck_variants
   use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t
   use deck_reader, only: read_deck
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error
+  use facets, only: facet_table_t
   use model_types, only: model_t
   use model_reader, only: read_model, read_rest
   use records, only: is_word, item_count
@@ -52,11 +53,12 @@ contains
 
   !> Reads the deck with values next to those of another reading. Where only contact, moduli and
   !! loads differ the mesh of that one is taken.
-  subroutine read_next_variant(path, overrides, deck, model, variant, difference, error)
+  subroutine read_next_variant(path, overrides, deck, model, exterior, variant, difference, error)
     character(*), intent(in) :: path !! the deck
     type(override_t), intent(in) :: overrides(:) !! parameters that are set
     type(deck_t), intent(in) :: deck !! the other reading
     type(model_t), intent(in) :: model !! and its problem
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of its mesh
     type(variant_t), intent(out) :: variant !! what was read
     type(difference_t), intent(out) :: difference !! where they differ
     type(error_t), allocatable, intent(out) :: error !! what is wrong with these values
@@ -69,7 +71,7 @@ contains
     if (difference%worst <= place_load .and. .not. any(model%pairs%adjusted)) then
       variant%model%title = model%title
       variant%model%mesh = model%mesh
-      call read_rest(variant%deck, diagnostics, variant%model)
+      call read_rest(variant%deck, diagnostics, variant%model, exterior)
     else
       call read_model(variant%deck, diagnostics, variant%model)
     end if

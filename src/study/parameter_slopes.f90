@@ -5,6 +5,7 @@ module parameter_slopes
   use errors, only: error_t
   use deck_types, only: deck_t, override_t, location_t
   use diagnostics, only: diagnostics_t, report_error
+  use facets, only: facet_table_t
   use model_types, only: model_t, load_t, nodal_values_t
   use loads, only: join_load, add_values, add_displacement, add_force
   use deck_variants, only: variant_t, difference_t, read_next_variant, set_value, place_other, &
@@ -28,6 +29,7 @@ module parameter_slopes
   type :: reading_t
     character(:), allocatable :: path !! the deck
     type(override_t), allocatable :: overrides(:) !! parameters that the command line sets
+    type(facet_table_t) :: exterior !! exterior facets of its mesh
   end type reading_t
 
 contains
@@ -55,7 +57,8 @@ contains
     do v = 1, size(changes)
       overrides = reading%overrides
       call set_value(overrides, name, value + real(changes(v), wp)*h)
-      call read_next_variant(reading%path, overrides, deck, model, variants(v), difference, error)
+      call read_next_variant(reading%path, overrides, deck, model, reading%exterior, &
+        variants(v), difference, error)
       if (allocated(error) .and. difference%worst /= place_other) then
         call report_error(diagnostics, at, 'the deck cannot be read with a '''//name// &
           ''' next to its value', 'choose a value that is not at the end of what is allowed')
