@@ -4,7 +4,7 @@ module cell_cutting
   use kinds, only: wp
   use contact_types, only: pair_t, cell_t
   use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
-  use facet_geometry, only: project_on_facet, facet_normal
+  use facet_geometry, only: project_points, facet_normal, corners_of => corners
   use facet_tree, only: facets_near
   implicit none
   private
@@ -41,15 +41,18 @@ contains
     real(wp), intent(in) :: corners(3, 3) !! its corners, or where the tips put them [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
-    real(wp) :: center(3), reach
+    real(wp) :: center(3), normal(3), reach
     integer :: k, n
 
+    normal = facet_normal(corners)
     center = sum(corners, 2)/3.0_wp
     reach = pair%search_radius + maxval(norm2(corners - spread(center, 2, 3), 1))
     call facets_near(pair%tree, center, reach, fresh%near, n)
     fresh%n = 0
     do k = 1, n
-      call add_cell(pair, f, fresh%near(k), corners, x(:, pair%facets(:, fresh%near(k))), fresh)
+      associate (host => fresh%near(k))
+        call add_cell(pair, f, host, corners, normal, corners_of(x, pair%facets(:, host)), fresh)
+      end associate
     end do
     if (fresh%n > 0) return
     fresh%n = 1
@@ -58,31 +61,32 @@ contains
   end subroutine cut_facet
 
   !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, f, host, slave, master, fresh)
+  pure subroutine add_cell(pair, f, host, slave, normal, master, fresh)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: host !! the master facet
     real(wp), intent(in) :: slave(3, 3) !! corners of the slave facet [length]
+    real(wp), intent(in) :: normal(3) !! its normal
     real(wp), intent(in) :: master(3, 3) !! corners of the master facet [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: triangle(2, 3), polygon(2, most_corners), points(2, cell_points), area, gap
-    real(wp) :: place(2, cell_points), gaps(cell_points), y(3)
+    real(wp) :: triangle(2, 3), polygon(2, most_corners), points(2, cell_points), area
+    real(wp) :: place(2, cell_points), gaps(cell_points), y(3, cell_points)
     integer :: k, n
 
-    if (dot_product(facet_normal(slave), facet_normal(master)) > facing) return
-    do k = 1, 3
-      call project_on_facet(slave, master(:, k), triangle(:, k), gap)
-    end do
+    if (dot_product(normal, facet_normal(master)) > facing) return
+    call project_points(slave, 3, master, triangle, gaps)
+    if (any(maxval(triangle, 2) < 0.0_wp) .or. all(1.0_wp - triangle(1, :) - triangle(2, :) &
+      < 0.0_wp)) return
     call clip_triangle(triangle, polygon, n)
     if (n == 0) return
     area = abs(polygon_area(polygon, n))
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
     do k = 1, cell_points
-      y = slave(:, 3) + points(1, k)*(slave(:, 1) - slave(:, 3)) &
+      y(:, k) = slave(:, 3) + points(1, k)*(slave(:, 1) - slave(:, 3)) &
         + points(2, k)*(slave(:, 2) - slave(:, 3))
-      call project_on_facet(master, y, place(:, k), gaps(k))
     end do
+    call project_points(master, cell_points, y, place, gaps)
     if (all(abs(gaps) > pair%search_radius)) return
     do k = 1, cell_points
       associate (p => fresh%n + k)

@@ -8,7 +8,7 @@ module cell_history
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
-  public :: fit_slip, fit_multipliers, place_tip, multiplier_at
+  public :: fit_slip, fit_multipliers, place_tip, path_at, multiplier_at
 
   !> Facets that a point may pass in an increment with its slip turned at each edge; further away
   !! the plane of its new facet serves.
@@ -17,7 +17,7 @@ module cell_history
 contains
 
   !> The elastic slip of the closed points of one slave facet, from tip to projection, as a field
-  !! over it, in the frame of the facet.
+  !! over it, in the frame of the facet; the fourth value is their slip path.
   pure subroutine fit_slip(pair, f, cells, points, x, field)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
@@ -25,7 +25,7 @@ contains
     type(contact_point_t), intent(in) :: points(:) !! their last converged state
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     type(linear_field_t), intent(out) :: field !! the field
-    real(wp) :: value(3, size(cells)), xi(2), gap, frame(3, 3)
+    real(wp) :: value(4, size(cells)), xi(2), gap, frame(3, 3)
     logical :: closed(size(cells))
     integer :: p
 
@@ -37,8 +37,9 @@ contains
       associate (corners => pair%facets(:, points(p)%host))
         call project_on_facet(x(:, corners), position(pair, cells(p), x), xi, gap)
         xi = xi - points(p)%tip
-        value(:, p) = matmul(xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
-                             + xi(2)*(x(:, corners(2)) - x(:, corners(3))), frame)
+        value(1:3, p) = matmul(xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
+                               + xi(2)*(x(:, corners(2)) - x(:, corners(3))), frame)
+        value(4, p) = points(p)%path
       end associate
     end do
     call fit_closed(cells, closed, value, field)
@@ -70,9 +71,10 @@ contains
   pure subroutine fit_closed(cells, counts, value, field)
     type(cell_t), intent(in) :: cells(:) !! where the points are
     logical, intent(in) :: counts(:) !! (points) they count
-    real(wp), intent(in) :: value(:, :) !! (3, points) their values
+    real(wp), intent(in) :: value(:, :) !! (values, points) their values
     type(linear_field_t), intent(out) :: field !! the field
-    real(wp) :: xi(2, size(cells)), area(size(cells)), counted(3, size(cells))
+    real(wp) :: xi(2, size(cells)), area(size(cells)), &
+      counted(size(value, 1), size(cells))
     integer :: p, n
 
     n = 0
@@ -110,6 +112,16 @@ contains
     lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%facets(:, host))))
   end function multiplier_at
 
+  !> Slip path of a new point.
+  pure real(wp) function path_at(field, cell) result(path)
+    type(linear_field_t), intent(in) :: field !! elastic slip and slip path
+    type(cell_t), intent(in) :: cell !! where the point is
+    real(wp) :: values(4)
+
+    values = bounded_field_at(field, cell%weight(1:2), 0.0_wp)
+    path = values(4)
+  end function path_at
+
   !> Start tip of a new point: its last converged projection less its elastic slip, as far as the
   !! law allows that there. If that lies on another facet than its host, it is turned about the
   !! edges in between.
@@ -119,21 +131,22 @@ contains
     type(cell_t), intent(in) :: cell !! where the point is
     integer, intent(in) :: host !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
-    real(wp) :: tip(2), slip(3), gap, way(2), start(2)
+    real(wp) :: tip(2), slip(4), gap, way(2), start(2)
     integer :: path(longest_path), n, k, status
     type(contact_point_t) :: point
 
     call find_path(pair, position(pair, cell, x), host, x, path, n)
     associate (corners => x(:, pair%facets(:, path(n))))
       call project_on_facet(corners, position(pair, cell, x), tip, gap)
-      slip = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
-                    bounded_field_at(field, cell%weight(1:2), 1.0_wp))
-      call project_on_facet(corners, corners(:, 3) + slip, way, gap)
+      slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
+      call project_on_facet(corners, corners(:, 3) + matmul(facet_frame(x(:, &
+        pair%slave_facets(:, cell%slave))), slip(1:3)), way, gap)
       tip = tip - way
     end associate
     if (.not. pair%augmented) then
       point%host = path(n)
       point%tip = tip
+      point%path = path_at(field, cell)
       call find_tip_from(pair, 1, point, position(pair, cell, x), x, tip, status)
     end if
     do k = n, 2, -1

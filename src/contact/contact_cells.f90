@@ -7,13 +7,13 @@ module contact_cells
   use kinds, only: wp
   use element_types, only: status_off, status_open, status_stick, status_slip
   use contact_types, only: pair_t, contact_point_t, cell_t
-  use contact_points, only: count_points
+  use contact_points, only: count_points, first_cell
   use facet_clipping, only: cell_points
   use facet_geometry, only: project_on_facet, facet_size, facet_normal
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
-  use cell_history, only: fit_slip, fit_multipliers, place_tip, multiplier_at
+  use cell_history, only: fit_slip, fit_multipliers, place_tip, path_at, multiplier_at
   use cell_motion, only: carry_tips, find_tips, have_stayed, lag_corners
   use linear_fields, only: linear_field_t
   implicit none
@@ -265,7 +265,7 @@ contains
     integer, intent(in) :: f !! the slave facet
     integer :: first
 
-    first = max(1, findloc(pair%old_cells%slave, f, 1))
+    first = max(1, first_cell(pair%old_cells, f))
     has_slipped = any(pair%old(first:last_of(pair%old_cells, first, f))%status == status_slip)
   end function has_slipped
 
@@ -295,8 +295,7 @@ contains
     integer :: first, last, p
     real(wp) :: area
 
-    first = findloc(pair%old_cells%slave, f, 1)
-    if (first == 0) first = 1
+    first = max(1, first_cell(pair%old_cells, f))
     last = last_of(pair%old_cells, first, f)
     call fit_slip(pair, f, pair%old_cells(first:last), pair%old(first:last), x_old, slip)
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)
@@ -310,6 +309,7 @@ contains
         point%host = host
         point%status = status_open
         point%tip = place_tip(pair, slip, cell, host, x_old)
+        point%path = path_at(slip, cell)
         if (pair%augmented) point%lambda = multiplier_at(pair, multiplier, cell, host, x_old)
       end associate
     end do

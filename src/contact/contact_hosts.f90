@@ -366,6 +366,7 @@ contains
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open
+    point%path = 0.0_wp
     call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%tip, gap)
   end subroutine seek
 

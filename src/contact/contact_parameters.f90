@@ -2,8 +2,9 @@
 module contact_parameters
   use kinds, only: wp, pi
   use elmlib, only: n_parameters
-  use elmt03, only: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, &
-    d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
+  use friction_laws, only: any_acts
+  use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
+    d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
   use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
     direction_field
@@ -42,6 +43,8 @@ contains
     if (pair%smooth) d(d04_patch:d04_size) = pair%patch(:, facet)
     d(d03_epsilon) = pair%raise*pair%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%mu
+    d(d03_law:d03_area - 1) = pair%law
+    if (any_acts(pair%law)) d(d03_area) = pair%area(p)
     d(d03_rule) = real(pair%slip_rule, wp)
     d(d03_turn:d03_turn + 1) = [cos(pair%angle*pi/180.0_wp), sin(pair%angle*pi/180.0_wp)]
     if (pair%convected .and. allocated(pair%lay)) then

@@ -4,15 +4,16 @@ module contact_points
   use kinds, only: wp
   use text, only: to_text
   use vectors, only: cross
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, cell_t
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
   use master_facets, only: all_nodes
   use quadratic_facet, only: facet_shapes_t, facet_shapes
   implicit none
   private
-  public :: is_first, count_points, used_points, point_position, point_text, make_node_points, &
-    make_facet_points, corner_weights, longest_facet, coupling, most_coupled, coupled_nodes
+  public :: is_first, first_cell, count_points, used_points, point_position, point_text, &
+    make_node_points, make_facet_points, corner_weights, longest_facet, coupling, most_coupled, &
+    coupled_nodes
 
 contains
 
@@ -30,6 +31,30 @@ contains
     n = count_points(pair)/pair%slots
     if (pair%segmented) n = count(pair%cells%slave > 0)
   end function used_points
+
+  !> First point of a slave facet of a segmented pair, 0 if it has none: the points stand in the
+  !! order of the facets, idle ones behind them.
+  pure integer function first_cell(cells, f) result(first)
+    type(cell_t), intent(in) :: cells(:) !! all points
+    integer, intent(in) :: f !! the facet
+    integer :: last, middle
+
+    first = 1
+    last = size(cells) + 1
+    do while (first < last)
+      middle = (first + last)/2
+      if (cells(middle)%slave >= f .or. cells(middle)%slave == 0) then
+        last = middle
+      else
+        first = middle + 1
+      end if
+    end do
+    if (first > size(cells)) then
+      first = 0
+    else if (cells(first)%slave /= f) then
+      first = 0
+    end if
+  end function first_cell
 
   !> x_S = sum M_b x_b.
   pure function point_position(pair, p, x) result(y)

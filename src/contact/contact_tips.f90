@@ -59,6 +59,7 @@ contains
       e%xl(:, 5:7) = corners(x, pair%middles(:, point%host))
     end if
     e%h1 = point%tip
+    e%path1 = point%path
     e%shift = point_shift(pair, p, point)
     call element_routine(facet_routine(pair, point%host), task_residual, d, e)
     tip = e%h2

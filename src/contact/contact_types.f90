@@ -3,6 +3,7 @@ module contact_types
   use kinds, only: wp
   use deck_types, only: location_t
   use facet_tree, only: facet_tree_t
+  use friction_laws, only: n_law_values
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
@@ -34,6 +35,7 @@ module contact_types
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
     real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
+    real(wp) :: path = 0.0_wp !! way slipped since the touch, if a law asks for it [length]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
@@ -61,6 +63,7 @@ module contact_types
     integer :: penalty_kind = penalty_auto !! one of the penalty constants
     real(wp) :: penalty = 10.0_wp !! its value, or the factor of AUTO
     real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
+    real(wp) :: law(n_law_values) = 0.0_wp !! values of the laws that change the cone
     integer :: direction = direction_vector !! one of the direction constants
     type(location_t) :: direction_at !! where the deck gives the direction
     real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! unit: the vector, or the axis of turning

@@ -4,8 +4,9 @@ module facet_geometry
   use vectors, only: cross
   implicit none
   private
-  public :: altitude, corners, project_on_facet, distance_to_facet, unfold, barycentric, &
-    kink_sine, facet_size, facet_area, facet_normal, facet_frame, unfold_vector, is_fold, is_convex
+  public :: altitude, corners, project_on_facet, project_points, distance_to_facet, unfold, &
+    barycentric, kink_sine, facet_size, facet_area, facet_normal, facet_frame, unfold_vector, &
+    is_fold, is_convex
 
   !> Concave edges with a larger sine of their angle (25 degrees) are folds.
   real(wp), parameter :: fold_sine = 0.42_wp
@@ -21,17 +22,35 @@ contains
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection
     real(wp), intent(out) :: gap !! distance, positive outside [length]
-    real(wp) :: a1(3), a2(3), n(3), size_n, z(3)
+    real(wp) :: gaps(1)
+
+    call project_points(x, 1, y, xi, gaps)
+    gap = gaps(1)
+  end subroutine project_on_facet
+
+  !> The same for several points.
+  pure subroutine project_points(x, n_points, y, xi, gap)
+    real(wp), intent(in) :: x(3, 3) !! corners, counter-clockwise seen from outside [length]
+    integer, intent(in) :: n_points !! how many
+    real(wp), intent(in) :: y(3, n_points) !! the points [length]
+    real(wp), intent(out) :: xi(2, n_points) !! (xi, eta) of their projections
+    real(wp), intent(out) :: gap(n_points) !! distances, positive outside [length]
+    real(wp) :: a1(3), a2(3), n(3), d1(3), d2(3), size_n, z(3)
+    integer :: k
 
     a1 = x(:, 1) - x(:, 3)
     a2 = x(:, 2) - x(:, 3)
     n = cross(a1, a2)
     size_n = norm2(n)
     n = n/size_n
-    z = y - x(:, 3)
-    gap = dot_product(z, n)
-    xi = [dot_product(cross(a2, n), z), dot_product(cross(n, a1), z)]/size_n
-  end subroutine project_on_facet
+    d1 = cross(a2, n)
+    d2 = cross(n, a1)
+    do k = 1, n_points
+      z = y(:, k) - x(:, 3)
+      gap(k) = dot_product(z, n)
+      xi(:, k) = [dot_product(d1, z), dot_product(d2, z)]/size_n
+    end do
+  end subroutine project_points
 
   !> Positions of the corners of a facet; x(:, nodes) as an argument would be copied to the heap.
   pure function corners(x, nodes) result(y)

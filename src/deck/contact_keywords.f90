@@ -1,5 +1,6 @@
 !> Rows of the keyword table: contact.
 module contact_keywords
+  use friction_laws, only: cone_laws, law_signature, law_summary, friction_words
   use keyword_types, only: keyword_table_t, table_mesh, add_command, add_word, explain
   implicit none
   private
@@ -10,6 +11,7 @@ contains
   !> Contact pairs.
   subroutine add_contact_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
+    integer :: i
 
     call add_command(t, table_mesh, 'CONTact', '', 'contact pairs')
     call add_word(t, 'PAIR', 'p:number [w:name]', 'starts a pair')
@@ -18,13 +20,15 @@ contains
                   'quadrature points of the facets of a surface against a surface')
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
                   'per slave point, per area, or from the stiffness')
-    call add_word(t, 'FRICtion', 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2', 'friction law')
+    call add_word(t, 'FRICtion', friction_words, 'friction law')
     call add_word(t, 'DIREction', directions('')//' | '//directions('MATErial '), &
                   'principal axis of mu1')
     call add_word(t, 'SLIP', 'COLLinear | TENSor | ASSOciated', 'direction of slip')
     call add_word(t, 'AUGMent', '[q:tol] [p:max]', 'augmented Lagrangian')
-    call add_word(t, 'DECAy', 'z:mk1 z:mk2 q:length', 'kinetic coefficients', available=.false.)
-    call add_word(t, 'CAP', 'q:tau', 'largest shear traction', available=.false.)
+    do i = 1, size(cone_laws)
+      call add_word(t, trim(cone_laws(i)%keyword), law_signature(cone_laws(i)), &
+        law_summary(cone_laws(i)))
+    end do
     call add_word(t, 'SHRInk', 'n:table', 'takes up an overlap step by step', available=.false.)
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
     call add_word(t, 'ADJUst', '[q:tolerance]', 'moves slave nodes next to the master onto it')

@@ -3,11 +3,13 @@
 module contact_cone
   use kinds, only: wp
   use element_types, only: element_t, status_open
-  use friction_axes, only: d03_epsilon, d03_mu
+  use friction_axes, only: d03_epsilon, d03_mu, d03_rule, d03_law, d03_area
+  use law_types, only: cone_state_t
+  use friction_laws, only: friction_point
   use friction_return, only: return_t, has_friction
   implicit none
   private
-  public :: contact_cone_t, leave_open, report_point, gap_operator
+  public :: contact_cone_t, leave_open, map_friction, report_point, gap_operator
 
   !> The gap of a point and the cone that its force lies in.
   type :: contact_cone_t
@@ -38,7 +40,21 @@ contains
     c%tip = c%xi
     e%h2 = c%tip
     e%slip = 0.0_wp
+    e%path2 = 0.0_wp
   end subroutine leave_open
+
+  !> A closed point: its trial components mapped onto the cone of its laws.
+  pure subroutine map_friction(d, s, c, e)
+    real(wp), intent(in) :: d(:) !! parameters, the first as those of element 3
+    real(wp), intent(in) :: s(2) !! trial components along the principal axes [length]
+    class(contact_cone_t), intent(inout) :: c !! gap; gets back
+    type(element_t), intent(inout) :: e !! gets path2
+
+    call friction_point(d(d03_law:d03_area - 1), cone_state_t(epsilon=d(d03_epsilon), &
+      area=d(d03_area), path=e%path1, mu=d(d03_mu:d03_mu + 1)), nint(d(d03_rule)), s, -c%h_n, &
+      c%back)
+    e%path2 = c%back%path
+  end subroutine map_friction
 
   !> The state of the point: stress = [f (3), g_N, elastic slip, criterion, p1 (3), normal (3),
   !! |f_N|, |f_T|].
@@ -47,19 +63,18 @@ contains
     type(contact_cone_t), intent(in) :: c !! cone at its new tip
     real(wp), intent(in) :: normal(3) !! outward unit normal at the projection
     type(element_t), intent(inout) :: e !! gets stress
-    real(wp) :: mu(2), ratio(2)
+    real(wp) :: ratio(2)
 
-    mu = d(d03_mu:d03_mu + 1)
     e%stress = 0.0_wp
     e%stress(4) = c%g_n
     e%stress(7:9) = c%p(:, 1)
     e%stress(10:12) = normal
     if (e%status == status_open) return
     ratio = 0.0_wp
-    where (has_friction(mu)) ratio = c%back%s/mu
+    where (has_friction(c%back%mu)) ratio = c%back%s/c%back%mu
     e%stress(1:3) = d(d03_epsilon)*c%g_new
     e%stress(5) = norm2(c%back%s)
-    e%stress(6) = norm2(ratio) - abs(c%h_n)
+    e%stress(6) = norm2(ratio) - c%back%depth
     e%stress(13:14) = d(d03_epsilon)*[abs(c%h_n), e%stress(5)]
     if (c%shifted) e%stress(5) = norm2(c%back%s - matmul(c%k, c%p))
   end subroutine report_point

@@ -41,6 +41,8 @@ module element_lists
     real(wp), allocatable :: d(:, :) !! (n_parameters, n) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
+    real(wp), allocatable :: path1(:) !! (n) slip path, last converged [length]
+    real(wp), allocatable :: path2(:) !! (n) the same, current [length]
     real(wp), allocatable :: shift(:, :) !! (3, n) shift of the gap [length]
     integer, allocatable :: status(:) !! (n) status
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap [length]
@@ -98,6 +100,7 @@ contains
     if (most > 4) allocate (list%weight(min(max_slaves, most - 3), n), source=0.0_wp)
     allocate (list%d(n_parameters, n), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
+    allocate (list%path1(n), list%path2(n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
     allocate (list%hold(n), list%slide(n), source=.false.)
     allocate (list%keep(n), source=0.0_wp)

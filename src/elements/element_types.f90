@@ -9,7 +9,7 @@ module element_types
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: task_shift_tangent, task_stick_shift_tangent, task_reach
   public :: status_off, status_open, status_stick, status_slip
-  public :: max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
+  public :: make_room, max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
 
   !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
   integer, parameter :: task_tangent = 3 !! matrix s and vector r
@@ -44,13 +44,30 @@ module element_types
     real(wp) :: xl(3, max_nodes) = 0.0_wp !! (3, nel) reference coordinates [length]
     real(wp) :: ul(3, max_nodes) = 0.0_wp !! (3, nel) displacements [length]
     real(wp) :: weight(max_slaves) = 0.0_wp !! (slaves) M_b of x_S = sum M_b x_b, of one: 1
-    real(wp) :: s(max_dofs, max_dofs) = 0.0_wp !! tangent dr/du [force/length]
+    real(wp), allocatable :: s(:, :) !! (dofs, dofs) tangent dr/du, once a task asks [force/length]
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state
     real(wp) :: h2(n_element_history) = 0.0_wp !! history at the current state
+    real(wp) :: path1 = 0.0_wp !! slip path of a contact element, last converged [length]
+    real(wp) :: path2 = 0.0_wp !! the same at the current state, 0 unless a law asks for it [length]
     real(wp) :: shift(3) = 0.0_wp !! shift of the gap of a contact element [length], see there
     integer :: status = status_open !! of a contact element
     real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]
     real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element
   end type element_t
+contains
+
+  !> Room for the matrix of an element, if a task writes one: as large as any element may want it.
+  pure subroutine make_room(task, e)
+    integer, intent(in) :: task !! what the element is told to do
+    type(element_t), intent(inout) :: e !! gets s, unless it has one
+
+    if (allocated(e%s)) return
+    select case (task)
+    case (task_tangent, task_stick_tangent, task_shift_tangent, task_stick_shift_tangent)
+      allocate (e%s(max_dofs, max_dofs), source=0.0_wp)
+    case default
+      ! No other task has a matrix.
+    end select
+  end subroutine make_room
 end module element_types

@@ -13,19 +13,19 @@
 module elmt03
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+  use element_types, only: element_t, make_room, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
     status_slip
   use slave_points, only: positions, spread_element
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
-    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size, axis_convected, axis_space_fixed, &
-    axis_circumferential, axis_radial
-  use friction_return, only: return_map
-  use contact_cone, only: gap_operator, contact_cone_t, leave_open, report_point
+    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, d03_area, d03_size, axis_convected, &
+    axis_space_fixed, axis_circumferential, axis_radial
+  use contact_cone, only: gap_operator, contact_cone_t, leave_open, map_friction, report_point
   implicit none
   private
   public :: elmt03_mfec
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, &
+    d03_area, d03_size
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   !> The facet and the gap at the current positions.
@@ -48,6 +48,7 @@ contains
     type(cone_t) :: c
     real(wp) :: x(3, 4)
 
+    call make_room(task, e)
     x = positions(e, 3)
     call facet_and_gap(x, e%h1, c)
     c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
@@ -137,7 +138,7 @@ contains
     real(wp) :: s(2), s_new(3)
 
     s = [dot_product(c%p(:, 1), c%g), dot_product(c%p(:, 2), c%g)]
-    call return_map(s, -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    call map_friction(d, s, c%contact_cone_t, e)
     if (c%back%slip) then
       e%status = status_slip
       s_new = c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2)

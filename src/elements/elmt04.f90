@@ -7,7 +7,7 @@
 module elmt04
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+  use element_types, only: element_t, make_room, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
@@ -34,6 +34,7 @@ contains
     logical :: found, stays
 
     c%patch = patch_from_values(d(d04_patch:d04_size))
+    call make_room(task, e)
     call place_cone(d, e, c, found)
     if (.not. found) then
       c%patch = flat_patch()

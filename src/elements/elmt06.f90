@@ -7,7 +7,7 @@
 module elmt06
   use kinds, only: wp
   use vectors, only: cross, dyad
-  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+  use element_types, only: element_t, make_room, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
@@ -31,6 +31,7 @@ contains
     type(facet_cone_t) :: c
     logical :: found, stays
 
+    call make_room(task, e)
     call place_on_facet(d, e, c, found)
     if (.not. found) then
       c%flat = .true.

@@ -2,10 +2,12 @@
 module friction_axes
   use kinds, only: wp
   use vectors, only: cross
+  use friction_laws, only: n_law_values
   implicit none
   private
   public :: axes_t, find_axes, turn_of_axes, direction_in_space
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_size
+  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, &
+    d03_area, d03_size
   public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
@@ -15,7 +17,9 @@ module friction_axes
   integer, parameter :: d03_axis = 6 !! vector or axis (3); or c1, c2 of p = c1 a1 + c2 a2
   integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
   integer, parameter :: d03_place = 11 !! point of the axis (3); or dc/dxi (2), dc/deta (2)
-  integer, parameter :: d03_size = 14 !! length of d
+  integer, parameter :: d03_law = 15 !! values of the laws that change the cone (n_law_values)
+  integer, parameter :: d03_area = d03_law + n_law_values !! reference area of the point [length^2]
+  integer, parameter :: d03_size = d03_area !! length of d
 
   integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
   integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet

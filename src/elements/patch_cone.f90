@@ -6,9 +6,8 @@ module patch_cone
   use element_types, only: element_t, task_stick_tangent, task_stick_shift_tangent, status_open, &
     status_stick, status_slip
   use slave_points, only: positions
-  use friction_return, only: return_map
-  use contact_cone, only: contact_cone_t, leave_open
-  use friction_axes, only: direction_in_space, d03_mu, d03_rule, d03_axis_kind, d03_axis, &
+  use contact_cone, only: contact_cone_t, leave_open, map_friction
+  use friction_axes, only: direction_in_space, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected
   use smooth_patch, only: patch_t, patch_point_t, patch_at, project_in_patch, patch_frame, &
     dual_frame
@@ -206,7 +205,7 @@ contains
     class(cone_t), intent(inout) :: c !! gap and axes; gets back, and g_new, tip in stick
     type(element_t), intent(inout) :: e !! gets status, slip
 
-    call return_map(matmul(c%g, c%p), -c%h_n, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), c%back)
+    call map_friction(d, matmul(c%g, c%p), c%contact_cone_t, e)
     e%status = status_slip
     e%slip = matmul(c%p, c%back%s)
     if (c%back%slip) return

@@ -2,7 +2,9 @@
 module contact_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use deck_types, only: deck_t, record_t
+  use deck_types, only: deck_t, record_t, location_t
+  use friction_laws, only: cone_laws, first_value, acts
+  use friction_return, only: has_friction
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
@@ -18,6 +20,7 @@ module contact_reader
     type(pair_t) :: pair !! what the deck says so far
     logical :: has_form = .false. !! NTOS or GTOS has been given
     logical :: has_direction = .false. !! DIREction has been given
+    type(location_t) :: law_at(size(cone_laws)) !! where the deck gives each law
     logical :: complete = .true. !! all records of its data set could be used
   end type pair_draft_t
 
@@ -124,6 +127,8 @@ contains
       else if (is_word(word, 'adjust')) then
         draft%pair%adjusted = .true.
         if (item_count(record) > 1) draft%pair%adjust = item_real(record, 2)
+      else
+        call read_law(record, draft)
       end if
     end associate
   end subroutine read_word
@@ -191,6 +196,20 @@ contains
       if (.not. draft%has_direction) pair%direction_at = record%at
     end associate
   end subroutine read_friction
+
+  !> A law that changes the cone, with its parameters.
+  pure subroutine read_law(record, draft)
+    type(record_t), intent(in) :: record !! the record
+    type(pair_draft_t), intent(inout) :: draft !! the pair
+    integer :: i, k
+
+    do k = 1, size(cone_laws)
+      if (.not. is_word(record%items(1), trim(cone_laws(k)%keyword))) cycle
+      draft%pair%law(first_value(k):first_value(k + 1) - 1) = &
+        [(item_real(record, i + 1), i=1, cone_laws(k)%count)]
+      draft%law_at(k) = record%at
+    end do
+  end subroutine read_law
 
   !> DIREction [MATErial] [ANGLe phi], then a vector, CIRCumferential or RADIal with point and axis,
   !! or FIELd and its name.
@@ -273,6 +292,7 @@ contains
 
     associate (pair => drafts(i)%pair)
       if (pair%segmented) call check_segmented(pair, diagnostics)
+      call check_laws(drafts(i), diagnostics)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
           'write GTOS slave master, or NTOS slave master')
@@ -314,6 +334,27 @@ contains
       end do
     end associate
   end subroutine note_twin
+
+  !> Laws need friction that they change, and some an area.
+  subroutine check_laws(draft, diagnostics)
+    type(pair_draft_t), intent(in) :: draft !! a pair
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: k
+
+    if (.not. draft%complete) return
+    associate (pair => draft%pair)
+      do k = 1, size(cone_laws)
+        if (.not. acts(k, pair%law)) cycle
+        if (.not. all(has_friction(pair%mu))) call report_error(diagnostics, draft%law_at(k), &
+          trim(cone_laws(k)%keyword)//' needs two coefficients of friction that are not 0', &
+          'write FRICtion COULomb mu or FRICtion ELLIptic mu1 mu2')
+        if (cone_laws(k)%needs_area .and. pair%penalty_kind == penalty_nodal .and. &
+          pair%form == form_node_to_surface) call report_error(diagnostics, draft%law_at(k), &
+          trim(cone_laws(k)%keyword)//' needs points with an area', &
+          'write GTOS in place of NTOS, or PENAlty AREA, or PENAlty AUTO')
+      end do
+    end associate
+  end subroutine check_laws
 
   !> What segmentation cannot do.
   subroutine check_segmented(pair, diagnostics)

@@ -8,6 +8,7 @@ module pair_builder
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
+  use friction_laws, only: cone_laws, acts
   use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
   use contact_parameters, only: is_round_off, has_field
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
@@ -331,6 +332,7 @@ contains
     point_noun = 'node'
     if (pair%n_slaves > 1) point_noun = 'point'
     call set_penalties(model, pair, found)
+    call check_areas(pair, diagnostics)
     if (found .and. pair%n_slaves > 1 .and. is_round_off(pair)) then
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': with '// &
         to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of a gap '// &
@@ -359,6 +361,23 @@ contains
         ' has no elastic side to take its penalty from', 'write PENAlty and a value')
     end if
   end subroutine take_penalties
+
+  !> Laws that ask for an area need it at every point.
+  subroutine check_areas(pair, diagnostics)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: k
+
+    if (pair%segmented .or. pair%penalty_kind == penalty_area) return
+    if (all(pair%area > 0.0_wp)) return
+    do k = 1, size(cone_laws)
+      if (.not. (cone_laws(k)%needs_area .and. acts(k, pair%law))) cycle
+      call report_error(diagnostics, pair%slave_at, 'slave '// &
+        point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &
+        ''' has no area, which '//trim(cone_laws(k)%keyword)//' needs', &
+        'name a surface as slave')
+    end do
+  end subroutine check_areas
 
   !> What the penalty means: over E/h, and how deep an ordinary pressure goes.
   pure function expected_penetration(pair) result(t)

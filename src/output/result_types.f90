@@ -4,7 +4,16 @@ module result_types
   use contact_types, only: contact_point_t, cell_t
   implicit none
   private
-  public :: contact_row_t, point_fields_t, frame_t, pair_history_t, saved_state_t
+  public :: origin_t, end_row_t, contact_row_t, point_fields_t, frame_t, pair_history_t, &
+    saved_state_t
+
+  !> What made the files of a run.
+  type :: origin_t
+    character(:), allocatable :: program !! its name and version
+    character(:), allocatable :: deck !! the deck as read, includes and all
+    character(:), allocatable :: settings !! name of the deck, command line and settings
+    character(:), allocatable :: blas !! BLAS the program runs on
+  end type origin_t
 
   !> One row of the contact table: sums over the points of one pair.
   type :: contact_row_t
@@ -21,6 +30,14 @@ module result_types
     real(wp) :: lumped = 0.0_wp !! as tangential, of the friction lumped to slave nodes [force]
   end type contact_row_t
 
+  !> The rows of one end time.
+  type :: end_row_t
+    integer :: step = 0 !! number of the end time
+    real(wp) :: time = 0.0_wp !! its time [time]
+    real(wp), allocatable :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
+    type(contact_row_t), allocatable :: pairs(:) !! (pairs) sums over the points of each pair
+  end type end_row_t
+
   !> The contact points of one pair at one time.
   type :: point_fields_t
     integer, allocatable :: host(:) !! (points) facet of the pair that holds the tip, 0 for none
@@ -31,6 +48,7 @@ module result_types
     real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
+    real(wp), allocatable :: path(:) !! (points) way slipped since the touch, if a law asks [length]
     real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
     real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
     real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master

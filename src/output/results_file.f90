@@ -8,7 +8,7 @@ module results_file
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
-  use result_types, only: contact_row_t, frame_t, saved_state_t
+  use result_types, only: origin_t, end_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     make_group, reserve_room
@@ -38,35 +38,30 @@ contains
 
   !> Creates the file with all that is known before the first increment. It takes its name when it
   !! can be read, in place of the file that has that name.
-  subroutine create_results(results, path, model, bodies, deck_text, version, settings, error)
+  subroutine create_results(results, path, model, bodies, origin, error)
     type(results_t), intent(out) :: results !! the file, open
     character(*), intent(in) :: path !! its name
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: bodies !! its connected pieces
-    character(*), intent(in) :: deck_text !! the deck as read, includes and all
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
+    type(origin_t), intent(in) :: origin !! what makes it
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call create_hdf5(results%file, path//unfinished, error)
     if (allocated(error)) return
-    call reserve_room(results%file, 3*bytes_of_fields(model) + len(deck_text, long), error)
-    if (.not. allocated(error)) call write_beginning(results, model, bodies, deck_text, version, &
-      settings, error)
+    call reserve_room(results%file, 3*bytes_of_fields(model) + len(origin%deck, long), error)
+    if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
     call publish_hdf5(results%file, path, error)
   end subroutine create_results
 
   !> Writes what is known before the first increment.
-  subroutine write_beginning(results, model, bodies, deck_text, version, settings, error)
+  subroutine write_beginning(results, model, bodies, origin, error)
     type(results_t), intent(inout) :: results !! the file, open
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: bodies !! its connected pieces
-    character(*), intent(in) :: deck_text !! the deck as read, includes and all
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: settings !! command line and settings, one 'name = value' a line
+    type(origin_t), intent(in) :: origin !! what makes it
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_run(results%file, model, deck_text, version, settings, error)
+    call write_run(results%file, model, origin, error)
     if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
     if (allocated(error)) return
@@ -102,14 +97,10 @@ contains
   end function bytes_of_fields
 
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
-  subroutine append_results(results, model, step, time, reactions, rows, audit, frame, state, &
-                            error)
+  subroutine append_results(results, model, row, audit, frame, state, error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
-    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(end_row_t), intent(in) :: row !! sums of the end time
     type(audit_t), intent(in) :: audit !! the audit of the end time
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
@@ -119,11 +110,11 @@ contains
     call reserve_room(results%file, bytes_of_rows + merge(bytes_of_fields(model), 0_long, &
       present(frame) .or. present(state)), error)
     if (allocated(error)) return
-    call append_history(results%file, model, step, time, reactions, rows, error)
+    call append_history(results%file, model, row, error)
     if (allocated(error)) return
     call append_audit(results%file, audit, error)
     if (allocated(error)) return
-    if (present(frame)) call append_frame(results, model, step, time, frame, error)
+    if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
     if (allocated(error)) return
     with_state = present(state) .and. model%output%state /= state_none
     if (with_state) call write_state(results%file, model, results%states, state, error)
@@ -131,7 +122,7 @@ contains
     call flush_hdf5(results%file, error)
     if (allocated(error) .or. .not. (present(frame) .or. with_state)) return
     if (with_state) then
-      call complete_state(results%file, model, results%states, step, error)
+      call complete_state(results%file, model, results%states, row%step, error)
       if (allocated(error)) return
       results%states = results%states + 1
     end if
@@ -183,12 +174,10 @@ contains
   end subroutine close_results
 
   !> Writes /run: what made this file.
-  subroutine write_run(file, model, deck_text, version, settings, error)
+  subroutine write_run(file, model, origin, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    character(*), intent(in) :: deck_text !! the deck as read
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: settings !! command line and settings
+    type(origin_t), intent(in) :: origin !! what makes it
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: regions
     integer :: i
@@ -201,11 +190,11 @@ contains
     if (allocated(error)) return
     call write_text(file, '/run/title', model%title, 'title of the deck', error)
     if (allocated(error)) return
-    call write_text(file, '/run/deck', deck_text, 'the deck as read', error)
+    call write_text(file, '/run/deck', origin%deck, 'the deck as read', error)
     if (allocated(error)) return
-    call write_text(file, '/run/version', version, 'version of the program', error)
+    call write_text(file, '/run/version', origin%program, 'version of the program', error)
     if (allocated(error)) return
-    call write_text(file, '/run/settings', settings, 'command line and settings', error)
+    call write_text(file, '/run/settings', origin%settings, 'command line and settings', error)
     if (allocated(error)) return
     call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
     if (allocated(error)) return

@@ -7,6 +7,7 @@ module results_state
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
+  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
   use contact_points, only: count_points
@@ -136,6 +137,9 @@ contains
     call make_series(file, group//'/dissipation', stored_real, [points], 1, 'force length', &
       'work that friction has taken up to now', error)
     if (allocated(error)) return
+    if (keeps_path(pair%law)) call make_series(file, group//'/'//trim(path_state%name), &
+      stored_real, [points], 1, trim(path_state%unit), trim(path_state%description), error)
+    if (allocated(error)) return
     call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
       'host when the pattern of the matrix was built, 0 for none', error)
     if (allocated(error)) return
@@ -244,6 +248,9 @@ contains
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call write_pair(file, model%pairs(i)%number, state, i, slot, error)
+      if (allocated(error)) return
+      if (keeps_path(model%pairs(i)%law)) call write_block(file, pair_group(model%pairs(i)%number) &
+        //'/'//trim(path_state%name), state%pairs(i)%points%path, slot, error)
       if (allocated(error)) return
       if (has_multipliers(model%pairs(i))) call write_multipliers(file, model%pairs(i)%number, &
         state%pairs(i), slot, error)

@@ -4,10 +4,11 @@ module results_tables
   use errors, only: error_t
   use text, only: to_text
   use deck_types, only: name_length
+  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: contact_row_t, point_fields_t
+  use result_types, only: end_row_t, contact_row_t, point_fields_t
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
@@ -73,34 +74,31 @@ contains
   end subroutine create_keys
 
   !> Writes the rows of one end time.
-  subroutine append_history(file, model, step, time, reactions, rows, error)
+  subroutine append_history(file, model, row, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
-    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    type(end_row_t), intent(in) :: row !! sums of an end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(name_length) :: sets(size(reactions, 2)), pairs(size(rows))
-    real(wp) :: column(size(reactions, 2))
+    character(name_length) :: sets(size(row%reactions, 2)), pairs(size(row%pairs))
+    real(wp) :: column(size(row%reactions, 2))
     integer :: i
 
     do i = 1, size(sets)
       sets(i) = model%output%reactions(i)%s
     end do
-    call append_keys(file, '/history/reactions/', 'set', step, time, sets, error)
+    call append_keys(file, '/history/reactions/', 'set', row%step, row%time, sets, error)
     do i = 1, size(reaction_columns)
       if (allocated(error)) return
-      column = reactions(i, :)
+      column = row%reactions(i, :)
       call write_block(file, '/history/reactions/'//reaction_columns(i), column, at_end, error)
     end do
     if (allocated(error)) return
     do i = 1, size(pairs)
       pairs(i) = model%pairs(i)%name
     end do
-    call append_keys(file, '/history/contact/', 'pair', step, time, pairs, error)
+    call append_keys(file, '/history/contact/', 'pair', row%step, row%time, pairs, error)
     if (allocated(error)) return
-    call append_contact_columns(file, rows, error)
+    call append_contact_columns(file, row%pairs, error)
   end subroutine append_history
 
   !> Writes the columns that say what a row is about.
@@ -184,6 +182,9 @@ contains
     call write_block(file, group//'/facets', pair%facets, at_end, error)
     if (allocated(error)) return
     call create_point_fields(file, group, count_points(pair), error)
+    if (allocated(error) .or. .not. keeps_path(pair%law)) return
+    call make_series(file, group//'/'//trim(path_state%name), stored_real, [count_points(pair)], &
+      1, trim(path_state%unit), trim(path_state%description), error)
   end subroutine create_pair
 
   !> Writes what the points are made of: a node each, or nodes and weights.
@@ -296,6 +297,9 @@ contains
     call write_block(file, group//'/elastic_slip', points%elastic_slip, at_end, error)
     if (allocated(error)) return
     call write_block(file, group//'/dissipation', points%dissipation, at_end, error)
+    if (allocated(error)) return
+    if (allocated(points%path)) call write_block(file, group//'/'//trim(path_state%name), &
+      points%path, at_end, error)
     if (allocated(error) .or. .not. allocated(points%node)) return
     call write_block(file, group//'/node', points%node, at_end, error)
     if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &

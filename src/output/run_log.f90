@@ -15,6 +15,8 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area
   use bulk_laws, only: laws
+  use result_types, only: origin_t
+  use friction_laws, only: cone_laws, first_value, acts
   use model_types, only: model_t, material_t
   use text_files, only: text_file_t, create_locked_file, write_line, flush_text_file, &
     close_text_file
@@ -66,13 +68,11 @@ module run_log
 contains
 
   !> Creates the log and writes what the run is.
-  subroutine create_log(log, path, model, version, deck, blas, free_dofs, error)
+  subroutine create_log(log, path, model, origin, free_dofs, error)
     type(log_t), intent(out) :: log !! the log, open
     character(*), intent(in) :: path !! file name
     type(model_t), intent(in) :: model !! the problem, its pairs built
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: deck !! name of the deck and its settings
-    character(*), intent(in) :: blas !! BLAS the program runs on
+    type(origin_t), intent(in) :: origin !! what makes it
     integer, intent(in) :: free_dofs !! degrees of freedom that are not prescribed
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
@@ -80,8 +80,8 @@ contains
     call create_locked_file(log%file, path, error)
     if (allocated(error)) return
     call note_log(c_fileno(log%file%stream))
-    call log_line(log, version//new_line('a')//'title     '//model%title//new_line('a')// &
-      'deck      '//deck//new_line('a')//'BLAS      '//blas//new_line('a')// &
+    call log_line(log, origin%program//new_line('a')//'title     '//model%title//new_line('a')// &
+      'deck      '//origin%settings//new_line('a')//'BLAS      '//origin%blas//new_line('a')// &
       'mesh      '//count_noun(count(model%mesh%defined), 'node')//', '// &
       count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
       count_noun(free_dofs, 'free dof'), error)
@@ -146,7 +146,7 @@ contains
     line = line//penalty_origin(pair)
     if (maxval(pair%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%mu(1))//' and '//to_text(pair%mu(2))//', slip '// &
-        trim(rules(pair%slip_rule))
+        trim(rules(pair%slip_rule))//law_text(pair%law)
     else
       line = line//', frictionless'
     end if
@@ -154,6 +154,22 @@ contains
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
+
+  !> The laws that change the cone, with their values.
+  function law_text(values) result(t)
+    real(wp), intent(in) :: values(:) !! of the pair
+    character(:), allocatable :: t
+    integer :: i, k
+
+    t = ''
+    do k = 1, size(cone_laws)
+      if (.not. acts(k, values)) cycle
+      t = t//', '//trim(cone_laws(k)%keyword)
+      do i = first_value(k), first_value(k + 1) - 1
+        t = t//' '//to_text(values(i))
+      end do
+    end do
+  end function law_text
 
   !> Where the penalty of a pair comes from.
   function penalty_origin(pair) result(text)

@@ -3,6 +3,7 @@ module state_reader
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
+  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
   use contact_points, only: count_points, most_coupled
@@ -238,6 +239,8 @@ contains
       if (allocated(error)) return
       call read_multipliers(file, model%pairs(i), slot, state%pairs(i), error)
       if (allocated(error)) return
+      call read_paths(file, model%pairs(i), slot, state%pairs(i), error)
+      if (allocated(error)) return
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
       call read_cells(file, pair_group(model%pairs(i)%number), &
@@ -335,4 +338,21 @@ contains
       history%points(i)%lambda = lambda(:, i)
     end do
   end subroutine read_multipliers
+
+  !> Reads the slip paths of a pair, if the run has kept them and this one asks for them.
+  subroutine read_paths(file, pair, slot, history, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: slot !! place of the state
+    type(pair_history_t), intent(inout) :: history !! its history, points allocated
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp) :: path(size(history%points))
+    character(:), allocatable :: name
+
+    name = pair_group(pair%number)//'/'//trim(path_state%name)
+    if (.not. exists_in(file, name)) return
+    call read_block(file, name, path, slot, error)
+    if (allocated(error) .or. .not. keeps_path(pair%law)) return
+    history%points%path = path
+  end subroutine read_paths
 end module state_reader

@@ -6,7 +6,7 @@ module check_files
   use errors, only: error_t
   use costs, only: cost_t
   use model_types, only: model_t, state_none
-  use result_types, only: frame_t
+  use result_types, only: origin_t, frame_t
   use results_file, only: results_t, create_results, append_picture, close_results
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
@@ -20,13 +20,11 @@ module check_files
 contains
 
   !> Writes the files of a sound deck at rest.
-  subroutine write_check_files(base, folder, model, deck_text, version, command, error)
+  subroutine write_check_files(base, folder, model, origin, error)
     character(*), intent(in) :: base !! path without extension
     character(*), intent(in) :: folder !! folder to make first, empty for none
     type(model_t), intent(inout) :: model !! the problem, its pairs with their first hosts
-    character(*), intent(in) :: deck_text !! the deck
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: command !! deck name and settings
+    type(origin_t), intent(in) :: origin !! what makes them
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(results_t) :: results
     type(contact_file_t) :: surfaces
@@ -37,7 +35,7 @@ contains
     call ask_for_little(model)
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
-    call create_results(results, base//'.check.h5', model, 0, deck_text, version, command, error)
+    call create_results(results, base//'.check.h5', model, 0, origin, error)
     if (allocated(error)) return
     call append_picture(results, model, 0.0_wp, frame, error)
     if (allocated(error)) return

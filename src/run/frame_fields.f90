@@ -7,6 +7,7 @@ module frame_fields
   use contact_parameters, only: point_parameters
   use facet_geometry, only: facet_frame
   use friction_axes, only: axes_t, find_axes
+  use friction_laws, only: keeps_path
   use smooth_normals, only: project_on_master
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
@@ -73,6 +74,7 @@ contains
     points%host = pair%old%host
     points%status = pair%old%status
     points%dissipation = pair%old%dissipation
+    if (keeps_path(pair%law)) points%path = pair%old%path
     points%tip = reshape([pair%old%tip(1), pair%old%tip(2)], [2, n], order=[2, 1])
     points%area = spread(1.0_wp, 1, n)
     points%facet = spread(0, 1, n)

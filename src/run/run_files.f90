@@ -19,7 +19,7 @@ module run_files
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
-  use result_types, only: contact_row_t, frame_t, saved_state_t
+  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
   use frame_fields, only: fill_frame
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
@@ -48,23 +48,18 @@ module run_files
 contains
 
   !> Creates all files; nothing is created before a deck has been accepted.
-  subroutine create_files(files, base, folder, model, system, deck_text, version, command, blas, &
-                          error)
+  subroutine create_files(files, base, folder, model, system, origin, error)
     type(run_files_t), intent(out) :: files !! open files
     character(*), intent(in) :: base !! path without extension
     character(*), intent(in) :: folder !! folder to make first, empty for none
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! the system
-    character(*), intent(in) :: deck_text !! the deck
-    character(*), intent(in) :: version !! version of the program
-    character(*), intent(in) :: command !! deck name and settings
-    character(*), intent(in) :: blas !! name of the BLAS
+    type(origin_t), intent(in) :: origin !! what makes them
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
-    call create_log(files%log, base//'.log', model, version, command, blas, system%equations, &
-      error)
+    call create_log(files%log, base//'.log', model, origin, system%equations, error)
     if (allocated(error)) return
     call create_reaction_table(files%reactions, base//'.rea', model%title, &
       model%output%reactions, error)
@@ -74,8 +69,7 @@ contains
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
     if (allocated(error)) return
-    call create_results(files%results, base//'.h5', model, system%bodies, deck_text, version, &
-      command, error)
+    call create_results(files%results, base//'.h5', model, system%bodies, origin, error)
     if (allocated(error)) return
     if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
       files%surfaces, base//contact_ending, model, error)
@@ -113,45 +107,45 @@ contains
     real(wp), intent(in) :: increment !! its increment of time
     type(audit_t), intent(in) :: audit !! its audit
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: sums(3, size(model%output%reactions))
-    type(contact_row_t) :: rows(size(model%pairs))
+    type(end_row_t) :: row
     integer :: k
 
+    row%step = state%step
+    row%time = state%time
+    allocate (row%reactions(3, size(model%output%reactions)), row%pairs(size(model%pairs)))
     call begin_cost(system%costs, cost_output)
     do k = 1, size(model%output%reactions)
-      sums(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
+      row%reactions(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
     end do
     do k = 1, size(model%pairs)
-      call sum_points(model, system, files%point_state, k, rows(k))
+      call sum_points(model, system, files%point_state, k, row%pairs(k))
     end do
-    call write_reactions(files%reactions, state%step, state%time, sums, error)
-    if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, rows, &
-      error)
+    call write_reactions(files%reactions, state%step, state%time, row%reactions, error)
+    if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, &
+      row%pairs, error)
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
-    if (.not. allocated(error)) call write_fields(files, model, system, state, increment, sums, &
-      rows, audit, error)
+    if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
+      audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends fields and state to the results, those that are due and asked for.
-  subroutine write_fields(files, model, system, state, increment, sums, rows, audit, error)
+  subroutine write_fields(files, model, system, state, increment, row, audit, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
-    real(wp), intent(in) :: sums(:, :) !! (3, sets) reactions
-    type(contact_row_t), intent(in) :: rows(:) !! (pairs) contact sums
+    type(end_row_t), intent(in) :: row !! sums of the end time
     type(audit_t), intent(in) :: audit !! the audit of the end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
     if (.not. fields_due(model%output, state%step)) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        error=error)
+      call append_results(files%results, model, row, audit, error=error)
       return
     end if
     call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
@@ -160,12 +154,10 @@ contains
         wanted%stress, wanted%strain, wanted%contact]))
     end associate
     if (model%output%state == state_none) then
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        frame, error=error)
+      call append_results(files%results, model, row, audit, frame, error=error)
     else
       call fill_state(model, system, state, increment, saved)
-      call append_results(files%results, model, state%step, state%time, sums, rows, audit, &
-        frame, saved, error)
+      call append_results(files%results, model, row, audit, frame, saved, error)
     end if
     if (allocated(error) .or. .not. allocated(frame%motion)) return
     call append_contact_frame(files%surfaces, model, state%time, frame, error)

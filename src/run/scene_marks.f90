@@ -4,6 +4,7 @@ module scene_marks
   use, intrinsic :: iso_fortran_env, only: int32, int64
   use kinds, only: wp
   use checksums, only: block_sum
+  use friction_laws, only: any_acts
   use contact_types, only: pair_t
   use loads, only: conditions_at, load_factor
   use model_types, only: model_t
@@ -82,6 +83,7 @@ contains
     else
       sum = ieor(sum, sum_of(pair%name//' penalty', pair%epsilon))
     end if
+    if (any_acts(pair%law)) sum = ieor(sum, sum_of(pair%name//' laws', pair%law))
     if (allocated(pair%lay)) sum = ieor(sum, sum_of(pair%name//' lay', &
       reshape(pair%lay, [size(pair%lay)])))
     if (allocated(pair%facet_axis)) sum = ieor(sum, sum_of(pair%name//' field', &

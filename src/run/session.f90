@@ -31,7 +31,7 @@ module session
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
   use restored_balance, only: check_time, check_balance
-  use result_types, only: saved_state_t
+  use result_types, only: origin_t, saved_state_t
   use signals, only: begin_writing, end_writing
   use terminal, only: terminal_t, open_terminal, print_line, close_terminal
   use command_line, only: options_t
@@ -68,8 +68,8 @@ contains
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
       call print_check(commands, context)
-      call write_check_files(base_name(options), options%folder, context%model, deck_text, &
-        'mfec '//program_version, settings_text(options), error)
+      call write_check_files(base_name(options), options%folder, context%model, &
+        origin_of(options, deck_text), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
         base_name(options)//'.check.*')
       return
@@ -78,6 +78,18 @@ contains
     call close_terminal(context%terminal)
     call free_solver(context%system%solver)
   end subroutine run_session
+
+  !> What makes the files of this run.
+  function origin_of(options, deck_text) result(origin)
+    type(options_t), intent(in) :: options !! the command line
+    character(*), intent(in) :: deck_text !! the deck as read
+    type(origin_t) :: origin
+
+    origin%program = 'mfec '//program_version
+    origin%deck = deck_text
+    origin%settings = settings_text(options)
+    origin%blas = blas_name()
+  end function origin_of
 
   !> Deck to model; every error of the deck in one report.
   subroutine read_problem(options, model, commands, deck_text, sensitivity, study, error)
@@ -134,8 +146,8 @@ contains
       if (allocated(error)) return
       call begin_audit(model, system, context%state, context%audit)
       call begin_writing()
-      call create_files(files, states%base, options%folder, model, system, deck_text, &
-        'mfec '//program_version, settings_text(options), blas_name(), error)
+      call create_files(files, states%base, options%folder, model, system, &
+        origin_of(options, deck_text), error)
       call end_writing()
       if (allocated(error)) return
       files%log%level = options%log_level

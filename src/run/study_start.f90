@@ -181,8 +181,9 @@ contains
     acts = .false.
     do k = 1, size(model%pairs)
       associate (a => base%pairs(k), b => model%pairs(k))
-        acts = acts .or. any(abs(a%mu - b%mu) > 0.0_wp) .or. abs(a%angle - b%angle) > 0.0_wp &
-          .or. a%slip_rule /= b%slip_rule .or. any(abs(a%epsilon - b%epsilon) > 0.0_wp)
+        acts = acts .or. any(abs([a%mu - b%mu, a%law - b%law]) > 0.0_wp) .or. &
+          abs(a%angle - b%angle) > 0.0_wp .or. a%slip_rule /= b%slip_rule .or. &
+          any(abs(a%epsilon - b%epsilon) > 0.0_wp)
       end associate
     end do
     do i = 1, common%step

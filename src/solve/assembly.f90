@@ -33,6 +33,7 @@ contains
 
     batch = batch_size(list%n)
     allocate (elements(batch))
+    if (task == task_tangent) call give_room(3*size(list%ix, 1), elements)
     if (task == task_tangent) list%asymmetry = 0.0_wp
     do first = 1, list%n, batch
       call compute(list, task, x, u, first, elements)
@@ -51,6 +52,17 @@ contains
       end do
     end do
   end subroutine assemble
+
+  !> Room for matrices no larger than those of the elements of a list.
+  pure subroutine give_room(dofs, elements)
+    integer, intent(in) :: dofs !! most degrees of freedom of an element
+    type(element_t), intent(inout) :: elements(:) !! get s
+    integer :: k
+
+    do k = 1, size(elements)
+      allocate (elements(k)%s(dofs, dofs), source=0.0_wp)
+    end do
+  end subroutine give_room
 
   !> Computes a batch of elements, each by itself.
   subroutine compute(list, task, x, u, first, elements)
@@ -77,6 +89,7 @@ contains
           call element_routine(list%routine(k), task, list%d(:, k), e)
         end if
         list%h2(:, k) = e%h2
+        list%path2(k) = e%path2
         list%status(k) = e%status
         list%slip(:, k) = e%slip
       end associate
@@ -221,6 +234,7 @@ contains
       e%ul(:, i) = u(:, e%ix(i))
     end do
     e%h1 = list%h1(:, k)
+    e%path1 = list%path1(k)
     e%shift = list%shift(:, k)
   end subroutine gather
 end module assembly

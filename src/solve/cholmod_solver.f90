@@ -8,32 +8,37 @@ module cholmod_solver
     cost_solve, cost_interior
   use lapack_interface, only: dgemv, dtrsv
   use csc_matrix, only: csc_matrix_t
-  use umfpack_solver, only: solver_done, solver_out_of_memory, solver_failed
+  use back_ends, only: back_end_t, solver_done, solver_singular, solver_out_of_memory, &
+    solver_failed, solver_not_definite
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
     cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
     cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
     cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
-  public :: cholmod_t, forget_symmetric, drop_symmetric_factor, analyse_symmetric, &
-    is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, solve_symmetric, &
-    free_cholmod, factor_order, trailing_block, complete_solution, drop_trailing_block
-  public :: solver_not_definite
-
-  !> A further outcome beside those of umfpack_solver: the matrix is not positive definite.
-  integer, parameter :: solver_not_definite = 4
+  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, complete_solution, &
+    drop_trailing_block
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
     ordering_metis = 3, &
     always_supernodal = 2, use_lower = -1, status_memory = -2
 
   !> Handles and settings of one factorisation.
-  type :: cholmod_t
+  type, extends(back_end_t) :: cholmod_t
     type(cholmod_common_t) :: common !! settings and work space
     type(c_ptr) :: factor = c_null_ptr !! analysis and factor
     type(c_ptr) :: y = c_null_ptr, e = c_null_ptr !! work space of the solution
     logical :: started = .false. !! common is in use
     logical :: definite = .false. !! the factor holds values
+  contains
+    procedure :: analyse
+    procedure :: is_analysed
+    procedure :: factor_bytes
+    procedure :: factorise
+    procedure :: solve
+    procedure :: forget_pattern
+    procedure :: drop_factor
+    procedure :: free
   end type cholmod_t
 
 contains
@@ -62,28 +67,28 @@ contains
   end subroutine start
 
   !> Drops analysis and factor: the pattern has changed.
-  subroutine forget_symmetric(solver)
-    type(cholmod_t), intent(inout) :: solver !! handles
+  subroutine forget_pattern(solver)
+    class(cholmod_t), intent(inout) :: solver !! handles
     integer(c_int) :: status
 
     solver%definite = .false.
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
-  end subroutine forget_symmetric
+  end subroutine forget_pattern
 
   !> Releases the values of the factor and keeps the analysis.
-  subroutine drop_symmetric_factor(solver)
-    type(cholmod_t), intent(inout) :: solver !! handles
+  subroutine drop_factor(solver)
+    class(cholmod_t), intent(inout) :: solver !! handles
     integer(c_int) :: status
 
     solver%definite = .false.
     if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
       1_c_int, 1_c_int, solver%factor, solver%common)
-  end subroutine drop_symmetric_factor
+  end subroutine drop_factor
 
   !> Analyses the pattern: ordered by METIS and postordered; a lower triangle in the order it has.
-  subroutine analyse_symmetric(solver, a, costs, outcome)
-    type(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
+  subroutine analyse(solver, a, costs, outcome)
+    class(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
     type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
@@ -91,7 +96,7 @@ contains
 
     call start(solver, outcome)
     if (outcome /= solver_done) return
-    call forget_symmetric(solver)
+    call solver%forget_pattern()
     call begin_cost(costs, cost_symbolic)
     call view_of(a, view)
     solver%common%ordering = merge(ordering_natural, ordering_metis, a%lower)
@@ -100,28 +105,28 @@ contains
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
-  end subroutine analyse_symmetric
+  end subroutine analyse
 
   !> The pattern has been analysed.
-  logical function is_analysed_symmetric(solver) result(is_analysed)
-    type(cholmod_t), intent(in) :: solver !! handles
+  logical function is_analysed(solver)
+    class(cholmod_t), intent(in) :: solver !! handles
 
     is_analysed = c_associated(solver%factor)
-  end function is_analysed_symmetric
+  end function is_analysed
 
   !> Memory that a factorisation will take [byte]: values and rows of the supernodes, and work space
   !! for the largest of them.
-  real(wp) function symmetric_factor_bytes(solver) result(bytes)
-    type(cholmod_t), intent(in) :: solver !! analysed
+  real(wp) function factor_bytes(solver) result(bytes)
+    class(cholmod_t), intent(in) :: solver !! analysed
     type(cholmod_factor_t), pointer :: factor
 
     call c_f_pointer(solver%factor, factor)
     bytes = 8.0_wp*(real(factor%xsize, wp) + real(factor%ssize, wp) + real(factor%maxcsize, wp))
-  end function symmetric_factor_bytes
+  end function factor_bytes
 
   !> Factorises; the analysis is kept as long as the pattern holds.
-  subroutine factorise_symmetric(solver, a, costs, outcome)
-    type(cholmod_t), intent(inout) :: solver !! handles
+  subroutine factorise(solver, a, costs, outcome)
+    class(cholmod_t), intent(inout) :: solver !! handles
     type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
@@ -130,7 +135,7 @@ contains
     integer(c_int) :: status
 
     if (.not. c_associated(solver%factor)) then
-      call analyse_symmetric(solver, a, costs, outcome)
+      call solver%analyse(a, costs, outcome)
       if (outcome /= solver_done) return
     end if
     call view_of(a, view)
@@ -142,11 +147,24 @@ contains
     call c_f_pointer(solver%factor, factor)
     if (outcome == solver_done .and. factor%minor < factor%n) outcome = solver_not_definite
     solver%definite = outcome == solver_done
-  end subroutine factorise_symmetric
+  end subroutine factorise
 
   !> x = A^-1 b with the last factor.
+  subroutine solve(solver, a, b, x, costs, outcome)
+    class(cholmod_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in), target :: a !! the matrix that was factorised
+    real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
+    real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+
+    call solve_symmetric(solver, b(:a%n), x(:a%n), costs, outcome)
+    if (outcome == solver_done .and. .not. all(abs(x) <= huge(1.0_wp))) outcome = solver_singular
+  end subroutine solve
+
+  !> The same without the matrix, which CHOLMOD does not need.
   subroutine solve_symmetric(solver, b, x, costs, outcome)
-    type(cholmod_t), intent(inout) :: solver !! handles
+    class(cholmod_t), intent(inout) :: solver !! handles
     real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
     real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
     type(cost_t), intent(inout) :: costs !! cost table
@@ -302,15 +320,15 @@ contains
   end subroutine complete_solution
 
   !> Releases everything.
-  subroutine free_cholmod(solver)
-    type(cholmod_t), intent(inout) :: solver !! handles
+  subroutine free(solver)
+    class(cholmod_t), intent(inout) :: solver !! handles
     integer(c_int) :: status
 
     if (.not. solver%started) return
-    call forget_symmetric(solver)
+    call solver%forget_pattern()
     if (c_associated(solver%y)) status = cholmod_l_free_dense(solver%y, solver%common)
     if (c_associated(solver%e)) status = cholmod_l_free_dense(solver%e, solver%common)
     status = cholmod_l_finish(solver%common)
     solver%started = .false.
-  end subroutine free_cholmod
+  end subroutine free
 end module cholmod_solver

@@ -7,9 +7,8 @@ module condensation
   use lapack_interface, only: dpotri
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
-  use umfpack_solver, only: solver_done, solver_failed, solver_out_of_memory
-  use cholmod_solver, only: cholmod_t, analyse_symmetric, symmetric_factor_bytes, &
-    factorise_symmetric, solve_symmetric, free_cholmod, factor_order, trailing_block, &
+  use back_ends, only: solver_done, solver_failed, solver_out_of_memory
+  use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
     complete_solution, drop_trailing_block
   use condensed_types, only: condensed_body_t
   implicit none
@@ -26,7 +25,7 @@ contains
     logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     type(csc_matrix_t) :: matrix
     real(wp) :: promised
 
@@ -45,7 +44,7 @@ contains
     type(csc_matrix_t), intent(out) :: matrix !! its lower triangle in the order of elimination
     real(wp), intent(inout) :: promised !! memory of factors that are still to be made [byte]
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     integer :: ordered(3, size(equation, 2))
     real(wp) :: needed
 
@@ -55,7 +54,7 @@ contains
     call build_pattern(blocks, ordered, matrix, lower=.true.)
     call fill_values(blocks, ordered, matrix)
     call add_pins(body, ordered, matrix)
-    call analyse_symmetric(body%solver, matrix, costs, outcome)
+    call body%solver%analyse(matrix, costs, outcome)
     if (outcome /= solver_done) return
     call estimate_bytes(body, needed)
     promised = promised + needed
@@ -67,9 +66,9 @@ contains
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
 
-    call factorise_symmetric(body%solver, matrix, costs, outcome)
+    call body%solver%factorise(matrix, costs, outcome)
     matrix = csc_matrix_t()
   end subroutine factorise_body
 
@@ -96,7 +95,7 @@ contains
     type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
     real(wp), intent(out) :: bytes !! the estimate
 
-    bytes = symmetric_factor_bytes(body%solver) + 8.0_wp*real(body%m, wp)**2
+    bytes = body%solver%factor_bytes() + 8.0_wp*real(body%m, wp)**2
   end subroutine estimate_bytes
 
   !> The equations in the order of elimination: the graph of the other nodes by METIS, their
@@ -108,7 +107,7 @@ contains
     type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
     integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     integer, allocatable :: vertex(:, :), inner(:), outer(:)
     type(csc_matrix_t) :: graph
     type(cholmod_t) :: orderer
@@ -122,10 +121,10 @@ contains
     if (size(inner) > 0) then
       call build_pattern(blocks, vertex, graph)
       graph%val = 1.0_wp
-      call analyse_symmetric(orderer, graph, costs, outcome)
+      call orderer%analyse(graph, costs, outcome)
       if (outcome /= solver_done) return
       inner = inner(factor_order(orderer) + 1)
-      call free_cholmod(orderer)
+      call orderer%free()
     end if
     body%node = spread(0, 1, count(equation > 0))
     body%direction = body%node
@@ -203,7 +202,7 @@ contains
     real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
     real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: right(:), left(:)
     integer :: i
 
@@ -242,6 +241,6 @@ contains
     type(condensed_body_t), intent(inout) :: body !! the body
 
     call drop_compliance(body)
-    call free_cholmod(body%solver)
+    call body%solver%free()
   end subroutine free_body
 end module condensation

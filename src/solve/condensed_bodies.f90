@@ -9,7 +9,7 @@ module condensed_bodies
   use model_types, only: model_t
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
@@ -33,7 +33,7 @@ contains
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
     integer :: equation(3, size(system%node_body)), b, outcomes(system%bodies)
     type(csc_matrix_t) :: matrices(system%bodies)
@@ -97,7 +97,7 @@ contains
     integer, intent(in) :: b !! the body
     type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
 
     call factorise_body(system%condensed%bodies(b), matrix, costs, outcome)
@@ -135,7 +135,7 @@ contains
     type(system_t), intent(inout) :: system !! factor of the body; gets its part of influence
     integer, intent(in) :: b !! the body
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in cholmod_solver
+    integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: force(:, :), u(:, :), internal(:, :)
     integer :: k
 

@@ -3,7 +3,7 @@
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
@@ -52,7 +52,7 @@ contains
         condensed%tangent%fresh = .false.
         call form_rest(system)
         call respond(system, 1.0_wp, floor, most_stale, y, arrived)
-        if (.not. arrived) call form_element_matrices(system, x)
+        if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
       end if
       if (.not. arrived) then
         call factorise_tangent(system, x, outcome)
@@ -241,14 +241,14 @@ contains
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: iterations !! of GMRES
     real(wp) :: z(condensed%tangent%rank + condensed%modes + 1), pushed(condensed%modes)
-    real(wp) :: rest(size(b))
+    real(wp) :: rest(size(b)), moved(size(b)), share(size(z))
     real(wp), allocatable :: shares(:)
     integer :: j
 
     call make_room(condensed%tangent, size(b))
     associate (tangent => condensed%tangent, iteration => condensed%tangent%iteration, &
       unknowns => condensed%tangent%rank + condensed%modes)
-      call answer_leading(tangent, b, push, z, t)
+      call answer_leading(condensed, b, push, z, t)
       call apply_rest(tangent, t, rest)
       call begin_gmres(rest, most_vectors, iteration)
       y = 0.0_wp
@@ -256,8 +256,10 @@ contains
         j = iteration%n + 1
         call apply_compliance(condensed, iteration%base(:, j), y)
         call push_live(condensed, iteration%base(:, j), pushed)
-        call answer_leading(tangent, y, pushed, tangent%shares(:, j), tangent%moved(:, j))
-        call apply_rest(tangent, tangent%moved(:, j), rest)
+        call answer_leading(condensed, y, pushed, share, moved)
+        tangent%shares(:unknowns, j) = share(:unknowns)
+        tangent%moved(:, j) = moved
+        call apply_rest(tangent, moved, rest)
         call add_image(rest + iteration%base(:, j), iteration)
       end do
       arrived = iteration%rest <= floor

@@ -7,8 +7,7 @@ module condensed_system
   use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
-  use umfpack_solver, only: solver_done, solver_out_of_memory
-  use cholmod_solver, only: solver_not_definite
+  use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, keep_live, number_live, &

@@ -7,7 +7,8 @@ module condensed_types
   use rigid_motions, only: motions_t
   implicit none
   private
-  public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t
+  public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
+    columns_t
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
@@ -42,10 +43,20 @@ module condensed_types
     integer, allocatable :: pivot(:) !! (n) of the factor
   end type contact_block_t
 
+  !> A sparse matrix on the live candidates, by columns.
+  type :: columns_t
+    integer :: n = 0 !! columns
+    integer, allocatable :: column(:) !! (n) live candidate that each belongs to
+    integer, allocatable :: start(:) !! (n+1) where each begins
+    integer, allocatable :: row(:) !! live candidate of each entry
+    real(wp), allocatable :: value(:) !! entries
+  end type columns_t
+
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
     integer :: elements = 0 !! closed contact elements
-    logical :: whole = .false. !! U is the sum of the element matrices, V the identity
+    logical :: whole = .false. !! U are columns of the sum of the element matrices, V takes them
+    logical :: complete = .false. !! these are all columns of the sum
     logical :: fresh = .false. !! the factor is that of the present element matrices
     integer :: rank = 0 !! columns of U and V
     integer :: modes = 0 !! rigid motions that are unknowns beside them
@@ -56,8 +67,12 @@ module condensed_types
     integer, allocatable :: owner(:) !! (rank) place in the list of each column's element
     integer, allocatable :: status(:) !! (list) when it was factorised; none if it cannot serve
     real(wp), allocatable :: u(:, :), v(:, :) !! (dofs, rank) columns
-    real(wp), allocatable :: sum(:, :) !! (live, live) U of the whole form [force/length]
-    real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R
+    type(columns_t) :: sum !! sum of the element matrices that are factorised [force/length]
+    type(columns_t) :: now !! that of the present ones, where these are others
+    type(columns_t) :: lead !! (rank) U of the whole form
+    integer, allocatable :: held(:, :) !! (3, rank) live candidates of V there, 0 for none
+    real(wp), allocatable :: hold(:, :) !! (3, rank) V there
+    real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R; not in the whole form
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
     !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor

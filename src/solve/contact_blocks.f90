@@ -3,7 +3,7 @@
 module contact_blocks
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs
-  use umfpack_solver, only: solver_done, solver_singular
+  use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t, contact_block_t
   use system_types, only: system_t
   implicit none

@@ -143,6 +143,7 @@ contains
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
+      list%path1(element) = point%path
       list%shift(:, element) = point_shift(pair, p, point)
       if (pair%softened .and. all(system%equation(:, list%ix(1:list%nel(element), element)) == 0)) &
         then
@@ -276,10 +277,12 @@ contains
       do p = 1, count_points(model%pairs(k))
         element = system%first_point(k) + p - 1
         model%pairs(k)%new(p)%status = system%contact%status(element)
+        model%pairs(k)%new(p)%path = 0.0_wp
         if (system%contact%status(element) <= status_open) cycle
         model%pairs(k)%new(p)%dissipation = model%pairs(k)%new(p)%dissipation &
           + friction_work(system, element)
         model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
+        model%pairs(k)%new(p)%path = system%contact%path2(element)
       end do
     end do
   end subroutine keep_status

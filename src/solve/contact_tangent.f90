@@ -8,14 +8,15 @@ module contact_tangent
   use lapack_interface, only: dgetrf, dgetrs, dgemv
   use low_rank, only: peel
   use assembly, only: assemble
-  use umfpack_solver, only: solver_done, solver_singular
+  use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: gather_compliance
+  use condensed_bodies, only: gather_compliance, apply_compliance
+  use condensed_motions, only: add_live_motion
+  use contact_sums, only: sum_elements, add_product, add_whole_rest, peel_nodes, take_held
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
-  use whole_tangent, only: drag_bodies, is_better_whole, sum_elements, form_whole, make_small, &
-    combine
+  use whole_tangent, only: drag_bodies, is_better_whole, form_whole, make_small, combine
   use system_types, only: system_t
   implicit none
   private
@@ -26,8 +27,8 @@ module contact_tangent
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
   integer, parameter :: most_columns = 6
-  !> Degrees of freedom of the whole form over the rows of the other, at most: there are several
-  !! rows for each of them where it is taken.
+  !> Rows of the whole form over those of the other, at most: there are several of these for each of
+  !! them where it is taken.
   integer, parameter :: most_whole = 2
   !> Columns of the dense matrix that are formed at a time.
   integer, parameter :: block = 8
@@ -88,15 +89,18 @@ contains
       tangent%modes = condensed%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
-      if (condensed%n_live > most_whole*tangent%most_dense .and. .not. tangent%dense) &
-        tangent%whole = .false.
+      if (tangent%whole) then
+        call sum_elements(tangent, condensed%n_live, tangent%sum)
+        call peel_nodes(condensed, tangent, negligible)
+        if (tangent%rank > most_whole*tangent%most_dense .and. .not. tangent%dense) &
+          tangent%whole = .false.
+      end if
       if (.not. tangent%whole) call peel_elements(condensed, tangent)
       tangent%iterated = .not. (tangent%whole .or. tangent%dense) .and. tangent%rank > &
         tangent%most_dense
       if (tangent%iterated) then
         call form_blocks(system, x, outcome)
       else if (tangent%whole) then
-        call sum_elements(condensed, tangent)
         call form_whole(condensed, tangent)
       else
         call form_small(condensed, tangent)
@@ -258,6 +262,10 @@ contains
     integer :: k, j
 
     associate (tangent => system%condensed%tangent)
+      if (tangent%whole) then
+        if (.not. tangent%fresh) call sum_elements(tangent, system%condensed%n_live, tangent%now)
+        return
+      end if
       tangent%resting = 0
       do k = 1, system%contact%n
         if (system%contact%routine(k) == routine_none) cycle
@@ -266,10 +274,6 @@ contains
         tangent%resting = tangent%resting + 1
         tangent%element(tangent%resting) = k
       end do
-      if (tangent%whole) then
-        if (tangent%fresh) tangent%resting = 0
-        return
-      end if
       do j = 1, tangent%rank
         associate (s => tangent%s(:, :, tangent%owner(j)))
           do k = 1, size(tangent%dofs, 1)
@@ -289,7 +293,10 @@ contains
     integer :: e, i
 
     y = 0.0_wp
-    if (tangent%whole .and. .not. tangent%fresh) y = -matmul(tangent%sum, x)
+    if (tangent%whole) then
+      call add_whole_rest(tangent, x, y)
+      return
+    end if
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)))
         local = 0.0_wp
@@ -306,28 +313,32 @@ contains
 
   !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
   !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.
-  subroutine answer_leading(tangent, d, push, z, t)
-    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+  subroutine answer_leading(condensed, d, push, z, t)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
     real(wp), intent(in) :: d(:) !! (live) [length]
     real(wp), intent(in) :: push(:) !! (modes) what the forces shall do to the motions [length]
     real(wp), intent(out) :: z(:) !! (rank+modes) the force is U z, then the rigid motions
     real(wp), intent(out) :: t(:) !! (live) [length]
+    real(wp) :: force(size(d))
     integer :: n, info
 
-    t = d
-    n = tangent%rank + tangent%modes
-    if (n == 0) return
-    if (tangent%whole) then
-      z(:tangent%rank) = d
+    associate (tangent => condensed%tangent)
+      t = d
+      n = tangent%rank + tangent%modes
+      if (n == 0) return
+      call take_shares(tangent, d, z(:tangent%rank))
       z(tangent%rank + 1:n) = push
       call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
-      t = z(:tangent%rank)
-      return
-    end if
-    call take_shares(tangent, d, z(:tangent%rank))
-    z(tangent%rank + 1:n) = push
-    call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
-    call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+      if (tangent%whole) then
+        force = 0.0_wp
+        call add_product(tangent%lead, z(:tangent%rank), force)
+        call apply_compliance(condensed, force, t)
+        t = d - t
+        if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
+      else
+        call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+      end if
+    end associate
   end subroutine answer_leading
 
   !> z = V^T d.
@@ -337,6 +348,10 @@ contains
     real(wp), intent(out) :: z(:) !! (rank)
     integer :: j, i
 
+    if (tangent%whole) then
+      call take_held(tangent, d, z)
+      return
+    end if
     do j = 1, tangent%rank
       z(j) = 0.0_wp
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
@@ -355,7 +370,7 @@ contains
     integer :: j, i
 
     if (tangent%whole) then
-      y = y + matmul(tangent%sum, z(:tangent%rank))
+      call add_product(tangent%lead, z(:tangent%rank), y)
       return
     end if
     do j = 1, tangent%rank

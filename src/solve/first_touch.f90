@@ -10,7 +10,7 @@ module first_touch
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t, forget_moves
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, facet_frame, facet_size
@@ -208,7 +208,7 @@ contains
 
     open = .true.
     least = huge(1.0_wp)
-    do q = findloc(pair%old_cells%slave, pair%cells(p)%slave, 1), size(pair%old_cells)
+    do q = first_cell(pair%old_cells, pair%cells(p)%slave), size(pair%old_cells)
       if (q == 0) return
       if (pair%old_cells(q)%slave /= pair%cells(p)%slave) return
       distance = norm2(pair%old_cells(q)%weight - pair%cells(p)%weight)

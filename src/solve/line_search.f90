@@ -1,7 +1,7 @@
 !> How far to go along the direction of an iteration.
 module line_search
   use kinds, only: wp
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use linear_solver, only: solve_system
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length

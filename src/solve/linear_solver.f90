@@ -1,5 +1,5 @@
-!> The one linear solver that Newton and the line search call: UMFPACK for unsymmetric systems,
-!! CHOLMOD for symmetric ones, whichever the matrix at hand and the user allow.
+!> The one linear solver that Newton and the line search call: the back end that the matrix at hand
+!! and the user allow, CHOLMOD for symmetric matrices, UMFPACK for unsymmetric ones.
 module linear_solver
   use kinds, only: wp
   use memory, only: memory_left
@@ -8,32 +8,38 @@ module linear_solver
   use text, only: lower
   use costs, only: cost_t
   use csc_matrix, only: csc_matrix_t
-  use umfpack_solver, only: umfpack_t, forget_pattern, drop_factor, analyse, is_analysed, &
-    factor_bytes, factorise, solve, free_umfpack, solver_done, solver_singular, &
-    solver_out_of_memory
-  use cholmod_solver, only: cholmod_t, forget_symmetric, drop_symmetric_factor, &
-    analyse_symmetric, is_analysed_symmetric, symmetric_factor_bytes, factorise_symmetric, &
-    solve_symmetric, free_cholmod, solver_not_definite
+  use back_ends, only: back_end_t, solver_done, solver_out_of_memory, solver_not_definite, &
+    solver_singular
+  use umfpack_solver, only: umfpack_t
+  use cholmod_solver, only: cholmod_t
   implicit none
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
     free_solver, solver_of
   public :: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, solver_reduced
 
-  !> What SOLVer and --solver ask for.
+  !> What SOLVer and --solver ask for; the first ones are back ends for the whole matrix.
   integer, parameter :: solver_unknown = -1
   integer, parameter :: solver_auto = 0
   integer, parameter :: solver_umfpack = 1
   integer, parameter :: solver_cholmod = 2
   integer, parameter :: solver_reduced = 3
+  integer, parameter :: n_back_ends = 2
+  !> Their words, of which four letters count, and the names of the back ends.
+  character(7), parameter :: words(0:3) = [character(7) :: 'auto', 'umfpack', 'cholmod', 'reduced']
+  character(7), parameter :: names(n_back_ends) = [character(7) :: 'UMFPACK', 'CHOLMOD']
 
   !> From this size on a factor is worth several threads of the BLAS [byte].
   real(wp), parameter :: large_factor = 5.0e7_wp
 
-  !> Both back ends; each keeps its analysis while the pattern holds, one of them has the factor.
+  !> One back end, started when it is first needed.
+  type :: engine_t
+    class(back_end_t), allocatable :: is !! it
+  end type engine_t
+
+  !> The back ends; each keeps its analysis while the pattern holds, one of them has the factor.
   type :: linear_solver_t
-    type(umfpack_t) :: umfpack !! unsymmetric
-    type(cholmod_t) :: cholmod !! symmetric
+    type(engine_t) :: engine(n_back_ends) !! allocated where one has been needed
     logical :: symmetric_allowed = .true. !! CHOLMOD takes symmetric matrices
     integer :: holds = solver_unknown !! back end with the factor, unknown if there is none
     real(wp) :: granted = 0.0_wp !! largest factor that has been found to fit [byte]
@@ -58,61 +64,54 @@ contains
     a%changed = .false.
     solver%indefinite = .false.
     if (symmetric .and. solver%symmetric_allowed) then
-      if (solver%holds == solver_umfpack) call drop_factor(solver%umfpack)
-      solver%holds = solver_unknown
-      call factorise_cholesky(solver, a, costs, outcome)
+      call factorise_with(solver, solver_cholmod, a, costs, outcome)
       if (outcome /= solver_not_definite) return
       solver%indefinite = .true.
     end if
-    if (solver%holds /= solver_umfpack) call drop_symmetric_factor(solver%cholmod)
-    solver%holds = solver_unknown
-    call factorise_lu(solver, a, costs, outcome)
+    call factorise_with(solver, solver_umfpack, a, costs, outcome)
   end subroutine factorise_matrix
 
-  !> Symmetric factor, if it fits into the memory.
-  subroutine factorise_cholesky(solver, a, costs, outcome)
+  !> The factor of one back end, if it fits into the memory; that of another one goes first.
+  subroutine factorise_with(solver, choice, a, costs, outcome)
     type(linear_solver_t), intent(inout) :: solver !! handles
-    type(csc_matrix_t), intent(in) :: a !! matrix
-    type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! one of the outcomes, or not definite
-    integer :: threads
-
-    outcome = solver_done
-    if (.not. is_analysed_symmetric(solver%cholmod)) then
-      call analyse_symmetric(solver%cholmod, a, costs, outcome)
-      if (outcome == solver_done) call ask_for_memory(solver, &
-        symmetric_factor_bytes(solver%cholmod), outcome)
-    end if
-    if (outcome == solver_done) then
-      threads = threads_for(symmetric_factor_bytes(solver%cholmod))
-      if (threads > 1) call set_blas_threads(threads)
-      call factorise_symmetric(solver%cholmod, a, costs, outcome)
-      if (threads > 1) call set_blas_threads(1)
-    end if
-    if (outcome == solver_done) solver%holds = solver_cholmod
-  end subroutine factorise_cholesky
-
-  !> Unsymmetric factor, if it fits into the memory.
-  subroutine factorise_lu(solver, a, costs, outcome)
-    type(linear_solver_t), intent(inout) :: solver !! handles
+    integer, intent(in) :: choice !! which one
     type(csc_matrix_t), intent(in) :: a !! matrix
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
-    integer :: threads
+    integer :: k, threads
 
+    do k = 1, n_back_ends
+      if (k /= choice .and. allocated(solver%engine(k)%is)) call solver%engine(k)%is%drop_factor()
+    end do
+    solver%holds = solver_unknown
+    if (.not. allocated(solver%engine(choice)%is)) call start_engine(choice, solver%engine(choice))
     outcome = solver_done
-    if (.not. is_analysed(solver%umfpack)) then
-      call analyse(solver%umfpack, a, costs, outcome)
-      if (outcome == solver_done) call ask_for_memory(solver, factor_bytes(solver%umfpack), outcome)
-    end if
-    if (outcome == solver_done) then
-      threads = threads_for(factor_bytes(solver%umfpack))
+    associate (engine => solver%engine(choice)%is)
+      if (.not. engine%is_analysed()) then
+        call engine%analyse(a, costs, outcome)
+        if (outcome == solver_done) call ask_for_memory(solver, engine%factor_bytes(), outcome)
+      end if
+      if (outcome /= solver_done) return
+      threads = threads_for(engine%factor_bytes())
       if (threads > 1) call set_blas_threads(threads)
-      call factorise(solver%umfpack, a, costs, outcome)
+      call engine%factorise(a, costs, outcome)
       if (threads > 1) call set_blas_threads(1)
-    end if
-    if (outcome == solver_done) solver%holds = solver_umfpack
-  end subroutine factorise_lu
+    end associate
+    if (outcome == solver_done) solver%holds = choice
+  end subroutine factorise_with
+
+  !> Makes a back end.
+  subroutine start_engine(choice, engine)
+    integer, intent(in) :: choice !! which one
+    type(engine_t), intent(inout) :: engine !! gets it
+
+    select case (choice)
+    case (solver_cholmod)
+      allocate (cholmod_t :: engine%is)
+    case default
+      allocate (umfpack_t :: engine%is)
+    end select
+  end subroutine start_engine
 
   !> Threads of the BLAS for one factor: all of the program's if it is large, else one.
   integer function threads_for(bytes) result(n)
@@ -148,20 +147,19 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
 
-    if (solver%holds == solver_cholmod) then
-      call solve_symmetric(solver%cholmod, b, x, costs, outcome)
-      if (outcome == solver_done .and. .not. all(abs(x) <= huge(1.0_wp))) outcome = solver_singular
-    else
-      call solve(solver%umfpack, a, b, x, costs, outcome)
-    end if
+    outcome = solver_singular
+    if (solver%holds == solver_unknown) return
+    call solver%engine(solver%holds)%is%solve(a, b, x, costs, outcome)
   end subroutine solve_system
 
   !> Drops analyses and factors: the pattern has changed.
   subroutine start_pattern(solver)
     type(linear_solver_t), intent(inout) :: solver !! handles
+    integer :: k
 
-    call forget_pattern(solver%umfpack)
-    call forget_symmetric(solver%cholmod)
+    do k = 1, n_back_ends
+      if (allocated(solver%engine(k)%is)) call solver%engine(k)%is%forget_pattern()
+    end do
     solver%holds = solver_unknown
   end subroutine start_pattern
 
@@ -170,42 +168,31 @@ contains
     type(linear_solver_t), intent(in) :: solver !! handles
     character(:), allocatable :: name
 
-    select case (solver%holds)
-    case (solver_umfpack)
-      name = 'UMFPACK'
-    case (solver_cholmod)
-      name = 'CHOLMOD'
-    case default
-      name = 'none'
-    end select
+    name = 'none'
+    if (solver%holds /= solver_unknown) name = names(solver%holds)
   end function solver_name
 
   !> The solver that a word of SOLVer or --solver means; four letters count.
   pure integer function solver_of(word) result(solver)
     character(*), intent(in) :: word !! AUTO, UMFPack, CHOLmod, REDUced
     character(4) :: short
+    integer :: k
 
     short = lower(word)
-    select case (short)
-    case ('auto')
-      solver = solver_auto
-    case ('umfp')
-      solver = solver_umfpack
-    case ('chol')
-      solver = solver_cholmod
-    case ('redu')
-      solver = solver_reduced
-    case default
-      solver = solver_unknown
-    end select
+    solver = solver_unknown
+    do k = lbound(words, 1), ubound(words, 1)
+      if (short == words(k) (:4)) solver = k
+    end do
   end function solver_of
 
   !> Releases everything.
   subroutine free_solver(solver)
     type(linear_solver_t), intent(inout) :: solver !! handles
+    integer :: k
 
-    call free_umfpack(solver%umfpack)
-    call free_cholmod(solver%cholmod)
+    do k = 1, n_back_ends
+      if (allocated(solver%engine(k)%is)) call solver%engine(k)%is%free()
+    end do
     solver%holds = solver_unknown
   end subroutine free_solver
 end module linear_solver

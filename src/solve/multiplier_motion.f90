@@ -13,7 +13,7 @@ module multiplier_motion
   use bulk_term, only: form_bulk_change
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use linear_solver, only: solve_system
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution

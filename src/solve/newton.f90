@@ -4,7 +4,7 @@ module newton
   use costs, only: wall_seconds
   use signals, only: stop_requested
   use bulk_term, only: form_bulk_change, bulk_step
-  use umfpack_solver, only: solver_done, solver_out_of_memory
+  use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: factorise_matrix, solve_system, solver_name
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &

@@ -4,19 +4,12 @@ module umfpack_solver
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_unsymmetric_factor, cost_solve
   use csc_matrix, only: csc_matrix_t
+  use back_ends, only: back_end_t, solver_done, solver_singular, solver_out_of_memory, solver_failed
   use umfpack_interface, only: umfpack_dl_defaults, umfpack_dl_symbolic, umfpack_dl_numeric, &
     umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
   implicit none
   private
-  public :: umfpack_t, forget_pattern, drop_factor, analyse, is_analysed, &
-    factor_bytes, factorise, solve, free_umfpack
-  public :: solver_done, solver_singular, solver_out_of_memory, solver_failed
-
-  !> Outcomes.
-  integer, parameter :: solver_done = 0
-  integer, parameter :: solver_singular = 1
-  integer, parameter :: solver_out_of_memory = 2
-  integer, parameter :: solver_failed = 3
+  public :: umfpack_t
 
   ! Places in Control, and their values: umfpack.h
   integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10
@@ -29,20 +22,29 @@ module umfpack_solver
   integer(long), parameter :: system_a = 0
 
   !> Handles and settings of one factorisation.
-  type :: umfpack_t
+  type, extends(back_end_t) :: umfpack_t
     type(c_ptr) :: symbolic = c_null_ptr !! analysis of the pattern
     type(c_ptr) :: numeric = c_null_ptr !! factor
     real(wp) :: control(0:19) = 0.0_wp !! settings
     real(wp) :: info(0:89) = 0.0_wp !! what UMFPACK says of its last call
     real(wp) :: bytes = 0.0_wp !! memory of a factorisation, estimated [byte]
     logical :: ready = .false. !! settings are made
+  contains
+    procedure :: analyse
+    procedure :: is_analysed
+    procedure :: factor_bytes
+    procedure :: factorise
+    procedure :: solve
+    procedure :: forget_pattern
+    procedure :: drop_factor
+    procedure :: free
   end type umfpack_t
 
 contains
 
   !> Sets METIS and the symmetric strategy, which the automatic choice misses on these matrices.
   subroutine prepare(solver)
-    type(umfpack_t), intent(inout) :: solver !! settings
+    class(umfpack_t), intent(inout) :: solver !! settings
 
     call umfpack_dl_defaults(solver%control)
     solver%control(control_strategy) = strategy_symmetric
@@ -53,7 +55,7 @@ contains
 
   !> Drops the analysis: the pattern has changed.
   subroutine forget_pattern(solver)
-    type(umfpack_t), intent(inout) :: solver !! handles
+    class(umfpack_t), intent(inout) :: solver !! handles
 
     if (c_associated(solver%symbolic)) call umfpack_dl_free_symbolic(solver%symbolic)
     solver%symbolic = c_null_ptr
@@ -61,7 +63,7 @@ contains
 
   !> Releases the factor and keeps the analysis.
   subroutine drop_factor(solver)
-    type(umfpack_t), intent(inout) :: solver !! handles
+    class(umfpack_t), intent(inout) :: solver !! handles
 
     if (c_associated(solver%numeric)) call umfpack_dl_free_numeric(solver%numeric)
     solver%numeric = c_null_ptr
@@ -69,21 +71,21 @@ contains
 
   !> The pattern has been analysed.
   logical function is_analysed(solver)
-    type(umfpack_t), intent(in) :: solver !! handles
+    class(umfpack_t), intent(in) :: solver !! handles
 
     is_analysed = c_associated(solver%symbolic)
   end function is_analysed
 
   !> Analyses the pattern.
   subroutine analyse(solver, a, costs, outcome)
-    type(umfpack_t), intent(inout) :: solver !! handles; an older analysis is dropped
-    type(csc_matrix_t), intent(in) :: a !! matrix
+    class(umfpack_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in), target :: a !! matrix
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
     integer(long) :: status
 
     if (.not. solver%ready) call prepare(solver)
-    call forget_pattern(solver)
+    call solver%forget_pattern()
     call begin_cost(costs, cost_symbolic)
     status = umfpack_dl_symbolic(a%n, a%n, a%ptr, a%row, a%val, solver%symbolic, &
       solver%control, solver%info)
@@ -95,25 +97,25 @@ contains
 
   !> Memory that a factorisation will take as long as the pivots stay on the diagonal [byte];
   !! UMFPACK's own bound is four times as much.
-  pure real(wp) function factor_bytes(solver) result(bytes)
-    type(umfpack_t), intent(in) :: solver !! analysed
+  real(wp) function factor_bytes(solver) result(bytes)
+    class(umfpack_t), intent(in) :: solver !! analysed
 
     bytes = solver%bytes
   end function factor_bytes
 
   !> Factorises; the analysis is kept as long as the pattern holds.
   subroutine factorise(solver, a, costs, outcome)
-    type(umfpack_t), intent(inout) :: solver !! handles
-    type(csc_matrix_t), intent(in) :: a !! matrix
+    class(umfpack_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in), target :: a !! matrix
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
     integer(long) :: status
 
-    if (.not. is_analysed(solver)) then
-      call analyse(solver, a, costs, outcome)
+    if (.not. solver%is_analysed()) then
+      call solver%analyse(a, costs, outcome)
       if (outcome /= solver_done) return
     end if
-    call drop_factor(solver)
+    call solver%drop_factor()
     call begin_cost(costs, cost_unsymmetric_factor)
     status = umfpack_dl_numeric(a%ptr, a%row, a%val, solver%symbolic, solver%numeric, &
       solver%control, solver%info)
@@ -123,10 +125,10 @@ contains
 
   !> x = A^-1 b with the last factor.
   subroutine solve(solver, a, b, x, costs, outcome)
-    type(umfpack_t), intent(inout) :: solver !! handles
-    type(csc_matrix_t), intent(in) :: a !! matrix
-    real(wp), intent(in) :: b(:) !! (n) right-hand side
-    real(wp), intent(inout) :: x(:) !! (n) solution
+    class(umfpack_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in), target :: a !! matrix
+    real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
+    real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
     integer(long) :: status
@@ -156,10 +158,10 @@ contains
   end function outcome_of
 
   !> Releases everything.
-  subroutine free_umfpack(solver)
-    type(umfpack_t), intent(inout) :: solver !! handles
+  subroutine free(solver)
+    class(umfpack_t), intent(inout) :: solver !! handles
 
-    call forget_pattern(solver)
-    call drop_factor(solver)
-  end subroutine free_umfpack
+    call solver%forget_pattern()
+    call solver%drop_factor()
+  end subroutine free
 end module umfpack_solver

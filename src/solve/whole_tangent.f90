@@ -1,14 +1,16 @@
-!> The tangent of contact as one dense matrix on the degrees of freedom in use, where there are more
-!! rows of contact than these; and what both forms of the small matrix share (doc/theory,
+!> The tangent of contact as one dense matrix on the directions of the nodes it touches, where there
+!! are more rows of contact than these; and what both forms of the small matrix share (doc/theory,
 !! "Condensed contact").
 module whole_tangent
   use kinds, only: wp
-  use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
+  use condensed_motions, only: push_live, add_live_motion
+  use contact_sums, only: take_held
   use supports, only: grounding
   use system_types, only: system_t
   implicit none
   private
-  public :: drag_bodies, is_better_whole, sum_elements, form_whole, make_small, combine
+  public :: drag_bodies, is_better_whole, form_whole, make_small, combine
 
   !> Rows that a closed point gives, mostly.
   integer, parameter :: rows_of_point = 3
@@ -40,8 +42,15 @@ contains
     real(wp) :: stiffest
     integer :: b, i, e
     real(wp) :: softness(condensed%n_live)
+    logical :: touched(condensed%n_live)
 
-    whole = rows_of_point*tangent%elements > condensed%n_live
+    touched = .false.
+    do e = 1, tangent%elements
+      associate (dofs => tangent%dofs(:, tangent%element(e)))
+        touched(pack(dofs, dofs > 0)) = .true.
+      end associate
+    end do
+    whole = rows_of_point*tangent%elements > count(touched)
     if (.not. whole) return
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
@@ -61,69 +70,96 @@ contains
     whole = stiffest <= stiffest_whole
   end function is_better_whole
 
-  !> The element matrices at hand, summed at the live candidates.
-  subroutine sum_elements(condensed, tangent)
-    type(condensed_t), intent(in) :: condensed !! live candidates
-    type(contact_tangent_t), intent(inout) :: tangent !! gets sum, rank
-    integer :: e, i, j
-
-    tangent%rank = condensed%n_live
-    if (allocated(tangent%sum)) then
-      if (size(tangent%sum, 1) /= tangent%rank) deallocate (tangent%sum)
-    end if
-    if (.not. allocated(tangent%sum)) allocate (tangent%sum(tangent%rank, tangent%rank))
-    tangent%sum = 0.0_wp
-    do e = 1, tangent%elements
-      associate (s => tangent%s(:, :, tangent%element(e)), dofs => tangent%dofs(:, &
-        tangent%element(e)))
-        do j = 1, size(tangent%dofs, 1)
-          if (dofs(j) == 0) cycle
-          do i = 1, size(tangent%dofs, 1)
-            if (dofs(i) > 0) tangent%sum(dofs(i), dofs(j)) = tangent%sum(dofs(i), dofs(j)) &
-              + s(i, j)
-          end do
-        end do
-      end associate
-    end do
-  end subroutine sum_elements
-
-  !> I + C K with the sum K of the element matrices, bordered by the rigid motions.
+  !> I + V^T C U with the columns U of the sum of the element matrices, bordered by the rigid
+  !! motions.
   subroutine form_whole(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances, motions
-    type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets small, pivot
-    integer :: b, i, j, n
+    type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets small, pivot
+    integer :: b, j, first, last
 
-    n = tangent%rank
-    call make_small(n + tangent%modes, 1, tangent)
-    do j = 1, n
-      do b = 1, size(condensed%bodies)
-        associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live, &
-          last => condensed%bodies(b)%first_live + condensed%bodies(b)%n_live)
-          associate (mine => pack([(i, i=1, body%n_live)], abs(tangent%sum(first + 1:last, j)) &
-            > 0.0_wp))
-            call combine(body%live, mine, tangent%sum(first + mine, j), &
-              tangent%small(first + 1:last, j))
-          end associate
-        end associate
-      end do
+    call make_small(tangent%rank + tangent%modes, 1, tangent)
+    first = 1
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        last = first - 1 + count(tangent%held(1, :tangent%rank) > body%first_live .and. &
+          tangent%held(1, :tangent%rank) <= body%first_live + body%n_live)
+      end associate
+      if (last >= first) call form_rows(condensed%bodies(b), first, last, tangent)
+      first = last + 1
+    end do
+    do j = 1, tangent%rank
       tangent%small(j, j) = tangent%small(j, j) + 1.0_wp
     end do
-    tangent%small(n + 1:n + tangent%modes, :n + tangent%modes) = 0.0_wp
+    if (tangent%modes > 0) call border_whole(condensed, tangent)
+  end subroutine form_whole
+
+  !> The rows of V^T C U that belong to a body.
+  subroutine form_rows(body, first, last, tangent)
+    type(condensed_body_t), intent(in) :: body !! live compliance
+    integer, intent(in) :: first, last !! its columns of V
+    type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets rows of small
+    real(wp), allocatable :: c(:, :)
+    integer :: place(body%n_live), mine(body%n_live), i, j, k, n
+    real(wp) :: share(body%n_live)
+
+    associate (touched => pack(tangent%sum%column, tangent%sum%column > body%first_live .and. &
+      tangent%sum%column <= body%first_live + body%n_live) - body%first_live)
+      allocate (c(last - first + 1, size(touched)), source=0.0_wp)
+      do i = 1, size(touched)
+        place(touched(i)) = i
+        do j = first, last
+          do k = 1, size(tangent%held, 1)
+            if (tangent%held(k, j) > 0) c(j - first + 1, i) = c(j - first + 1, i) &
+              + tangent%hold(k, j)*body%live(tangent%held(k, j) - body%first_live, touched(i))
+          end do
+        end do
+      end do
+    end associate
+    do j = 1, tangent%rank
+      n = 0
+      do i = tangent%lead%start(j), tangent%lead%start(j + 1) - 1
+        k = tangent%lead%row(i) - body%first_live
+        if (k < 1 .or. k > body%n_live) cycle
+        n = n + 1
+        mine(n) = place(k)
+        share(n) = tangent%lead%value(i)
+      end do
+      call combine(c, mine(:n), share(:n), tangent%small(first:last, j))
+    end do
+  end subroutine form_rows
+
+  !> The border of the whole form: -V^T R beside it, and below it R^T U in the unit of the
+  !! compliance; a grounded body has springs there.
+  subroutine border_whole(condensed, tangent)
+    type(condensed_t), intent(in) :: condensed !! motions of the bodies
+    type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets the border of small
+    real(wp) :: moved(condensed%n_live), force(condensed%n_live), alpha(tangent%modes)
+    integer :: b, j, n
+
+    n = tangent%rank
+    do j = 1, tangent%modes
+      alpha = 0.0_wp
+      alpha(j) = 1.0_wp
+      moved = 0.0_wp
+      call add_live_motion(condensed, alpha, moved)
+      call take_held(tangent, -moved, tangent%small(:n, n + j))
+    end do
+    tangent%small(n + 1:n + tangent%modes, n + 1:n + tangent%modes) = 0.0_wp
+    do j = 1, n
+      force = 0.0_wp
+      associate (first => tangent%lead%start(j), last => tangent%lead%start(j + 1) - 1)
+        force(tangent%lead%row(first:last)) = tangent%lead%value(first:last)
+      end associate
+      call push_live(condensed, force, tangent%small(n + 1:n + tangent%modes, j))
+    end do
     do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live, &
-        last => condensed%bodies(b)%first_live + condensed%bodies(b)%n_live)
-        do j = 1, body%motions%n
-          associate (row => n + body%first_mode + j)
-            tangent%small(:n, row) = 0.0_wp
-            tangent%small(first + 1:last, row) = -body%modes(body%gathered, j)
-            tangent%small(row, :n) = body%softness*matmul(body%modes(body%gathered, j), &
-              tangent%sum(first + 1:last, :))
-            tangent%small(row, row) = body%softness*body%drag
-          end associate
+      associate (body => condensed%bodies(b))
+        do j = n + body%first_mode + 1, n + body%first_mode + body%motions%n
+          tangent%small(j, j) = body%softness*body%drag
         end do
       end associate
     end do
-  end subroutine form_whole
+  end subroutine border_whole
 
   !> Room for the small matrix of an order, and for the columns C U.
   subroutine make_small(order, columns, tangent)

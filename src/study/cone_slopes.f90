@@ -11,7 +11,7 @@ module cone_slopes
   use slave_points, only: positions
   use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_mu, d03_rule, d03_axis_kind, &
     axis_convected
-  use friction_return, only: return_map, return_t, has_friction
+  use friction_return, only: return_map, return_t, has_friction, slope_of_cone
   use contact_cone, only: gap_operator
   implicit none
   private
@@ -198,44 +198,6 @@ contains
     turned = cross(n, matmul(a, c))
     turn = dot_product(f%axes%p(:, 2), matmul(f%a, matmul(turned, dual)))
   end function turn_by_angle
-
-  !> Slopes of the mapped components by mu1, mu2 and by the rule m (doc/theory, "Derivatives of the
-  !! element": Q and Q_m).
-  pure subroutine slope_of_cone(s, rho, mu, rule, back, by_mu, by_rule)
-    real(wp), intent(in) :: s(2) !! trial components [length]
-    real(wp), intent(in) :: rho !! depth [length]
-    real(wp), intent(in) :: mu(2) !! principal coefficients
-    integer, intent(in) :: rule !! slip rule m
-    type(return_t), intent(in) :: back !! mapped state, slipping
-    real(wp), intent(out) :: by_mu(2, 2) !! ds'_i/dmu_j [length]
-    real(wp), intent(out) :: by_rule(2) !! ds'/dm [length]
-    real(wp) :: kappa(2), x(2), xq(2), nu(2), gamma, nu_xq
-    integer :: i, j
-
-    by_mu = 0.0_wp
-    by_rule = 0.0_wp
-    if (.not. all(has_friction(mu))) then
-      do i = 1, 2
-        if (has_friction(mu(i)) .and. abs(s(i)) > mu(i)*rho) by_mu(i, i) = sign(rho, s(i))
-      end do
-      return
-    end if
-    if (all(abs(back%s) <= 0.0_wp)) return
-    kappa = (minval(mu)/mu)**rule
-    i = maxloc(abs(back%s)/mu, 1)
-    gamma = (s(i)/back%s(i) - 1.0_wp)/kappa(i)
-    x = 1.0_wp/(1.0_wp + gamma*kappa)
-    xq = x*kappa*back%s
-    nu = back%s/mu**2
-    nu_xq = sum(nu*xq)
-    do j = 1, 2
-      by_mu(:, j) = -xq*nu(j)*(real(rule, wp)*gamma*xq(j) - back%s(j))/(mu(j)*nu_xq)
-      by_mu(j, j) = by_mu(j, j) + real(rule, wp)*gamma*xq(j)/mu(j)
-    end do
-    associate (l => log(mu/minval(mu)))
-      by_rule = gamma*(l*xq - xq*sum(nu*l*xq)/nu_xq)
-    end associate
-  end subroutine slope_of_cone
 
   !> How far the trial state is outside the cone, and what changes that.
   pure subroutine compare_with_cone(mu, f, slopes)

@@ -6,7 +6,7 @@ module increment_answers
   use elmt03, only: d03_epsilon
   use loads, only: load_factor
   use model_types, only: model_t
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use linear_answers, only: prepare_answers, answer_all
   use increment_elements, only: work_t, element_change, add_forces
   use sensitivity_types, only: sensitivity_t, slope_t

@@ -3,11 +3,11 @@
 module linear_answers
   use kinds, only: wp
   use lapack_interface, only: dgetrs, dgemm, dsymm
-  use umfpack_solver, only: solver_done
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use condensed_direction, only: answer
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, add_leading, &
-    take_shares
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
+    apply_rest, add_leading, take_shares
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use system_types, only: system_t
   implicit none
@@ -102,15 +102,15 @@ contains
 
     marked = .false.
     associate (tangent => condensed%tangent)
-      do k = 1, tangent%resting
-        call mark(tangent%dofs(:, tangent%element(k)))
-      end do
-      if (.not. tangent%whole) then
+      if (tangent%whole) then
+        marked = .true.
+      else
+        do k = 1, tangent%resting
+          call mark(tangent%dofs(:, tangent%element(k)))
+        end do
         do k = 1, tangent%rank
           call mark(tangent%dofs(:, tangent%owner(k)))
         end do
-      else
-        marked = .true.
       end if
       touched%rows = pack([(i, i=1, condensed%n_live)], marked)
       touched%place = spread(0, 1, condensed%n_live)
@@ -255,20 +255,25 @@ contains
     real(wp), intent(in) :: d(:, :) !! (rows, columns) [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), intent(out) :: t(:, :) !! (rows, columns) [length]
-    integer :: info
+    real(wp) :: force(size(d, 1), size(d, 2))
+    integer :: k, info
 
     t = d
     associate (n => tangent%rank, columns => size(d, 2))
       if (n == 0) return
       if (tangent%whole) then
-        z = d
+        do k = 1, columns
+          call take_shares(tangent, d(:, k), z(:, k))
+        end do
       else
         call take_shares_block(tangent, touched%place, transpose(d), z)
       end if
       call dgetrs('N', n, columns, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, &
         info)
       if (tangent%whole) then
-        t = z
+        force = 0.0_wp
+        call add_leading_block(tangent, touched, z, force)
+        call add_product(touched, -1.0_wp, force, t)
       else
         call dgemm('N', 'N', size(t, 1), columns, n, -1.0_wp, touched%cu, size(touched%cu, 1), z, &
           n, 1.0_wp, t, size(t, 1))
@@ -305,8 +310,9 @@ contains
     integer :: i, j
 
     if (tangent%whole) then
-      call dgemm('N', 'N', size(y, 1), size(y, 2), tangent%rank, 1.0_wp, tangent%sum, &
-        size(tangent%sum, 1), z, tangent%rank, 1.0_wp, y, size(y, 1))
+      do j = 1, size(y, 2)
+        call add_leading(tangent, z(:, j), y(:, j))
+      end do
       return
     end if
     do j = 1, tangent%rank
@@ -395,6 +401,12 @@ contains
     real(wp) :: local(size(x, 2))
     integer :: e, i, k
 
+    if (tangent%whole) then
+      do k = 1, size(x, 2)
+        call apply_rest(tangent, x(:, k), y(:, k))
+      end do
+      return
+    end if
     turned = transpose(x)
     force = 0.0_wp
     do e = 1, tangent%resting
@@ -411,7 +423,5 @@ contains
       end associate
     end do
     y = transpose(force)
-    if (tangent%whole .and. .not. tangent%fresh) call dgemm('N', 'N', size(y, 1), size(y, 2), &
-      size(y, 1), -1.0_wp, tangent%sum, size(tangent%sum, 1), x, size(x, 1), 1.0_wp, y, size(y, 1))
   end subroutine apply_rest_block
 end module linear_answers

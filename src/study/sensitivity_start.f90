@@ -12,6 +12,7 @@ module sensitivity_start
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
   use system_types, only: system_t
+  use friction_laws, only: cone_laws, acts
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
@@ -71,7 +72,7 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! bodies
     type(error_t), allocatable, intent(out) :: error !! what is not known
-    integer :: k
+    integer :: i, k
 
     if (size(model%pairs) == 0) then
       call refuse('a scene without contact pairs')
@@ -83,6 +84,9 @@ contains
         if (allocated(pair%middles) .or. pair%n_slaves > 3) &
           call refuse('facets of six nodes (pair '//pair%name//')')
         if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
+        do i = 1, size(cone_laws)
+          if (acts(i, pair%law)) call refuse(trim(cone_laws(i)%keyword)//' (pair '//pair%name//')')
+        end do
         if (is_stiff(pair)) call refuse('a penalty that is solved for by multipliers (pair '// &
           pair%name//', above 2000 E/h)')
         if (pair%slots > 1) call refuse('a master with folds (pair '//pair%name//')')

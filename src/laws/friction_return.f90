@@ -6,7 +6,7 @@ module friction_return
   use kinds, only: wp
   implicit none
   private
-  public :: return_map, return_t, has_friction
+  public :: return_map, return_t, has_friction, slope_of_cone
 
   !> Coefficients up to this are no friction: dividing by them would overflow.
   real(wp), parameter :: no_friction = 1.0e-30_wp
@@ -23,6 +23,9 @@ module friction_return
     real(wp) :: s(2) = 0.0_wp !! s', the components carried by friction [length]
     real(wp) :: m(2, 2) = 0.0_wp !! ds'/ds
     real(wp) :: r(2) = 0.0_wp !! ds'/drho
+    real(wp) :: mu(2) = 0.0_wp !! coefficients of the cone; of friction_point
+    real(wp) :: depth = 0.0_wp !! depth of the cone; of friction_point [length]
+    real(wp) :: path = 0.0_wp !! slip path of the point; of friction_point [length]
   end type return_t
 
 contains
@@ -140,4 +143,42 @@ contains
       if (abs(step) <= multiplier_tolerance*gamma) exit
     end do
   end function multiplier
+
+  !> Slopes of the mapped components by mu1, mu2 and by the rule m (doc/theory, "Derivatives of the
+  !! element": Q and Q_m).
+  pure subroutine slope_of_cone(s, rho, mu, rule, back, by_mu, by_rule)
+    real(wp), intent(in) :: s(2) !! trial components [length]
+    real(wp), intent(in) :: rho !! depth [length]
+    real(wp), intent(in) :: mu(2) !! principal coefficients
+    integer, intent(in) :: rule !! slip rule m
+    type(return_t), intent(in) :: back !! mapped state, slipping
+    real(wp), intent(out) :: by_mu(2, 2) !! ds'_i/dmu_j [length]
+    real(wp), intent(out) :: by_rule(2) !! ds'/dm [length]
+    real(wp) :: kappa(2), x(2), xq(2), nu(2), gamma, nu_xq
+    integer :: i, j
+
+    by_mu = 0.0_wp
+    by_rule = 0.0_wp
+    if (.not. all(has_friction(mu))) then
+      do i = 1, 2
+        if (has_friction(mu(i)) .and. abs(s(i)) > mu(i)*rho) by_mu(i, i) = sign(rho, s(i))
+      end do
+      return
+    end if
+    if (all(abs(back%s) <= 0.0_wp)) return
+    kappa = (minval(mu)/mu)**rule
+    i = maxloc(abs(back%s)/mu, 1)
+    gamma = (s(i)/back%s(i) - 1.0_wp)/kappa(i)
+    x = 1.0_wp/(1.0_wp + gamma*kappa)
+    xq = x*kappa*back%s
+    nu = back%s/mu**2
+    nu_xq = sum(nu*xq)
+    do j = 1, 2
+      by_mu(:, j) = -xq*nu(j)*(real(rule, wp)*gamma*xq(j) - back%s(j))/(mu(j)*nu_xq)
+      by_mu(j, j) = by_mu(j, j) + real(rule, wp)*gamma*xq(j)/mu(j)
+    end do
+    associate (l => log(mu/minval(mu)))
+      by_rule = gamma*(l*xq - xq*sum(nu*l*xq)/nu_xq)
+    end associate
+  end subroutine slope_of_cone
 end module friction_return

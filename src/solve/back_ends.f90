@@ -1,0 +1,80 @@
+!> What Newton's method wants of a program that factorises a whole matrix: one abstract type, and
+!! the outcomes of its calls.
+module back_ends
+  use kinds, only: wp
+  use costs, only: cost_t
+  use csc_matrix, only: csc_matrix_t
+  implicit none
+  private
+  public :: back_end_t
+  public :: solver_done, solver_singular, solver_out_of_memory, solver_failed, solver_not_definite
+
+  !> Outcomes.
+  integer, parameter :: solver_done = 0
+  integer, parameter :: solver_singular = 1
+  integer, parameter :: solver_out_of_memory = 2
+  integer, parameter :: solver_failed = 3
+  integer, parameter :: solver_not_definite = 4 !! a symmetric factor does not exist
+
+  !> An analysis of a pattern, which is kept while the pattern holds, and one factor.
+  type, abstract :: back_end_t
+  contains
+    procedure(analyse_pattern), deferred :: analyse !! of the matrix
+    procedure(tell), deferred :: is_analysed !! the pattern has been analysed
+    procedure(count_bytes), deferred :: factor_bytes !! memory a factorisation will take
+    procedure(factorise_values), deferred :: factorise !! the analysis is kept
+    procedure(solve_with_factor), deferred :: solve !! with the last factor
+    procedure(change), deferred :: forget_pattern !! the pattern has changed
+    procedure(change), deferred :: drop_factor !! keeps the analysis
+    procedure(change), deferred :: free !! releases everything
+  end type back_end_t
+
+  abstract interface
+    !> Analyses the pattern; an older analysis is dropped.
+    subroutine analyse_pattern(solver, a, costs, outcome)
+      import :: back_end_t, csc_matrix_t, cost_t
+      class(back_end_t), intent(inout) :: solver !! handles
+      type(csc_matrix_t), intent(in), target :: a !! matrix
+      type(cost_t), intent(inout) :: costs !! cost table
+      integer, intent(out) :: outcome !! one of the outcomes
+    end subroutine analyse_pattern
+
+    !> Something is so.
+    logical function tell(solver)
+      import :: back_end_t
+      class(back_end_t), intent(in) :: solver !! handles
+    end function tell
+
+    !> Memory that a factorisation will take [byte].
+    real(wp) function count_bytes(solver)
+      import :: back_end_t, wp
+      class(back_end_t), intent(in) :: solver !! analysed
+    end function count_bytes
+
+    !> Factorises; analyses first where that is still to be done.
+    subroutine factorise_values(solver, a, costs, outcome)
+      import :: back_end_t, csc_matrix_t, cost_t
+      class(back_end_t), intent(inout) :: solver !! handles
+      type(csc_matrix_t), intent(in), target :: a !! matrix
+      type(cost_t), intent(inout) :: costs !! cost table
+      integer, intent(out) :: outcome !! one of the outcomes
+    end subroutine factorise_values
+
+    !> x = A^-1 b with the last factor.
+    subroutine solve_with_factor(solver, a, b, x, costs, outcome)
+      import :: back_end_t, csc_matrix_t, cost_t, wp
+      class(back_end_t), intent(inout) :: solver !! handles
+      type(csc_matrix_t), intent(in), target :: a !! the matrix that was factorised
+      real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
+      real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
+      type(cost_t), intent(inout) :: costs !! cost table
+      integer, intent(out) :: outcome !! one of the outcomes
+    end subroutine solve_with_factor
+
+    !> Changes what is kept.
+    subroutine change(solver)
+      import :: back_end_t
+      class(back_end_t), intent(inout) :: solver !! handles
+    end subroutine change
+  end interface
+end module back_ends

@@ -1,0 +1,278 @@
+!> Element matrices of contact summed at the live candidates, by columns, and the few columns for
+!! each node that count (doc/theory, "Condensed contact").
+module contact_sums
+  use kinds, only: wp
+  use lapack_interface, only: dsyev
+  use condensed_types, only: condensed_t, contact_tangent_t, columns_t
+  implicit none
+  private
+  public :: sum_elements, add_product, add_whole_rest, peel_nodes, take_held
+
+  real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
+    0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+
+contains
+
+  !> The sum of the element matrices at hand. Points that act on the same degrees of freedom one
+  !! after the other, as those of a cell do, are added up first.
+  subroutine sum_elements(tangent, n_live, sum)
+    type(contact_tangent_t), intent(in) :: tangent !! closed elements and their matrices
+    integer, intent(in) :: n_live !! live candidates
+    type(columns_t), intent(inout) :: sum !! gets the columns that elements touch
+    integer :: first(n_live + 1), mark(n_live), rows(n_live), ends(tangent%elements), j, k, l, i, n
+    integer, allocatable :: owner(:), local(:)
+    real(wp) :: w(n_live), s(size(tangent%dofs, 1))
+
+    call find_runs(tangent, ends)
+    call list_by_dof(tangent, ends, first, owner, local)
+    sum%column = pack([(j, j=1, n_live)], first(2:) > first(:n_live))
+    sum%n = size(sum%column)
+    sum%start = spread(1, 1, sum%n + 1)
+    mark = 0
+    do j = 1, sum%n
+      n = 0
+      do l = first(sum%column(j)), first(sum%column(j) + 1) - 1
+        s = tangent%s(:, local(l), tangent%element(owner(l)))
+        do k = owner(l) + 1, ends(owner(l))
+          s = s + tangent%s(:, local(l), tangent%element(k))
+        end do
+        associate (dofs => tangent%dofs(:, tangent%element(owner(l))))
+          do i = 1, size(dofs)
+            k = dofs(i)
+            if (k == 0) cycle
+            if (mark(k) == j) then
+              w(k) = w(k) + s(i)
+            else
+              mark(k) = j
+              n = n + 1
+              rows(n) = k
+              w(k) = s(i)
+            end if
+          end do
+        end associate
+      end do
+      call append(sum, j, rows(:n), w(rows(:n)))
+    end do
+  end subroutine sum_elements
+
+  !> Closed elements one after the other that act on the same degrees of freedom.
+  pure subroutine find_runs(tangent, ends)
+    type(contact_tangent_t), intent(in) :: tangent !! closed elements, their candidates
+    integer, intent(out) :: ends(:) !! (elements) last one of the run that begins here, 0 within one
+    integer :: e, first
+
+    ends = 0
+    first = 1
+    do e = 1, tangent%elements
+      if (any(tangent%dofs(:, tangent%element(e)) /= tangent%dofs(:, tangent%element(first)))) &
+        first = e
+      ends(first) = e
+    end do
+  end subroutine find_runs
+
+  !> The places in the runs of closed elements of each live candidate.
+  subroutine list_by_dof(tangent, ends, first, owner, local)
+    type(contact_tangent_t), intent(in) :: tangent !! closed elements, their candidates
+    integer, intent(in) :: ends(:) !! (elements) of the runs
+    integer, intent(out) :: first(:) !! (live+1) where the places of each begin
+    integer, allocatable, intent(out) :: owner(:) !! first closed element of the run
+    integer, allocatable, intent(out) :: local(:) !! number in the element
+    integer :: e, i, next(size(first) - 1)
+
+    first = 0
+    do e = 1, tangent%elements
+      if (ends(e) == 0) cycle
+      associate (dofs => tangent%dofs(:, tangent%element(e)))
+        do i = 1, size(dofs)
+          if (dofs(i) > 0) first(dofs(i) + 1) = first(dofs(i) + 1) + 1
+        end do
+      end associate
+    end do
+    first(1) = 1
+    do i = 1, size(next)
+      first(i + 1) = first(i) + first(i + 1)
+    end do
+    next = first(:size(next))
+    allocate (owner(first(size(first)) - 1), local(first(size(first)) - 1))
+    do e = 1, tangent%elements
+      if (ends(e) == 0) cycle
+      associate (dofs => tangent%dofs(:, tangent%element(e)))
+        do i = 1, size(dofs)
+          if (dofs(i) == 0) cycle
+          owner(next(dofs(i))) = e
+          local(next(dofs(i))) = i
+          next(dofs(i)) = next(dofs(i)) + 1
+        end do
+      end associate
+    end do
+  end subroutine list_by_dof
+
+  !> One column more.
+  subroutine append(columns, j, row, value)
+    type(columns_t), intent(inout) :: columns !! start(:j) given; gets the column
+    integer, intent(in) :: j !! its number
+    integer, intent(in) :: row(:) !! live candidates
+    real(wp), intent(in) :: value(:) !! entries
+    integer, allocatable :: rows(:)
+    real(wp), allocatable :: values(:)
+    integer :: last, room
+
+    last = columns%start(j) + size(row) - 1
+    room = 0
+    if (allocated(columns%row)) room = size(columns%row)
+    if (room < last) then
+      allocate (rows(2*last), values(2*last))
+      if (room > 0) rows(:room) = columns%row
+      if (room > 0) values(:room) = columns%value
+      call move_alloc(rows, columns%row)
+      call move_alloc(values, columns%value)
+    end if
+    columns%row(columns%start(j):last) = row
+    columns%value(columns%start(j):last) = value
+    columns%start(j + 1) = last + 1
+  end subroutine append
+
+  !> Adds the columns times their shares to y.
+  pure subroutine add_product(columns, share, y)
+    type(columns_t), intent(in) :: columns !! the columns
+    real(wp), intent(in) :: share(:) !! (columns) how much of each
+    real(wp), intent(inout) :: y(:) !! (live)
+    integer :: j, i
+
+    do j = 1, columns%n
+      do i = columns%start(j), columns%start(j + 1) - 1
+        y(columns%row(i)) = y(columns%row(i)) + columns%value(i)*share(j)
+      end do
+    end do
+  end subroutine add_product
+
+  !> The leading columns of the sum: at each node those of its directions, on principal axes, in
+  !! which contact resists by more than the tolerance, each entry weighed with the roots of the
+  !! compliances of its row and column.
+  subroutine peel_nodes(condensed, tangent, tolerance)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets rank, lead, held, hold
+    real(wp), intent(in) :: tolerance !! weighed columns below this do not count
+    real(wp) :: root(condensed%n_live)
+    integer :: b, i, first, last
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        do i = 1, body%n_live
+          root(body%first_live + i) = sqrt(body%live(i, i))
+        end do
+      end associate
+    end do
+    associate (sum => tangent%sum, node => condensed%node(condensed%live(tangent%sum%column)))
+      tangent%rank = 0
+      tangent%held = reshape([integer ::], [3, sum%n], [0])
+      tangent%hold = reshape([real(wp) ::], [3, sum%n], [0.0_wp])
+      tangent%lead%start = spread(1, 1, sum%n + 1)
+      first = 1
+      do while (first <= sum%n)
+        last = first
+        do while (last < sum%n)
+          if (node(last + 1) /= node(first)) exit
+          last = last + 1
+        end do
+        call peel_node(first, last, root, tolerance, tangent)
+        first = last + 1
+      end do
+      tangent%lead%n = tangent%rank
+      tangent%complete = tangent%rank == sum%n
+    end associate
+  end subroutine peel_nodes
+
+  !> The leading columns of one node; all of them as they are, if all count.
+  subroutine peel_node(first, last, root, tolerance, tangent)
+    integer, intent(in) :: first, last !! its columns of the sum, at most 3
+    real(wp), intent(in) :: root(:) !! (live) root of the compliance [(length/force)^1/2]
+    real(wp), intent(in) :: tolerance !! weighed columns below this do not count
+    type(contact_tangent_t), intent(inout) :: tangent !! sum given; rank, lead, held, hold grow
+    integer, allocatable :: row(:)
+    real(wp), allocatable :: column(:, :), weighed(:, :)
+    real(wp) :: axes(3, 3), square(3), scale(last - first + 1), work(20)
+    integer :: n, k, info
+
+    n = last - first + 1
+    call gather_rows(tangent%sum, first, last, size(root), row, column)
+    associate (mine => tangent%sum%column(first:last))
+      weighed = column*spread(root(row), 2, n)*spread(root(mine), 1, size(row))
+      axes(:n, :n) = matmul(transpose(weighed), weighed)
+      call dsyev('V', 'U', n, axes, 3, square, work, size(work), info)
+      scale = root(mine)
+      if (minval(square(:n)) > tolerance**2) then
+        scale = 1.0_wp
+        axes = identity
+      end if
+      do k = 1, n
+        if (square(k) <= tolerance**2) cycle
+        tangent%rank = tangent%rank + 1
+        tangent%held(:n, tangent%rank) = mine
+        tangent%hold(:n, tangent%rank) = axes(:n, k)/scale
+        call append(tangent%lead, tangent%rank, row, matmul(column, scale*axes(:n, k)))
+      end do
+    end associate
+  end subroutine peel_node
+
+  !> Some columns as full ones on the rows that any of them has.
+  subroutine gather_rows(sum, first, last, n_live, row, column)
+    type(columns_t), intent(in) :: sum !! the columns
+    integer, intent(in) :: first, last !! those wanted
+    integer, intent(in) :: n_live !! live candidates
+    integer, allocatable, intent(out) :: row(:) !! live candidates of the rows
+    real(wp), allocatable, intent(out) :: column(:, :) !! (rows, columns)
+    integer :: place(n_live), i, j, n
+
+    place = 0
+    associate (all => sum%row(sum%start(first):sum%start(last + 1) - 1))
+      allocate (row(size(all)))
+      n = 0
+      do i = 1, size(all)
+        if (place(all(i)) > 0) cycle
+        n = n + 1
+        place(all(i)) = n
+        row(n) = all(i)
+      end do
+    end associate
+    row = row(:n)
+    allocate (column(n, last - first + 1), source=0.0_wp)
+    do j = first, last
+      do i = sum%start(j), sum%start(j + 1) - 1
+        column(place(sum%row(i)), j - first + 1) = sum%value(i)
+      end do
+    end do
+  end subroutine gather_rows
+
+  !> z = V^T d of the columns of nodes.
+  pure subroutine take_held(tangent, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! held, hold
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank)
+    integer :: j, i
+
+    do j = 1, tangent%rank
+      z(j) = 0.0_wp
+      do i = 1, 3
+        if (tangent%held(i, j) > 0) z(j) = z(j) + tangent%hold(i, j)*d(tangent%held(i, j))
+      end do
+    end do
+  end subroutine take_held
+
+  !> Adds K x - U V^T x with the sum K of the present element matrices.
+  pure subroutine add_whole_rest(tangent, x, y)
+    type(contact_tangent_t), intent(in) :: tangent !! sums, columns
+    real(wp), intent(in) :: x(:) !! (live) [length]
+    real(wp), intent(inout) :: y(:) !! (live) [force]
+    real(wp) :: z(tangent%rank)
+
+    if (tangent%fresh) then
+      if (tangent%complete) return
+      call add_product(tangent%sum, x(tangent%sum%column), y)
+    else
+      call add_product(tangent%now, x(tangent%now%column), y)
+    end if
+    call take_held(tangent, x, z)
+    call add_product(tangent%lead, -z, y)
+  end subroutine add_whole_rest
+end module contact_sums
