@@ -18,8 +18,7 @@ module condensed_bodies
   implicit none
   private
   public :: condense_all, begin_influence, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, widen_live, keep_live, &
-    number_live, gather_compliance, &
+    find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
     apply_compliance, free_condensed
 
   !> Live candidates over those that are needed.
@@ -278,11 +277,19 @@ contains
   end subroutine spread_yield
 
   !> Where a body has many candidates and most are live, all are: their compliance needs no copy.
+  !! In narrow runs those that have been live stay so while they are few: no new copy each time
+  !! that a point comes or goes.
   pure subroutine widen_live(condensed, live)
     type(condensed_t), intent(in) :: condensed !! bodies
     logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
+    logical :: both(size(live))
     integer :: b
 
+    if (condensed%narrow) then
+      both = live .or. condensed%live_place > 0
+      if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
+      return
+    end if
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         associate (mine => live(body%first + 1:body%first + body%m))
@@ -291,17 +298,6 @@ contains
       end associate
     end do
   end subroutine widen_live
-
-  !> Candidates that have been live stay so while there are few of them: the compliance need not be
-  !! gathered anew each time that a point comes or goes.
-  pure subroutine keep_live(condensed, live)
-    type(condensed_t), intent(in) :: condensed !! live before
-    logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
-    logical :: both(size(live))
-
-    both = live .or. condensed%live_place > 0
-    if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
-  end subroutine keep_live
 
   !> Numbers the live candidates body after body.
   subroutine number_live(condensed)

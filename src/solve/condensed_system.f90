@@ -10,7 +10,7 @@ module condensed_system
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, keep_live, number_live, &
+    load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, &
@@ -246,11 +246,7 @@ contains
           end do
         end do
       end do
-      if (condensed%narrow) then
-        call keep_live(condensed, live)
-      else
-        call widen_live(condensed, live)
-      end if
+      call widen_live(condensed, live)
       if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) then
         call place_elements(system)
         return
