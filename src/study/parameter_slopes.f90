@@ -70,7 +70,8 @@ contains
       if (difference%worst >= place_other) then
         call report_error(diagnostics, difference%at, 'the parameter '''//name// &
           ''' goes in here, and derivatives know only those of friction, angle of the lay, '// &
-          'penalty, Young''s modulus, prescribed values, forces and proportional loads', 'leave '''//name// &
+          'penalty, Young''s modulus, prescribed values, forces and proportional loads', &
+          'leave '''//name// &
           ''' out of SENSitivity and --sens, or take differences of two runs with --set')
         return
       end if
