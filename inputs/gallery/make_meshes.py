@@ -12,6 +12,9 @@ ball      a ball, its cells finer where a groove of 90 degrees along x2 touches 
 belt      a band around half of a drum about x2: regions band, drum; surfaces inside, rim; sets of the
           ends of the band
 oring     a quarter of a ring about x3: region ring; surface skin
+shrunk    quarters of a ring of radius 1.001 and of a hub of radius 1 around it: regions ring, hub;
+          surfaces seat (ring), bore (hub)
+roller    a tube of radius 1 about x2 that stands on x3 = 0: region roller; surface rim
 
 lug.msh is made by Gmsh from lug.geo: gmsh -3 lug.geo -format msh22 -o lug.msh
 """
@@ -164,6 +167,24 @@ def oring(mesh, n):
         ('skin', axis, end) for axis in range(2) for end in range(2)])
 
 
+def shrunk(mesh, n):
+    """The ring from 0.5 to 1.001, the hub from 1 to 1.6, both 0.2 high."""
+    mesh.box('ring', (8 * n, 20 * n, 2 * n), lambda r, s, t: polar(0.5 + 0.501 * r, 90 * s, 0.2 * t),
+             [('seat', 0, 1)])
+    mesh.places = {}
+    mesh.box('hub', (8 * n, 16 * n, 2 * n), lambda r, s, t: polar(1 + 0.6 * r, 90 * s, 0.2 * t),
+             [('bore', 0, 0)])
+
+
+def roller(mesh, n):
+    """Radii 0.7 and 1, 0.5 wide, its axis at x3 = 1; a facet lies flat on x3 = 0."""
+    def place(r, s, t):
+        x, z, y = polar(1 - 0.3 * r, 360 * s + 2.5, 0.5 * t - 0.05)
+        return x, y, 1 + z
+
+    mesh.box('roller', (1, 72 * n, 1), place, [('rim', 0, 0)])
+
+
 def main():
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__,
@@ -171,7 +192,7 @@ def main():
     parser.add_argument('folder', nargs='?', default=os.path.dirname(os.path.abspath(__file__)))
     parser.add_argument('--fine', type=int, default=1)
     given = parser.parse_args()
-    for make in (ring, fit, runner, ball, belt, oring):
+    for make in (ring, fit, runner, ball, belt, oring, shrunk, roller):
         mesh = Mesh()
         make(mesh, given.fine)
         mesh.write(os.path.join(given.folder, make.__name__ + '.msh'))

@@ -1,4 +1,4 @@
-"""The text tables .rea, .con and .his as numpy structured arrays."""
+"""The text tables .rea, .con, .his and .pts as numpy structured arrays."""
 from __future__ import annotations
 
 from typing import Optional
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 TEXT = {'set', 'pair', 'quantity', 'parameter'}
-INTEGER = {'step', 'active', 'stick', 'slip', 'kinks'}
+INTEGER = {'step', 'active', 'stick', 'slip', 'kinks', 'point', 'status'}
 
 
 class TableError(Exception):
@@ -40,7 +40,10 @@ def read_table(path: str) -> NDArray:
             rows.append((number, line.split()))
     if not names or names[0] != 'step':
         raise TableError(f'{path}: no header line with the names of the columns')
-    table = np.zeros(len(rows), dtype=[(name, column_type(name)) for name in names])
+    kinds = {name: column_type(name) for name in names}
+    if 'point' in kinds:
+        kinds['slip'] = 'f8'  # a way, in the table of points; in others a count
+    table = np.zeros(len(rows), dtype=list(kinds.items()))
     for i, (number, words) in enumerate(rows):
         if len(words) != len(names):
             raise TableError(f'{path}:{number}: {len(words)} items, {len(names)} columns')

@@ -54,3 +54,14 @@ def test_what_is_wrong_is_said(tmp_path, text, words):
 def test_a_missing_file_is_said(tmp_path):
     with pytest.raises(TableError, match='none.rea'):
         read_table(str(tmp_path / 'none.rea'))
+
+
+def test_table_of_points(tmp_path):
+    """Its column slip is a way, not a count."""
+    table = read_table(write(tmp_path / 'x.pts', """# x
+# points
+#   step time pair point status p t1 t2 t3 gap slip
+1 0.5 lid 12 2 1.5 0.1 0.0 0.0 -1e-3 2.5e-2
+"""))
+    assert table['point'][0] == 12 and table['status'][0] == 2
+    assert table['slip'][0] == 2.5e-2

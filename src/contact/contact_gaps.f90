@@ -14,7 +14,8 @@ module contact_gaps
 
 contains
 
-  !> One line on the gaps of a pair; `penetrates` if a point starts below the surface.
+  !> One line on the gaps of a pair; `penetrates` if a point that no SHRInk takes up
+  !! starts below the surface.
   subroutine describe_gaps(pair, x, line, penetrates)
     type(pair_t), intent(in) :: pair !! the pair with its first hosts
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -42,6 +43,9 @@ contains
     line = 'pair '//pair%name//' at the start: '//count_noun(n, 'point')//', '//to_text(over) &
       //' over the master'
     if (over > 0) line = line//', gaps '//to_text(least, 4)//' to '//to_text(largest, 4)
+    penetrates = penetrates .and. pair%shrink < 0
+    if (below > 0 .and. pair%shrink >= 0) line = line//'; '//count_noun(below, 'point')// &
+      ' below the surface: SHRInk takes that up'
     if (penetrates) line = line//'; '//count_noun(below, 'point')// &
       ' below the surface, deepest '//point_text(pair, deepest)// &
       ': they are pushed out in the first increment'

@@ -7,6 +7,7 @@ module contact_hosts
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, point_position, is_first, longest_facet
+  use contact_overlap, only: withheld_gap
   use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
@@ -180,7 +181,7 @@ contains
     if (facet == 0) return
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     kappa = point_shift(pair, p, pair%new(p))
-    touches = gap + kappa(3) <= 0.0_wp
+    touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
   end function touches
 
   !> Walks with one tip.

@@ -105,7 +105,7 @@ contains
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 &
+    is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 .and. pair%shrink < 0 &
       .and. pair%relative > stiffest_plain
   end function is_stiff
 

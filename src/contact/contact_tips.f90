@@ -5,6 +5,7 @@ module contact_tips
   use elmlib, only: element_routine, n_parameters
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: point_position
+  use contact_overlap, only: withheld_gap
   use contact_parameters, only: point_parameters, point_shift
   use facet_geometry, only: corners
   use master_facets, only: is_quadratic, facet_routine
@@ -60,7 +61,7 @@ contains
     end if
     e%h1 = point%tip
     e%path1 = point%path
-    e%shift = point_shift(pair, p, point)
+    e%shift = point_shift(pair, p, point) + [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
     call element_routine(facet_routine(pair, point%host), task_residual, d, e)
     tip = e%h2
     status = e%status

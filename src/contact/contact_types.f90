@@ -77,6 +77,8 @@ module contact_types
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
     integer :: augment_most = 0 !! most updates of multipliers in an increment, 0: by the form
+    integer :: shrink = -1 !! SHRInk: number of its table, -1 without
+    type(location_t) :: shrink_at !! where the deck gives it
     logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
     real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
     integer :: moved = 0 !! slave nodes that it has moved
@@ -119,7 +121,12 @@ module contact_types
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
     logical, allocatable :: at_end(:) !! (corners) the rim turns there
+    real(wp), allocatable :: overlap(:, :) !! SHRInk: (1, points), or (3, slave facets) at corners
+    !! if segmented: below the master at the start, negative for a gap [length]
+    real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
+    real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
+    !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets
     integer, allocatable :: left(:) !! (points) host left last in this increment
     integer, allocatable :: moves(:) !! (points) changes of host in this increment

@@ -3,7 +3,7 @@ module command_tails
   use deck_types, only: record_t, item_t, item_word, item_quoted, item_empty
   use records, only: item_count, is_word
   use numbers, only: is_letter
-  use signatures, only: signature_t, kind_keyword
+  use signatures, only: signature_t, kind_keyword, kind_name
   use keyword_types, only: keyword_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   implicit none
@@ -12,8 +12,9 @@ module command_tails
 
 contains
 
-  !> Takes words without a meaning off a command that takes no items (or only certain words), with
-  !! a note; one that changes FEAP's answer is an error. Numbers stay, to be refused.
+  !> Takes what has no meaning off a command that takes no items (or only certain words), with a
+  !! note; a word that changes FEAP's answer is an error. Three numbers or more, without a word,
+  !! look like data: they stay, to be refused.
   subroutine drop_tail(record, command, diagnostics, good)
     type(record_t), intent(inout) :: record !! the record; its tail is gone then
     type(keyword_t), intent(in) :: command !! its command
@@ -26,9 +27,9 @@ contains
     n = item_count(record)
     first = first_unknown(record, command%head)
     if (first == 0) return
-    do k = first, n
-      if (.not. is_remark(record%items(k))) return
-    end do
+    if (n > first + 1) then
+      if (.not. any([(is_remark(record%items(k)), k=first, n)])) return
+    end if
     do k = first, n
       remedy = remedy_of(command%key, record%items(k))
       if (len(remedy) == 0) cycle
@@ -57,13 +58,19 @@ contains
   end subroutine drop_empty_fields
 
   !> The first item of a record that its command has no use for; 0 if there is none, or if the
-  !! command takes more than words of its own.
+  !! command takes more than words of its own. A number is none where only a name may stand, or not.
   pure integer function first_unknown(record, head) result(first)
     type(record_t), intent(in) :: record !! the record
     type(signature_t), intent(in) :: head !! what may follow the command
     integer :: i, k
     logical :: known
 
+    if (may_have_name(head) .and. item_count(record) > 1) then
+      first = 2
+      if (record%items(2)%kind == item_word) then
+        if (.not. is_letter(record%items(2)%text(1:1))) return
+      end if
+    end if
     do i = 1, size(head%alternatives)
       first = 0
       if (any(head%alternatives(i)%tokens%kind /= kind_keyword)) return
@@ -90,6 +97,16 @@ contains
     if (item%kind /= item_word) return
     is_remark = is_letter(item%text(1:1)) .and. scan(item%text, '+*/^()0123456789') == 0
   end function is_remark
+
+  !> The command takes a name, or nothing.
+  pure logical function may_have_name(head) result(may)
+    type(signature_t), intent(in) :: head !! what may follow the command
+
+    may = size(head%alternatives) == 1
+    if (may) may = size(head%alternatives(1)%tokens) == 1
+    if (may) may = head%alternatives(1)%tokens(1)%kind == kind_name .and. &
+      head%alternatives(1)%tokens(1)%optional
+  end function may_have_name
 
   !> What to write instead of an option of FEAP's that would change the answer; empty for words
   !! that would not.

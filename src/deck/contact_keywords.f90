@@ -29,7 +29,7 @@ contains
       call add_word(t, trim(cone_laws(i)%keyword), law_signature(cone_laws(i)), &
         law_summary(cone_laws(i)))
     end do
-    call add_word(t, 'SHRInk', 'n:table', 'takes up an overlap step by step', available=.false.)
+    call add_word(t, 'SHRInk', 'n:table', 'takes up an overlap of the start step by step')
     call add_word(t, 'SEARch', 'q:radius', 'radius in which a facet is looked for')
     call add_word(t, 'ADJUst', '[q:tolerance]', 'moves slave nodes next to the master onto it')
     call add_word(t, 'SMOOth', '', 'continuous normals over the master facets')
@@ -45,6 +45,7 @@ contains
     call explain(t, 'AUGMent: multipliers take over from the penalty until penetration and elastic')
     call explain(t, 'slip are below tol facet sizes and contact forces stay to tol of the largest')
     call explain(t, '(default 1e-6), within max updates (25; GTOS: 50).')
+    call explain(t, 'SHRInk: what overlaps at the start counts in proportion to the table.')
     call explain(t, 'ADJUst: with a gap or penetration at the start of at most tolerance (default:')
     call explain(t, 'the sag of the curved facets there, at least 1e-3 and at most 1/20 of the')
     call explain(t, 'slave''s facet); elements keep their shape.')

@@ -1,6 +1,7 @@
 !> Rows of the keyword table: loads on volumes, surfaces and bodies.
 module load_keywords
-  use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, explain
+  use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, &
+    explain
   implicit none
   private
   public :: add_load_keywords
@@ -29,8 +30,7 @@ contains
     call explain(t, 'Example:')
     call explain(t, '  PRESsure')
     call explain(t, '    lid  2.5  1')
-    call add_command(t, table_mesh, 'RIGId', 'w:region [w:name]', 'a rigid body with a point', &
-                     available=.false.)
+    call add_rigid_keywords(t)
     call add_command(t, table_mesh, 'HOLD', '', 'regions whose free rigid motions are held')
     call add_data(t, 'w:region')
     call explain(t, 'A body that only contact holds, and that slides or spins without resistance,')
@@ -59,4 +59,38 @@ contains
     call explain(t, which)
     call explain(t, 'Example: GRAVity 0 0 -9.81')
   end subroutine add_load_keywords
+
+  !> Rigid bodies with a point.
+  subroutine add_rigid_keywords(t)
+    type(keyword_table_t), intent(inout) :: t !! the table
+    character(:), allocatable :: moves
+    character(*), parameter :: move(2) = [character(6) :: ' r:d', ' FREE']
+    integer :: i, j, k
+
+    call add_command(t, table_mesh, 'RIGId', 'w:region [w:name]', 'a rigid body with a point')
+    moves = ''
+    do k = 1, 2
+      do j = 1, 2
+        do i = 1, 2
+          moves = moves//trim(move(i))//trim(move(j))//trim(move(k))//' [n:table] |'
+        end do
+      end do
+    end do
+    call add_word(t, 'POINt', 'r:x1 r:x2 r:x3', 'its point (default: the centroid)')
+    call add_word(t, 'MOVE', moves(:len(moves) - 2), 'prescribed translation of the point')
+    call add_word(t, 'TURN', 'FREE | r:a1 r:a2 r:a3 r:angle [n:table]', &
+                  'prescribed rotation about the point [degree]')
+    call add_word(t, 'LOAD', 'r:f1 r:f2 r:f3 r:m1 r:m2 r:m3 [n:table]', &
+                  'force and moment on the point, dead')
+    call explain(t, 'A region of MATErial RIGId moves as one body with six unknowns; what no MOVE')
+    call explain(t, 'and no TURN prescribes is free. Records of MOVE and of LOAD add, each with')
+    call explain(t, 'its table; FREE in a place of MOVE leaves that direction free. One TURN.')
+    call explain(t, 'Its motion and the forces of its constraints: table x.rig.')
+    call explain(t, 'Example:')
+    call explain(t, '  RIGId cylinder roller')
+    call explain(t, '    POINt 0 0 1')
+    call explain(t, '    MOVE  0 0 FREE')
+    call explain(t, '    TURN  0 1 0 360  2')
+    call explain(t, '    LOAD  0 0 -50  0 0 0  1')
+  end subroutine add_rigid_keywords
 end module load_keywords

@@ -102,8 +102,8 @@ contains
     call explain(t, '    2  1 0 0')
     call explain(t, '    ...')
     call add_command(t, table_mesh, 'MATErial', 'p:number [a:label]', 'a material')
-    call add_word(t, 'SOLId', '[c:LINEar,NEOHookean,SVK,MEAN,FULL] [c:MEAN,FULL] '// &
-                  '| c:LINEar,NEOHookean,SVK ~NODAl | ~NODAl', 'constitutive law')
+    call add_word(t, 'SOLId', '[c:LINEar,NEOHookean,SVK,MEAN,NODAl,FULL] [c:MEAN,NODAl,FULL]', &
+                  'constitutive law')
     call add_word(t, 'ELAStic', 'ISOTropic q:E r:nu | NEOHookean q:E r:nu', &
                   'Young''s modulus and Poisson''s ratio')
     call add_word(t, 'DENSity', 'z:rho', 'density')
@@ -113,7 +113,8 @@ contains
     call explain(t, 'LINEar: small strain (the default). NEOHookean, SVK (Saint-Venant-')
     call explain(t, 'Kirchhoff): finite strain. MEAN: the volumetric part goes with the mean')
     call explain(t, 'dilatation of each element of ten nodes, which keeps it from locking:')
-    call explain(t, 'their default from nu 0.45 on (not with SVK); FULL: without.')
+    call explain(t, 'their default from nu 0.45 on (not with SVK); FULL: without. NODAl: with the')
+    call explain(t, 'dilatation of the nodes, for elements of four nodes.')
     call explain(t, 'Example:')
     call explain(t, '  MATErial 1 steel')
     call explain(t, '    SOLId LINEar')
@@ -160,7 +161,7 @@ contains
     call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
     call add_word(t, 'STATe', 'ALL | LAST | NONE', 'states kept for a restart')
     call add_word(t, 'TABLes', 'ALL', 'of a study: a reaction table for each variant')
-    call add_word(t, 'POINts', 'w:pair...', 'pairs of the table of points', available=.false.)
+    call add_word(t, 'POINts', 'a:pair...', 'pairs of the table of points')
     call add_word(t, 'HISTory', 'NODE p:node d:dof', 'a dof for the history table')
     call explain(t, 'Without REACtions: every set with a restrained dof.')
     call explain(t, 'Example:')

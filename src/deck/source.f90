@@ -13,6 +13,10 @@ module source
     integer, allocatable :: first(:) !! first character of each line
     integer, allocatable :: last(:) !! last character of each line, without its line end
     integer :: lines = 0 !! number of lines
+    ! A text that has been put together of several files:
+    integer, allocatable :: piece_start(:) !! (pieces) first character of each piece
+    integer, allocatable :: piece_file(:) !! (pieces) number of its file
+    integer, allocatable :: piece_at(:) !! (pieces) character of that file where it begins
   end type source_file_t
 
   !> The main file (number 1) and what it includes, in the order they were opened.
@@ -89,6 +93,9 @@ contains
     call move_alloc(from%text, to%text)
     call move_alloc(from%first, to%first)
     call move_alloc(from%last, to%last)
+    call move_alloc(from%piece_start, to%piece_start)
+    call move_alloc(from%piece_file, to%piece_file)
+    call move_alloc(from%piece_at, to%piece_at)
     to%lines = from%lines
   end subroutine move_file
 

@@ -7,8 +7,8 @@ module element_lists
   use elmlib, only: n_parameters, routine_none
   implicit none
   private
-  public :: node_list_t, bulk_list_t, element_list_t, allocate_bulk, allocate_list, slave_point, &
-    master_nodes, side_nodes, batch_size, long_list
+  public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, &
+    allocate_list, slave_point, master_nodes, side_nodes, batch_size, long_list
 
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads.
@@ -33,6 +33,17 @@ module element_lists
     integer, allocatable :: set(:) !! (n) column of d
     real(wp), allocatable :: d(:, :) !! (n_solid_parameters, sets) parameters
   end type bulk_list_t
+
+  !> Volumes of nodes (nodal_dilatation), one for each node and material; as elements they have the
+  !! nodes of all elements around.
+  type, extends(node_list_t) :: volume_list_t
+    integer, allocatable :: set(:) !! (n) index of the material
+    real(wp), allocatable :: size(:) !! (n) reference volume [length^3]
+    integer, allocatable :: corner(:, :) !! (4, elements) volumes at its nodes, 0 without
+    integer, allocatable :: place(:, :, :) !! (4, 4, elements) places of its nodes in those of each
+    real(wp), allocatable :: lambda(:) !! (materials) Lame's first constant [force/length^2]
+    logical, allocatable :: finite(:) !! (materials) strain is finite
+  end type volume_list_t
 
   !> Contact elements, each with parameters and history of its own.
   type, extends(node_list_t) :: element_list_t

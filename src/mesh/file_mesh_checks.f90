@@ -29,14 +29,20 @@ module file_mesh_checks
 contains
 
   !> Line and column of a character of a file.
-  pure type(location_t) function place_in_file(source, file, at) result(place)
+  pure recursive type(location_t) function place_in_file(source, file, at) result(place)
     type(source_t), intent(in) :: source !! all files
     integer, intent(in) :: file !! number of the file
     integer, intent(in) :: at !! the character
-    integer :: low, high, middle
+    integer :: low, high, middle, piece
 
     place = location_t(file, 1, 1)
     associate (text => source%files(file))
+      if (allocated(text%piece_start)) then
+        piece = max(1, count(text%piece_start <= at))
+        place = place_in_file(source, text%piece_file(piece), at - text%piece_start(piece) &
+          + text%piece_at(piece))
+        return
+      end if
       low = 1
       high = text%lines
       if (high == 0) return

@@ -13,6 +13,7 @@ module mesh_file_reader
   use file_cursor, only: cursor_t
   use mesh_file_types, only: file_mesh_t
   use gmsh_reader, only: read_gmsh, is_gmsh
+  use abaqus_includes, only: join_includes
   use abaqus_reader, only: read_abaqus
   use file_mesh_checks, only: file_place_t, check_file_mesh, place_in_file
   use file_surfaces, only: surface_draft_t
@@ -67,11 +68,13 @@ contains
     logical, intent(out) :: good !! it could be read
     type(cursor_t) :: cursor
     character(:), allocatable :: problem, full, deck_file
+    logical :: is_abaqus
 
     full = path
     deck_file = file_name(diagnostics%source, at%file)
     if (path(1:min(1, len(path))) /= '/') full = deck_file(:scan(deck_file, '/', back=.true.))//path
     call add_file(diagnostics%source, full, problem)
+    is_abaqus = .false.
     good = .not. allocated(problem)
     if (.not. good) then
       call report_error(diagnostics, at, 'cannot read the mesh '''//full//''': '//problem, &
@@ -84,9 +87,14 @@ contains
       if (is_gmsh(text)) then
         call read_gmsh(text, file, cursor)
       else
-        call read_abaqus(text, file, cursor)
+        is_abaqus = .true.
       end if
     end associate
+    if (is_abaqus) then
+      call join_includes(diagnostics%source, place%file, cursor)
+      if (.not. cursor%failed) call read_abaqus(diagnostics%source%files(place%file)%text, file, &
+        cursor)
+    end if
     good = .not. cursor%failed
     if (.not. good) call report_error(diagnostics, place_in_file(diagnostics%source, place%file, &
       cursor%fault), cursor%what, cursor%remedy)

@@ -22,6 +22,7 @@ module mesh_file_types
     character(:), allocatable :: material !! name of its material in the file, or not allocated
     integer :: kind = group_nodes !! one of the kinds above
     integer :: at = 1 !! character of the file where it is defined
+    integer :: scope = 0 !! instance of an Abaqus file that its name belongs to, 0 for none
     integer :: count = 0 !! members
     integer, allocatable :: members(:) !! its members (may be larger than count)
     integer, allocatable :: faces(:) !! face 1 to 4 of each, 0 for all free ones; else 0
@@ -120,11 +121,12 @@ contains
   end subroutine add_cell
 
   !> Adds an empty group.
-  subroutine add_group(file, name, kind, at)
+  subroutine add_group(file, name, kind, at, scope)
     type(file_mesh_t), intent(inout) :: file !! the file
     character(*), intent(in) :: name !! its name
     integer, intent(in) :: kind !! what its members are
     integer, intent(in) :: at !! character of the file where it is defined
+    integer, intent(in), optional :: scope !! instance that its name belongs to
     type(file_group_t), allocatable :: more(:)
     integer :: i
 
@@ -140,6 +142,7 @@ contains
       group%name = name
       group%kind = kind
       group%at = at
+      if (present(scope)) group%scope = scope
       allocate (group%members(16), group%faces(16), source=0)
     end associate
   end subroutine add_group
@@ -155,6 +158,7 @@ contains
     call move_alloc(from%faces, to%faces)
     to%kind = from%kind
     to%at = from%at
+    to%scope = from%scope
     to%count = from%count
   end subroutine move_group
 
@@ -238,12 +242,17 @@ contains
   end subroutine add_remark
 
   !> Group of a kind by its name in either case, 0 if there is none.
-  pure integer function find_group(file, name, kind) result(g)
+  pure integer function find_group(file, name, kind, scope) result(g)
     type(file_mesh_t), intent(in) :: file !! the file
     character(*), intent(in) :: name !! its name
     integer, intent(in) :: kind !! what its members are
+    integer, intent(in), optional :: scope !! instance that its name belongs to, else none
+    integer :: within
 
+    within = 0
+    if (present(scope)) within = scope
     do g = 1, file%groups
+      if (file%group(g)%scope /= within) cycle
       if (file%group(g)%kind /= kind .or. len(file%group(g)%name) /= len(name)) cycle
       if (lower(file%group(g)%name) == lower(name)) return
     end do

@@ -5,13 +5,14 @@ module conditions_reader
   use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number
   use records, only: item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use model_types, only: model_t
+  use model_types, only: model_t, rigid_body_t
   use loads, only: has_load
   use condition_draft, only: condition_draft_t, start_draft, finish_draft, &
     quantity_restraint, &
     quantity_displacement, quantity_force, quantity_load
   use numbered_conditions, only: read_numbered_conditions
   use rotations_reader, only: read_rotations
+  use rigid_reader, only: read_rigid
   use located_conditions, only: read_edge_conditions, read_point_conditions
   implicit none
   private
@@ -36,6 +37,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! receives the conditions
     type(condition_draft_t) :: draft
+    type(rigid_body_t), allocatable :: rigid(:)
     integer :: i, quantity
 
     call start_draft(model%mesh%nodes, draft)
@@ -55,10 +57,12 @@ contains
       end associate
     end do
     call read_rotations(deck, model, diagnostics, draft%restrained, draft%turns)
+    call read_rigid(deck, model, diagnostics, draft, rigid)
     call restrain_rigid_nodes(model, draft)
     call restrain_loose_nodes(deck, model, diagnostics, draft)
     call check_displacements(draft, diagnostics)
     call finish_draft(draft, model%conditions)
+    call move_alloc(rigid, model%conditions%rigid)
   end subroutine read_conditions
 
   !> What a command prescribes, 0 if it is none of these.

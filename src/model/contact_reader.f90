@@ -122,6 +122,9 @@ contains
         draft%pair%augmented = .true.
         if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)
         if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
+      else if (is_word(word, 'shrink')) then
+        draft%pair%shrink = item_integer(record, 2)
+        draft%pair%shrink_at = item_location(record, 2)
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
       else if (is_word(word, 'adjust')) then

@@ -116,12 +116,18 @@ contains
         if (is_word(record%items(k), trim(laws(law)%keyword))) material%law = law
       end do
       material%mean = material%mean .or. is_word(record%items(k), 'mean')
+      material%nodal = material%nodal .or. is_word(record%items(k), 'nodal')
       material%mean_asked = material%mean_asked .or. is_word(record%items(k), 'mean') .or. &
         is_word(record%items(k), 'full')
     end do
     if (material%mean .and. .not. laws(material%law)%may_mean) call report_error(diagnostics, &
       record%at, 'the law '//trim(laws(material%law)%keyword)//' has no MEAN', 'its energy has '// &
       'no volumetric part of its own: use NEOHookean')
+    if (material%nodal .and. .not. laws(material%law)%may_mean) call report_error(diagnostics, &
+      record%at, 'the law '//trim(laws(material%law)%keyword)//' has no NODAl', 'its energy '// &
+      'has no volumetric part of its own: use NEOHookean')
+    if (material%nodal .and. material%mean) call report_error(diagnostics, record%at, &
+      'MEAN and NODAl together', 'MEAN is for elements of ten nodes, NODAl for those of four')
   end subroutine read_law
 
   !> ELAStic ISOTropic E nu, or NEOHookean E nu with FINIte, as FEAP writes it.
@@ -202,8 +208,14 @@ contains
         if (material%mean .and. four(m) .and. .not. material%rigid) call report_error(diagnostics, &
           material%at, 'MEAN of material '//to_text(material%number)//' needs elements of ten '// &
           'nodes, and it has some of four', 'mesh it with TET10, or write SOLId without MEAN')
-        if (ten(m) .and. .not. material%mean_asked) material%mean = laws(material%law)%may_mean &
-          .and. material%poissons_ratio >= locking_ratio
+        if (material%nodal .and. ten(m) .and. .not. material%rigid) call report_error(diagnostics, &
+          material%at, 'NODAl of material '//to_text(material%number)//' needs elements of '// &
+          'four nodes, and it has some of ten', 'write MEAN, which is for them')
+        if (material%nodal .and. four(m) .and. .not. material%rigid) call report_note(diagnostics, &
+          material%at, 'NODAl of material '//to_text(material%number)//': displacements do not '// &
+          'lock, but pressures scatter from node to node: average them, or mesh with TET10')
+        if (ten(m) .and. .not. (material%mean_asked .or. material%nodal)) material%mean = &
+          laws(material%law)%may_mean .and. material%poissons_ratio >= locking_ratio
       end associate
     end do
   end subroutine choose_dilatation

@@ -9,7 +9,7 @@ module model_types
   implicit none
   private
   public :: model_t, material_t, conditions_t, load_t, pressure_t, nodal_values_t, load_table_t, &
-    output_request_t, history_request_t
+    output_request_t, history_request_t, rigid_body_t, point_load_t
   public :: state_all, state_last, state_none
   public :: form_plain, form_sine, form_versine
 
@@ -25,6 +25,7 @@ module model_types
     type(location_t) :: at !! where the deck defines it
     integer :: law = linear !! number of its law in bulk_laws
     logical :: mean = .false. !! volumetric part on the mean dilatation of an element
+    logical :: nodal = .false. !! volumetric part on the dilatation of the nodes
     logical :: mean_asked = .false. !! the deck says whether, or FULL
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
@@ -62,12 +63,31 @@ module model_types
     real(wp) :: value = 0.0_wp !! positive inwards, factor 1 [force/length^2]
   end type pressure_t
 
+  !> A motion or a load of the point of a rigid body, times a table.
+  type :: point_load_t
+    integer :: table = 0 !! number of its table, 0 for the sum of all
+    real(wp) :: value(6) = 0.0_wp !! factor 1: translation and rotation vector [length, radian], or
+    !! force and moment [force, force length]
+  end type point_load_t
+
+  !> A rigid body with a point (RIGId).
+  type :: rigid_body_t
+    character(:), allocatable :: name !! its name in tables
+    type(location_t) :: at !! where the deck defines it
+    integer, allocatable :: nodes(:) !! its nodes
+    real(wp) :: point(3) = 0.0_wp !! its point at rest [length]
+    logical :: free(6) = .true. !! translations and rotations of the point that are unknowns
+    type(point_load_t), allocatable :: motions(:) !! prescribed; they add
+    type(point_load_t), allocatable :: loads(:) !! on the point; they add
+  end type rigid_body_t
+
   !> What is prescribed at the nodes; the loads of a degree of freedom add.
   type :: conditions_t
     logical, allocatable :: restrained(:, :) !! (3, nodes) displacement is prescribed
     type(load_t), allocatable :: loads(:) !! no two of one table and form
     type(pressure_t), allocatable :: pressures(:) !! that follow their surfaces
     real(wp), allocatable :: spring(:, :) !! (3, nodes) to ground, if there are any [force/length]
+    type(rigid_body_t), allocatable :: rigid(:) !! rigid bodies with a point; none is size 0
   end type conditions_t
 
   !> A proportional load: piecewise linear, or FEAP's type 1 function.
@@ -96,6 +116,7 @@ module model_types
     logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts
+    integer, allocatable :: points(:) !! indices of the pairs in the table of points
     type(history_request_t), allocatable :: history(:) !! dofs of the history table
   end type output_request_t
 

@@ -1,6 +1,7 @@
 !> Reads the OUTPut data sets: what is written, and how often.
 module output_reader
-  use text, only: string_t
+  use text, only: string_t, to_text
+  use hints, only: word_list_t, add_candidate, did_you_mean
   use deck_types, only: deck_t, record_t
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
@@ -23,7 +24,7 @@ contains
     integer :: i, k
     logical :: reactions_given
 
-    allocate (model%output%reactions(0), model%output%history(0))
+    allocate (model%output%reactions(0), model%output%history(0), model%output%points(0))
     reactions_given = .false.
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'outp') cycle
@@ -52,6 +53,8 @@ contains
       model%output%every = item_integer(record, 2)
     else if (is_word(record%items(1), 'state')) then
       call read_state(record, model%output)
+    else if (is_word(record%items(1), 'points')) then
+      call read_points(record, diagnostics, model)
     else if (is_word(record%items(1), 'history')) then
       call read_history(record, diagnostics, model)
     end if
@@ -155,6 +158,34 @@ contains
       model%output%history = [model%output%history, request]
     end if
   end subroutine read_history
+
+  !> POINts pair pair ...: by name or number.
+  subroutine read_points(record, diagnostics, model)
+    type(record_t), intent(in) :: record !! the record
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(model_t), intent(inout) :: model !! receives the pairs
+    type(word_list_t) :: names
+    integer :: i, k, found
+
+    do i = 2, item_count(record)
+      found = 0
+      do k = 1, size(model%pairs)
+        call add_candidate(names, model%pairs(k)%name)
+        if (item_name(record, i) == model%pairs(k)%name .or. &
+          item_name(record, i) == to_text(model%pairs(k)%number)) found = k
+      end do
+      if (found == 0) then
+        call report_error(diagnostics, item_location(record, i), 'there is no pair '''// &
+          item_name(record, i)//'''', did_you_mean(names, item_name(record, i), &
+          'a pair is named in CONTact: PAIR number name'))
+      else if (any(model%output%points == found)) then
+        call report_error(diagnostics, item_location(record, i), 'points of '''// &
+          item_name(record, i)//''' are asked for twice', 'name each pair once')
+      else
+        model%output%points = [model%output%points, found]
+      end if
+    end do
+  end subroutine read_points
 
   !> Without REACtions: every set with a restrained degree of freedom, in the order of the deck.
   subroutine request_restrained_sets(model)

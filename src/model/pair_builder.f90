@@ -15,6 +15,7 @@ module pair_builder
   use contact_cells, only: prepare_cells
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
+  use overlap_checks, only: check_shrink
   use node_queries, only: report_unknown_name
   use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
@@ -106,6 +107,7 @@ contains
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(model%mesh, pair, diagnostics)
     call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
+    if (pair%shrink >= 0) call check_shrink(model, pair, diagnostics)
     call take_penalties(model, diagnostics, pair)
     if (pair%segmented) call prepare_cells(model%mesh%x, pair)
     allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))

@@ -5,7 +5,7 @@ module rotations_reader
   use kinds, only: wp, pi
   use text, only: to_text
   use vectors, only: cross
-  use deck_types, only: deck_t, record_t
+  use deck_types, only: deck_t, record_t, location_t
   use records, only: item_location, item_name, item_real
   use diagnostics, only: diagnostics_t, report_error
   use node_queries, only: nodes_of_item
@@ -15,7 +15,7 @@ module rotations_reader
   use distributed_loads, only: check_load_table
   implicit none
   private
-  public :: read_rotations
+  public :: read_rotations, add_turn, check_turned, largest_angle
 
   !> Largest angle by which a part of a body of small strain may turn [degree].
   real(wp), parameter :: most_angle = 1.0_wp
@@ -78,7 +78,8 @@ contains
       return
     end if
     turned(nodes) = number
-    call check_angle(record, model, number, turned, largest_angle(model, table, angle), diagnostics)
+    call check_turned(item_location(record, 8), model, number, turned, &
+      largest_angle(model, table, angle), diagnostics)
     call add_turn(model%mesh%x, nodes, point, axis/norm2(axis), angle, table, loads)
   end subroutine read_rotation
 
@@ -95,10 +96,10 @@ contains
   end function largest_angle
 
   !> A body of small strain of which a part turns must not turn far: its stress would be false.
-  subroutine check_angle(record, model, number, turned, angle, diagnostics)
-    type(record_t), intent(in) :: record !! the record
+  subroutine check_turned(at, model, number, turned, angle, diagnostics)
+    type(location_t), intent(in) :: at !! what turns it
     type(model_t), intent(in) :: model !! mesh and materials
-    integer, intent(in) :: number !! which record it is
+    integer, intent(in) :: number !! which record or rigid body it is
     integer, intent(in) :: turned(:) !! (nodes) record that turns them
     real(wp), intent(in) :: angle !! the largest
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -112,13 +113,13 @@ contains
       n = count(model%mesh%ix(:, e) > 0)
       count_turned = count(turned(model%mesh%ix(:n, e)) == number)
       if (count_turned == 0 .or. count_turned == n) cycle
-      call report_error(diagnostics, item_location(record, 8), 'a part of an elastic body '// &
+      call report_error(diagnostics, at, 'a part of an elastic body '// &
         'turns by '//to_text(angle*180.0_wp/pi, 6)//' degrees: in small strain its stress '// &
         'would be false', 'turn all nodes of the region (RIGId), at most 1 degree, or take a '// &
         'law of finite strain')
       return
     end do
-  end subroutine check_angle
+  end subroutine check_turned
 
   !> The two patterns of a rotation.
   subroutine add_turn(x, nodes, point, axis, angle, table, loads)

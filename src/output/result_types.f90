@@ -36,6 +36,8 @@ module result_types
     real(wp) :: time = 0.0_wp !! its time [time]
     real(wp), allocatable :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
     type(contact_row_t), allocatable :: pairs(:) !! (pairs) sums over the points of each pair
+    real(wp), allocatable :: rigid(:, :) !! (12, rigid bodies) motions and forces of constraints, if
+    !! there are such bodies
   end type end_row_t
 
   !> The contact points of one pair at one time.
@@ -84,6 +86,7 @@ module result_types
     real(wp) :: increment = 0.0_wp !! increment size to go on with [time]
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free motions [length, radian]
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
     ! The state before, from which first touches are foreseen
     real(wp) :: span_before = 0.0_wp !! length of the last increment, 0 if not known [time]

@@ -8,6 +8,7 @@ module results_file
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
+  use rigid_paths, only: count_rigid
   use result_types, only: origin_t, end_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
@@ -15,7 +16,8 @@ module results_file
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
-  use results_tables, only: create_history_part, append_history, create_contact_part, &
+  use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid, &
+    create_contact_part, &
     append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
@@ -66,6 +68,8 @@ contains
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
     if (allocated(error)) return
     call create_history_part(results%file, error)
+    if (.not. allocated(error) .and. count_rigid(model) > 0) call create_rigid_part( &
+      results%file, error)
     if (allocated(error)) return
     call create_audit_part(results%file, bodies, error)
     if (allocated(error)) return
@@ -111,6 +115,8 @@ contains
       present(frame) .or. present(state)), error)
     if (allocated(error)) return
     call append_history(results%file, model, row, error)
+    if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
+      row, error)
     if (allocated(error)) return
     call append_audit(results%file, audit, error)
     if (allocated(error)) return

@@ -21,6 +21,7 @@ module results_state
   use cell_state, only: create_cells, write_cells
   use path_state, only: create_before, write_before
   use scene_state, only: create_scene, write_scene
+  use rigid_state, only: create_rigid, write_rigid
   use text_files, only: rename_file
   implicit none
   private
@@ -61,6 +62,7 @@ contains
     call create_before(file, root, model%mesh%nodes, error)
     if (allocated(error)) return
     call create_scene(file, root, error)
+    if (.not. allocated(error)) call create_rigid(file, root, model, error)
     if (allocated(error)) return
     call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
       'nodes that the condensed solver holds for contact; empty if it was not in use', error)
@@ -237,6 +239,7 @@ contains
     if (allocated(error)) return
     call write_before(file, root, slot, state, error)
     if (.not. allocated(error)) call write_scene(file, root, slot, state, error)
+    if (.not. allocated(error)) call write_rigid(file, root, slot, state, error)
     if (allocated(error)) return
     if (allocated(state%candidate)) then
       call write_block(file, root//'candidate', state%candidate, slot, error)

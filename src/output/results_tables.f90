@@ -15,13 +15,19 @@ module results_tables
     stored_integer
   implicit none
   private
-  public :: create_history_part, append_history, create_contact_part, append_contact
+  public :: create_history_part, append_history, create_rigid_part, append_rigid, &
+    create_contact_part, append_contact
 
   !> Columns of /history/reactions and /history/contact.
   character(2), parameter :: reaction_columns(3) = ['R1', 'R2', 'R3']
   character(6), parameter :: count_columns(3) = [character(6) :: 'active', 'stick', 'slip']
   character(16), parameter :: contact_columns(12) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', &
     'F3', 'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion', 'Ft_nodes']
+  character(4), parameter :: rigid_columns(12) = [character(4) :: 'U1', 'U2', 'U3', 'ROT1', &
+    'ROT2', 'ROT3', 'F1', 'F2', 'F3', 'M1', 'M2', 'M3']
+  character(12), parameter :: rigid_units(12) = [character(12) :: 'length', 'length', 'length', &
+    'radian', 'radian', 'radian', 'force', 'force', 'force', 'force length', 'force length', &
+    'force length']
   character(12), parameter :: contact_units(12) = [character(12) :: 'force', 'force', 'force', &
     'force', 'force', 'force length', 'force length', 'force length', 'length', 'length', &
     'length', 'force']
@@ -55,6 +61,41 @@ contains
         [integer ::], 1, trim(contact_units(i)), 'as in the .con table', error)
     end do
   end subroutine create_history_part
+
+  !> Makes the empty columns of the table of rigid bodies.
+  subroutine create_rigid_part(file, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call create_keys(file, '/history/rigid/', 'body', error)
+    do i = 1, size(rigid_columns)
+      if (allocated(error)) return
+      call make_series(file, '/history/rigid/'//trim(rigid_columns(i)), stored_real, &
+        [integer ::], 1, trim(rigid_units(i)), 'as in the .rig table', error)
+    end do
+  end subroutine create_rigid_part
+
+  !> Writes the rows of the rigid bodies of one end time.
+  subroutine append_rigid(file, model, row, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(end_row_t), intent(in) :: row !! sums of an end time, rigid bodies among them
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(name_length) :: names(size(row%rigid, 2))
+    real(wp) :: column(size(row%rigid, 2))
+    integer :: i
+
+    do i = 1, size(names)
+      names(i) = model%conditions%rigid(i)%name
+    end do
+    call append_keys(file, '/history/rigid/', 'body', row%step, row%time, names, error)
+    do i = 1, size(rigid_columns)
+      if (allocated(error)) return
+      column = row%rigid(i, :)
+      call write_block(file, '/history/rigid/'//trim(rigid_columns(i)), column, at_end, error)
+    end do
+  end subroutine append_rigid
 
   !> Makes a group with the empty columns that say what a row is about.
   subroutine create_keys(file, group, key, error)

@@ -124,6 +124,7 @@ contains
     end if
     line = line//': '//trim(laws(material%law)%words)
     if (material%mean) line = line//', volume by the mean dilatation of each element'
+    if (material%nodal) line = line//', volume by the dilatation of the nodes'
     line = line//', E = '//to_text(material%youngs_modulus)//', nu = '// &
       to_text(material%poissons_ratio)
   end function material_line

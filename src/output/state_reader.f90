@@ -17,6 +17,7 @@ module state_reader
   use cell_state, only: read_cells
   use path_state, only: read_before
   use scene_state, only: read_scene
+  use rigid_state, only: read_rigid_motions
   implicit none
   private
   public :: read_state
@@ -231,6 +232,7 @@ contains
     call read_block(file, root//'reaction', state%reaction, slot, error)
     if (.not. allocated(error)) call read_before(file, root, slot, state, error)
     if (.not. allocated(error)) call read_scene(file, root, slot, state, error)
+    if (.not. allocated(error)) call read_rigid_motions(file, root, model, slot, state, error)
     if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)

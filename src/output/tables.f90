@@ -1,4 +1,5 @@
-!> The text tables: reactions (.rea), contact (.con) and requested displacements (.his).
+!> The text tables: reactions (.rea), contact (.con), requested displacements (.his), rigid bodies
+!! (.rig).
 !!
 !! One row per end time and name, flushed at once. Nothing in them depends on the machine or the
 !! clock; -0 is printed as 0.
@@ -6,14 +7,16 @@ module tables
   use kinds, only: wp
   use errors, only: error_t
   use text, only: string_t, to_text
-  use model_types, only: history_request_t
+  use model_types, only: history_request_t, rigid_body_t
   use contact_types, only: pair_t
   use result_types, only: contact_row_t
+  use point_rows, only: point_row_t
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
   private
   public :: table_t, create_reaction_table, write_reactions, create_contact_table, write_contacts, &
-    create_history_table, write_history, close_table
+    create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
+    write_rigid_bodies, close_table
 
   !> A table open for writing.
   type :: table_t
@@ -41,7 +44,7 @@ contains
     if (allocated(error)) return
     call pad_names(sets, 'set', table%names)
     call write_head(table, title, 'reactions: the force each support exerts on the structure', &
-      'set', columns, error)
+      'set', columns, error=error)
   end subroutine create_reaction_table
 
   !> Writes the reactions of one end time.
@@ -81,7 +84,7 @@ contains
     end do
     call pad_names(names, 'pair', table%names)
     call write_head(table, title, 'contact: forces on the slave side, moments about the origin', &
-      'pair', columns, error)
+      'pair', columns, '  active   stick    slip', error)
   end subroutine create_contact_table
 
   !> Writes the contact sums of one end time.
@@ -122,7 +125,8 @@ contains
     do i = 1, size(requests)
       columns(i) = 'u'//to_text(requests(i)%dof)//'@'//to_text(requests(i)%node)
     end do
-    call write_head(table, title, 'displacements: u<direction>@<node>', '', columns, error)
+    call write_head(table, title, 'displacements: u<direction>@<node>', '', columns, &
+      error=error)
   end subroutine create_history_table
 
   !> Writes the requested displacements of one end time.
@@ -138,6 +142,88 @@ contains
     call flush_text_file(table%file, error)
   end subroutine write_history
 
+  !> Creates the table of rigid bodies.
+  subroutine create_rigid_table(table, path, title, bodies, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(rigid_body_t), intent(in) :: bodies(:) !! the bodies, in the order of the rows
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(4), parameter :: columns(12) = [character(4) :: 'U1', 'U2', 'U3', 'ROT1', 'ROT2', &
+      'ROT3', 'F1', 'F2', 'F3', 'M1', 'M2', 'M3']
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    allocate (names(size(bodies)))
+    do i = 1, size(bodies)
+      names(i)%s = bodies(i)%name
+    end do
+    call pad_names(names, 'body', table%names)
+    call write_head(table, title, 'rigid bodies: translation and rotation vector of the point, '// &
+      'force and moment of its constraint on the body', 'body', columns, error=error)
+  end subroutine create_rigid_table
+
+  !> Writes the rigid bodies of one end time.
+  subroutine write_rigid_bodies(table, step, time, rows, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: rows(:, :) !! (12, bodies) motions, forces of constraints
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(table%names)
+      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s// &
+        reals(rows(:, i)), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_rigid_bodies
+
+  !> Creates the table of contact points.
+  subroutine create_point_table(table, path, title, pairs, error)
+    type(table_t), intent(out) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: title !! title of the deck
+    type(pair_t), intent(in) :: pairs(:) !! its pairs
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(4), parameter :: columns(6) = [character(4) :: 'p', 't1', 't2', 't3', 'gap', 'slip']
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    call create_text_file(table%file, path, error)
+    if (allocated(error)) return
+    allocate (names(size(pairs)))
+    do i = 1, size(pairs)
+      names(i)%s = pairs(i)%name
+    end do
+    call pad_names(names, 'pair', table%names)
+    call write_head(table, title, 'contact points: slave nodes (NTOS) or slave facets (GTOS), '// &
+      'tractions on the slave side', 'pair', columns, '    point  status', error)
+  end subroutine create_point_table
+
+  !> Writes the points of one pair at one end time.
+  subroutine write_points(table, step, time, pair, rows, error)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    integer, intent(in) :: pair !! place of the pair in the table
+    type(point_row_t), intent(in) :: rows(:) !! its points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(17) :: numbers
+    integer :: i
+
+    do i = 1, size(rows)
+      write (numbers, '(i9, i8)') rows(i)%point, rows(i)%status
+      call write_line(table%file, row_start(step, time)//'  '//table%names(pair)%s//numbers// &
+        reals(rows(i)%values), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_points
+
   !> Closes a table; one that was never created is left alone.
   subroutine close_table(table, error)
     type(table_t), intent(inout) :: table !! the table
@@ -147,12 +233,13 @@ contains
   end subroutine close_table
 
   !> Writes the header lines: what the table is, and the names of its columns.
-  subroutine write_head(table, title, what, key, columns, error)
+  subroutine write_head(table, title, what, key, columns, counts, error)
     type(table_t), intent(inout) :: table !! open table
     character(*), intent(in) :: title !! title of the deck
     character(*), intent(in) :: what !! meaning of the table
     character(*), intent(in) :: key !! name of the column of names, empty for none
     character(*), intent(in) :: columns(:) !! names of the columns of reals
+    character(*), intent(in), optional :: counts !! names of the columns of integers, as printed
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: line
     character(real_width + 2) :: column
@@ -164,7 +251,7 @@ contains
     if (allocated(error)) return
     line = '#   step'//repeat(' ', real_width - 2)//'time'
     if (key /= '') line = line//'  '//padded(key, name_width(table%names, key))
-    if (key == 'pair') line = line//'  active   stick    slip'
+    if (present(counts)) line = line//counts
     do i = 1, size(columns)
       column = repeat(' ', max(0, len(column) - len_trim(columns(i))))//columns(i)
       line = line//column

@@ -5,7 +5,7 @@ module batch_tangent
   use text, only: to_text
   use signals, only: stop_requested
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
-  use increment_start, only: begin_at, choose_start
+  use increment_start, only: take_overlaps, begin_at, choose_start
   use increments, only: follow_solution, settle_touches
   use contact_system, only: load_contact, couple
   use residuals, only: estimate_round_off, form_residual, residual_norm
@@ -34,8 +34,9 @@ contains
     run%progress = newton_t()
     run%augmentation = augmentation_t()
     run%renewals = 0
-    if (.not. is_passing(run%position)) call begin_at(context%model, context%system, &
-      context%state, run%pending_time)
+    if (is_passing(run%position)) return
+    call take_overlaps(context%model, run%pending_time)
+    call begin_at(context%model, context%system, context%state, run%pending_time)
   end subroutine prepare
 
   !> Makes the pending increment ready for iterations, once; without TIME before it, one at the
@@ -85,6 +86,8 @@ contains
           error)
         return
       end if
+      ! at the start there may have been nothing to round
+      call estimate_round_off(system, model%mesh%x)
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)

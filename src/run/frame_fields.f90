@@ -17,7 +17,7 @@ module frame_fields
   use result_types, only: frame_t, point_fields_t
   implicit none
   private
-  public :: fill_frame, fill_first_frame
+  public :: fill_frame, fill_points, fill_first_frame
 
 contains
 

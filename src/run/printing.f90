@@ -8,6 +8,7 @@ module printing
   use tetrahedra, only: tetrahedron_volume, aspect_ratio
   use solid_types, only: n_solid_state, state_stress
   use bulk_assembly, only: recover_bulk
+  use nodal_dilatation, only: add_nodal_pressure
   use nodal_stress, only: average_stress, von_mises
   use model_types, only: model_t
   use system_types, only: system_t, state_t
@@ -72,6 +73,7 @@ contains
 
     allocate (solid(n_solid_state, model%mesh%elements))
     call recover_bulk(system%bulk, model%mesh%x, state%u, solid)
+    call add_nodal_pressure(model%mesh%x, state%u, system, solid)
     if (command%option == 'node') then
       what = 'node'
       there = model%mesh%used

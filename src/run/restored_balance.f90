@@ -7,7 +7,7 @@ module restored_balance
   use contact_parameters, only: first_raise
   use contact_system, only: load_contact
   use force_scales, only: force_scale
-  use increment_start, only: begin_at
+  use increment_start, only: take_overlaps, begin_at
   use model_types, only: model_t
   use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
   use result_types, only: saved_state_t
@@ -81,6 +81,7 @@ contains
     type(state_t), intent(in) :: state !! the state
     integer :: k
 
+    call take_overlaps(model, state%time)
     call begin_at(model, system, state, state%time)
     system%u = state%u
     system%x_now = model%mesh%x + state%u

@@ -7,20 +7,28 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_position
+  use contact_overlap, only: withheld_gap
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
   use solid_types, only: n_solid_state
   use assembly, only: recover
   use bulk_assembly, only: recover_bulk
+  use nodal_dilatation, only: add_nodal_pressure
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
-    write_contacts, create_history_table, write_history, close_table
+    write_contacts, create_history_table, write_history, create_point_table, write_points, &
+    create_rigid_table, write_rigid_bodies, close_table
+  use contact_surfaces, only: contact_surface_t, find_slave_surface
+  use point_rows, only: point_row_t, find_point_rows
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
-  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
-  use frame_fields, only: fill_frame
+  use rigid_paths, only: count_rigid
+  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
+    point_fields_t
+  use frame_fields, only: fill_frame, fill_points
+  use rigid_report, only: rigid_rows
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
   use restored_balance, only: residual_share_of
@@ -38,6 +46,9 @@ module run_files
     type(table_t) :: reactions !! .rea
     type(table_t) :: contacts !! .con
     type(table_t) :: history !! .his, with OUTPut HISTory only
+    type(table_t) :: points !! .pts, with OUTPut POINts only
+    type(contact_surface_t), allocatable :: slaves(:) !! slave sides of its pairs
+    type(table_t) :: rigid !! .rig, with RIGId only
     type(log_t) :: log !! .log
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
@@ -69,6 +80,11 @@ contains
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
     if (allocated(error)) return
+    if (size(model%output%points) > 0) call create_points(files, base//'.pts', model, error)
+    if (allocated(error)) return
+    if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
+      model%title, model%conditions%rigid, error)
+    if (allocated(error)) return
     call create_results(files%results, base//'.h5', model, system%bodies, origin, error)
     if (allocated(error)) return
     if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
@@ -77,6 +93,22 @@ contains
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
+
+  !> Creates the table of contact points.
+  subroutine create_points(files, path, model, error)
+    type(run_files_t), intent(inout) :: files !! gets points, slaves
+    character(*), intent(in) :: path !! its name
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    allocate (files%slaves(size(model%output%points)))
+    do i = 1, size(files%slaves)
+      call find_slave_surface(model%pairs(model%output%points(i)), model%mesh%x, files%slaves(i))
+    end do
+    call create_point_table(files%points, path, model%title, model%pairs(model%output%points), &
+      error)
+  end subroutine create_points
 
   !> Contact points at an end time, and stresses where they are due or it is the last.
   subroutine recover_fields(files, model, system, state, last, fields)
@@ -95,6 +127,7 @@ contains
       if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_solid_state, &
         system%bulk%n))
       call recover_bulk(system%bulk, model%mesh%x, state%u, files%bulk_state)
+      call add_nodal_pressure(model%mesh%x, state%u, system, files%bulk_state)
     end if
   end subroutine recover_fields
 
@@ -120,16 +153,41 @@ contains
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, row%pairs(k))
     end do
+    if (count_rigid(model) > 0) row%rigid = rigid_rows(model, system, state)
     call write_reactions(files%reactions, state%step, state%time, row%reactions, error)
     if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, &
       row%pairs, error)
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
+    if (.not. allocated(error)) call write_point_rows(files, model, system, state, error)
+    if (.not. allocated(error) .and. allocated(row%rigid)) call write_rigid_bodies(files%rigid, &
+      state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
+
+  !> Appends the rows of the table of contact points.
+  subroutine write_point_rows(files, model, system, state, error)
+    type(run_files_t), intent(inout) :: files !! open files
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! contact elements
+    type(state_t), intent(in) :: state !! the converged state
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(point_fields_t) :: points
+    type(point_row_t), allocatable :: rows(:)
+    integer :: i, k
+
+    do i = 1, size(model%output%points)
+      k = model%output%points(i)
+      call fill_points(model%pairs(k), model%mesh%x, state%u, &
+        files%point_state(:, system%first_point(k):system%first_point(k + 1) - 1), points)
+      call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
+      call write_points(files%points, state%step, state%time, i, rows, error)
+      if (allocated(error)) return
+    end do
+  end subroutine write_point_rows
 
   !> Appends fields and state to the results, those that are due and asked for.
   subroutine write_fields(files, model, system, state, increment, row, audit, error)
@@ -200,7 +258,7 @@ contains
         row%tangential = row%tangential + point(14)
         row%force = row%force + f
         row%moment = row%moment + cross(x, f)
-        row%max_penetration = max(row%max_penetration, -point(4))
+        row%max_penetration = max(row%max_penetration, -point(4) - withheld_gap(model%pairs(k), p))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
       end associate
@@ -252,6 +310,7 @@ contains
     saved%increment = increment
     saved%displacement = state%u
     saved%reaction = state%reaction
+    saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
     saved%residual = residual_share_of(system)
     if (system%condensed%active .and. allocated(system%condensed%kept)) then
@@ -286,7 +345,11 @@ contains
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%contacts, next)
     if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%points, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%history, next)
+    if (.not. allocated(error)) call move_alloc(next, error)
+    call close_table(files%rigid, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_log(files%log, next)
     if (.not. allocated(error)) call move_alloc(next, error)

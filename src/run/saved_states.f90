@@ -84,6 +84,7 @@ contains
     state%time = saved%time
     state%u = saved%displacement
     state%reaction = saved%reaction
+    state%rigid = saved%rigid
     if (allocated(system%touch%u_before)) deallocate (system%touch%u_before)
     if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
     system%touch%span_before = saved%span_before

@@ -7,6 +7,7 @@ module scene_marks
   use friction_laws, only: any_acts
   use contact_types, only: pair_t
   use loads, only: conditions_at, load_factor
+  use rigid_paths, only: count_rigid, load_at
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -27,7 +28,8 @@ contains
     sum = ieor(sum_of_loads(model, system, time), &
       block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
     sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
-      merge(100, 0, model%materials(m)%rigid), m=1, size(model%materials))]))
+      merge(100, 0, model%materials(m)%rigid) + merge(1000, 0, model%materials(m)%nodal), &
+      m=1, size(model%materials))]))
     sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
       model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
     if (allocated(model%conditions%pressures)) then
@@ -38,8 +40,13 @@ contains
     end if
     if (allocated(system%spring)) sum = ieor(sum, sum_of('springs', reshape(system%spring, &
       [size(system%spring)])))
+    if (count_rigid(model) > 0) sum = ieor(sum, sum_of('rigid', &
+      [([model%conditions%rigid(k)%point, merge(1.0_wp, 0.0_wp, model%conditions%rigid(k)%free), &
+      load_at(model, k, time)], k=1, count_rigid(model))]))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
+      if (model%pairs(k)%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name//' shrink', &
+        [load_factor(model%tables, model%pairs(k)%shrink, time)]))
     end do
     mark = transfer(sum, mark)
   end function mark_scene

@@ -5,6 +5,7 @@ module study_start
   use text, only: to_text
   use errors, only: error_t, raise, exit_deck
   use loads, only: conditions_at
+  use rigid_paths, only: count_rigid
   use model_types, only: model_t
   use contact_types, only: contact_point_t
   use system_types, only: system_t, state_t, settings_t
@@ -104,7 +105,8 @@ contains
       return
     end if
     model = base
-    allocate (common%state%u(3, model%mesh%nodes), common%state%reaction(3, model%mesh%nodes))
+    allocate (common%state%u(3, model%mesh%nodes), common%state%reaction(3, model%mesh%nodes), &
+      common%state%rigid(6, count_rigid(model)))
     call set_back(model, system, common%state)
     common%times = plan%times(:common%step)
     allocate (common%given(3, model%mesh%nodes, 2*common%step))

@@ -6,12 +6,14 @@ module audit
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
+  use contact_overlap, only: overlap_of, withheld_gap
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
   use model_types, only: model_t
   use follower_pressure, only: add_pressure_force
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
+  use rigid_report, only: rigid_imbalance
   use body_audit, only: measure_bodies, find_balance, find_turns
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
@@ -54,6 +56,8 @@ contains
     audit%model_size = norm2(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2))
     allocate (audit%facet(size(model%pairs)), audit%ratio(size(model%pairs)), source=0.0_wp)
     allocate (audit%balance(6, system%bodies), source=0.0_wp)
+    allocate (audit%withheld(size(model%pairs)), source=1.0_wp)
+    allocate (audit%shrink(size(model%pairs)), source=0.0_wp)
     do k = 1, size(model%pairs)
       audit%facet(k) = model%pairs(k)%cell
       if (audit%facet(k) <= 0.0_wp) audit%facet(k) = mean_facet(model%pairs(k), model%mesh%x)
@@ -82,7 +86,7 @@ contains
 
     energy = 0.0_wp
     associate (pair => model%pairs(k), x => model%mesh%x)
-      if (pair%augmented) return
+      if (pair%augmented .or. pair%shrink >= 0) return
       do p = 1, used_points(pair)
         if (pair%old(p)%host == 0) cycle
         call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
@@ -100,6 +104,7 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time: the work of the whole run is judged
     type(audit_t), intent(inout) :: audit !! gets its results
+    integer :: b
 
     audit%before = audit%verdict
     if (audit%step == 0) audit%before = -1
@@ -110,6 +115,11 @@ contains
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
         audit%center, audit%balance)
+    end if
+    if (system%border%n > 0) then
+      do b = 1, system%bodies
+        audit%balance(:, b) = audit%balance(:, b) + rigid_imbalance(model, system, state, b)
+      end do
     end if
     call judge_balance(model, system, state, settings, audit)
     call find_energies(model, system, state, point_state, last, audit)
@@ -270,12 +280,7 @@ contains
       audit%force(:, i) = f
     end do
     if (.not. system%bulk%linear) audit%strain_energy = system%bulk_energy
-    audit%penalty_energy = 0.0_wp
-    do k = 1, system%contact%n
-      if (system%contact%status(k) <= status_open) cycle
-      audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, k)) &
-        *hypot(point_state(4, k), point_state(5, k))
-    end do
+    call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp
     do k = 1, size(model%pairs)
       audit%dissipation = audit%dissipation + sum(model%pairs(k)%old%dissipation)
@@ -290,6 +295,33 @@ contains
     audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
       last .and. audit%value(check_work) > most_lost .and. has_friction(model))
   end subroutine find_energies
+
+  !> Energy that penalties hold, and the work that is done while SHRInk takes up overlaps.
+  subroutine add_contact_energies(model, system, point_state, audit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
+    type(audit_t), intent(inout) :: audit !! gets penalty_energy; work grows
+    real(wp) :: force
+    integer :: k, p, e
+
+    audit%penalty_energy = 0.0_wp
+    do k = 1, size(model%pairs)
+      force = 0.0_wp
+      do e = system%first_point(k), system%first_point(k + 1) - 1
+        if (system%contact%status(e) <= status_open) cycle
+        p = e - system%first_point(k) + 1
+        force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
+        audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, e)) &
+          *hypot(point_state(4, e) + withheld_gap(model%pairs(k), p), point_state(5, e))
+      end do
+      if (model%pairs(k)%shrink < 0) cycle
+      audit%work = audit%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &
+        - model%pairs(k)%withheld)
+      audit%shrink(k) = force
+      audit%withheld(k) = model%pairs(k)%withheld
+    end do
+  end subroutine add_contact_energies
 
   !> Some pair has friction: what happens depends on the path.
   pure logical function has_friction(model)
@@ -339,7 +371,8 @@ contains
       way = 0.0_wp
       do e = system%first_point(k), system%first_point(k + 1) - 1
         if (system%contact%status(e) <= status_open) cycle
-        way = max(way, [-point_state(4, e), point_state(5, e)])
+        way = max(way, [-point_state(4, e) - withheld_gap(model%pairs(k), &
+          e - system%first_point(k) + 1), point_state(5, e)])
       end do
       do i = 1, 2
         if (way(i) <= audit%value(checks(i))*audit%facet(k)) cycle

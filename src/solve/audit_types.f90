@@ -37,6 +37,8 @@ module audit_types
     real(wp), allocatable :: spread(:, :, :) !! (3, 3, bodies) sum of (y.y I - y y^T) over its nodes
     logical, allocatable :: moves(:) !! (bodies) it has free degrees of freedom
     real(wp) :: model_size = 0.0_wp !! diagonal of the box around all nodes [length]
+    real(wp), allocatable :: withheld(:) !! (pairs) SHRInk: share of the overlap at the last audit
+    real(wp), allocatable :: shrink(:) !! (pairs) and the force that works on it [force length]
     real(wp), allocatable :: facet(:) !! (pairs) size of a facet of the softer side [length]
     real(wp), allocatable :: ratio(:) !! (pairs) slave facets over master facets, 0 if unknown
     ! What it sums up

@@ -22,24 +22,30 @@ module block_matrix
 contains
 
   !> Graph of the element lists: nodes that share an element are coupled.
-  subroutine build_graph(nodes, first, matrix, second)
+  subroutine build_graph(nodes, first, matrix, second, third)
     integer, intent(in) :: nodes !! number of nodes
     class(node_list_t), intent(in) :: first !! elements
     type(block_matrix_t), intent(out) :: matrix !! graph and values, the values zero
     class(node_list_t), intent(in), optional :: second !! more elements
+    class(node_list_t), intent(in), optional :: third !! and more
     integer, allocatable :: start(:), owner(:)
+    integer :: before
 
     matrix%nodes = nodes
     allocate (start(nodes + 1), source=0)
     call count_elements(first, start)
     if (present(second)) call count_elements(second, start)
+    if (present(third)) call count_elements(third, start)
     call to_offsets(start)
     allocate (owner(start(nodes + 1) - 1))
     call enter_elements(first, 0, start, owner)
-    if (present(second)) call enter_elements(second, first%n, start, owner)
+    before = first%n
+    if (present(second)) call enter_elements(second, before, start, owner)
+    if (present(second)) before = before + second%n
+    if (present(third)) call enter_elements(third, before, start, owner)
     start = cshift(start, -1)
     start(1) = 1
-    call columns(first, start, owner, matrix, second)
+    call columns(first, before, start, owner, matrix, second, third)
   end subroutine build_graph
 
   !> Counts how many elements hold each node, in start(node).
@@ -88,12 +94,14 @@ contains
   end subroutine enter_elements
 
   !> Columns of the graph: the nodes of all elements around each node, ascending.
-  subroutine columns(first, start, owner, matrix, second)
+  subroutine columns(first, before, start, owner, matrix, second, third)
     class(node_list_t), intent(in) :: first !! elements
+    integer, intent(in) :: before !! elements before those of the third list
     integer, intent(in) :: start(:) !! (nodes+1) first entry of each node
     integer, intent(in) :: owner(:) !! element of each entry
     type(block_matrix_t), intent(inout) :: matrix !! gets ptr, row, val
     class(node_list_t), intent(in), optional :: second !! more elements
+    class(node_list_t), intent(in), optional :: third !! and more
     integer, allocatable :: around(:), mark(:), row(:), longer(:)
     integer :: node, entry, n, filled
 
@@ -106,8 +114,10 @@ contains
       do entry = start(node), start(node + 1) - 1
         if (owner(entry) <= first%n) then
           call collect(first, owner(entry), node, mark, around, n)
-        else
+        else if (owner(entry) <= before) then
           call collect(second, owner(entry) - first%n, node, mark, around, n)
+        else
+          call collect(third, owner(entry) - before, node, mark, around, n)
         end if
       end do
       call sort(around(1:n))

@@ -11,6 +11,7 @@ module bulk_term
   use model_types, only: model_t
   use block_matrix, only: build_graph, locate_elements, multiply
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
+  use nodal_dilatation, only: list_volumes, add_volumes
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: system_t
@@ -30,8 +31,9 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets bulk, bulk_matrix, bulk_force, stiffest
 
     call list_bulk(model, system)
+    call list_volumes(model, system%volumes)
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix)
+    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix, third=system%volumes)
     call locate_elements(system%bulk_matrix, system%bulk)
     call end_cost(system%costs, cost_pattern)
     call form_tangent_at(model%mesh%x, system%u, system)
@@ -58,6 +60,11 @@ contains
         system%bulk%d(d_poissons_ratio, m) = material%poissons_ratio
         system%bulk%d(d_law, m) = real(material%law, wp)
         system%bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
+        if (.not. material%nodal) cycle
+        ! the same shear modulus without a volumetric part, which nodal_dilatation adds
+        system%bulk%d(d_youngs_modulus, m) = material%youngs_modulus/(1.0_wp &
+          + material%poissons_ratio)
+        system%bulk%d(d_poissons_ratio, m) = 0.0_wp
       end associate
     end do
     do k = 1, model%mesh%elements
@@ -94,6 +101,7 @@ contains
     system%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted, &
       system%bulk_matrix)
+    call add_volumes(x, u, system, .true.)
     call add_springs(system)
     call add_spring_forces(u, system)
     call add_pressure_tangent(x, u, system)
@@ -141,12 +149,18 @@ contains
     end if
   end subroutine form_bulk_force
 
-  !> Internal force at a trial; that of a linear bulk follows from bulk_change.
+  !> Internal force at a trial; that of a linear bulk follows from bulk_change, unless nodes turn
+  !! with rigid bodies.
   subroutine form_bulk_trial(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear
+    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear in
+    !! the share of the step
 
-    if (.not. system%bulk%linear) call form_force_at(x, system%trial, system)
+    if (.not. system%bulk%linear) then
+      call form_force_at(x, system%trial, system)
+    else if (system%border%n > 0) then
+      call multiply(system%bulk_matrix, system%trial, system%bulk_force)
+    end if
   end subroutine form_bulk_trial
 
   !> Internal force at a state.
@@ -157,6 +171,7 @@ contains
 
     system%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted)
+    call add_volumes(x, u, system, .false.)
     call add_spring_forces(u, system)
     call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
   end subroutine form_force_at
@@ -174,7 +189,8 @@ contains
   subroutine form_bulk_change(system)
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
-    if (system%bulk%linear) call multiply(system%bulk_matrix, system%du, system%bulk_change)
+    if (system%bulk%linear .and. system%border%n == 0) call multiply(system%bulk_matrix, &
+      system%du, system%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment

@@ -11,6 +11,8 @@ module contact_system
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, coupling, coupled_nodes
   use contact_parameters, only: point_parameters, point_shift
+  use contact_overlap, only: withheld_gap
+  use rigid_bodies, only: nothing_yields
   use master_facets, only: is_quadratic, facet_routine
   use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
@@ -128,7 +130,7 @@ contains
     integer, intent(in) :: p !! the point
     integer, intent(in) :: element !! its place in the list
     type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
-    real(wp) :: xi(2), gap
+    real(wp) :: xi(2), gap, withheld(3)
 
     associate (list => system%contact, point => pair%new(p), x => system%x_now)
       list%routine(element) = routine_none
@@ -144,11 +146,11 @@ contains
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
       list%path1(element) = point%path
-      list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%softened .and. all(system%equation(:, list%ix(1:list%nel(element), element)) == 0)) &
-        then
+      withheld = [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
+      list%shift(:, element) = point_shift(pair, p, point) + withheld
+      if (pair%softened .and. nothing_yields(system, list%ix(1:list%nel(element), element))) then
         list%d(d03_epsilon, element) = pair%epsilon(p)
-        list%shift(:, element) = 0.0_wp
+        list%shift(:, element) = withheld
       end if
     end associate
   end subroutine load_point
@@ -203,7 +205,8 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
 
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact)
+    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact, &
+      system%volumes)
     call place_bulk(system)
     call build_pattern(system%matrix, system%equation, system%csc)
     call start_pattern(system%solver)

@@ -6,6 +6,7 @@ module diagnosis
   use contact_points, only: count_points
   use contact_parameters, only: shifts_gap
   use supports, only: free_motion
+  use rigid_bodies, only: is_carried
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
@@ -179,7 +180,7 @@ contains
     node = 0
     do k = 1, size(system%node_body)
       if (system%node_body(k) /= body) cycle
-      if (system%equation(dof, k) == 0) cycle
+      if (system%equation(dof, k) == 0 .and. .not. is_carried(system, k)) cycle
       node = k
       exit
     end do

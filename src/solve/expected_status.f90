@@ -9,6 +9,7 @@ module expected_status
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
   use contact_parameters, only: point_shift
+  use contact_overlap, only: withheld_gap
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
   use system_types, only: system_t
@@ -157,6 +158,6 @@ contains
 
     call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
     kappa = point_shift(pair, p, point)
-    gap = gap + kappa(3)
+    gap = gap + kappa(3) + withheld_gap(pair, p)
   end function shifted_gap
 end module expected_status

@@ -12,11 +12,12 @@ module first_touch
   use contact_types, only: pair_t, forget_moves
   use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
-  use smooth_normals, only: project_on_master
+  use smooth_normals, only: project_on_master, renew_patches
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
-  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, first_host, meet
+  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
+    first_host, meet
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -239,7 +240,10 @@ contains
     system%touch%x_end = system%x_now
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
-      if (any(system%touch%waits(:, k))) call find_start(model%pairs(k), system, k)
+      if (any(system%touch%waits(:, k))) then
+        if (model%pairs(k)%smooth) call find_shapes(model%pairs(k), system)
+        call find_start(model%pairs(k), system, k)
+      end if
       ! hosts that points have left without friction do not bind
       call forget_moves(model%pairs(k))
     end do
@@ -297,6 +301,24 @@ contains
     end associate
   end subroutine find_free_way
 
+  !> Patches of a smooth master along the way.
+  subroutine find_shapes(pair, system)
+    type(pair_t), intent(inout) :: pair !! the pair: gets patch_way
+    type(system_t), intent(in) :: system !! positions, touch with its free way
+    real(wp) :: present(size(pair%patch, 1), size(pair%patch, 2))
+
+    present = pair%patch
+    if (.not. allocated(pair%patch_way)) &
+      allocate (pair%patch_way(size(present, 1), size(present, 2), 3))
+    call renew_patches(pair, system%x_old)
+    pair%patch_way(:, :, 1) = pair%patch
+    call renew_patches(pair, system%touch%x_free)
+    pair%patch_way(:, :, 2) = pair%patch
+    call renew_patches(pair, system%touch%x_end)
+    pair%patch_way(:, :, 3) = pair%patch
+    pair%patch = present
+  end subroutine find_shapes
+
   !> When each slave body comes to its first touch, as a share of the increment.
   subroutine find_start(pair, system, k)
     type(pair_t), intent(in) :: pair !! the pair
@@ -348,7 +370,8 @@ contains
 
     host = pair%new(p)%host
     start = system%touch%start(system%node_body(pair%point_nodes(1, p)), k)
-    time = max(start, touch_time(pair, system%touch, system%x_old, p))
+    time = way_before(system%touch, system%node_body(pair%point_nodes(1, p)), k, &
+      touch_time(pair, system%touch, system%x_old, p))
     associate (point => pair%new(p))
       point%host = first_host(pair, p)
       call meet(pair, system%touch, start, system%x_old, p, time, point%host, point%tip, gap)

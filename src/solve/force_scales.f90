@@ -3,6 +3,7 @@
 module force_scales
   use kinds, only: wp
   use system_types, only: system_t, state_t
+  use rigid_bodies, only: rigid_loads
   implicit none
   private
   public :: begin_scales, note_forces, force_scale, in_bounds, longest_step
@@ -19,7 +20,8 @@ contains
     type(state_t), intent(in) :: state !! last converged state
     type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
 
-    system%given_forces = max(norm2(system%external), norm2(state%reaction))
+    system%given_forces = max(hypot(norm2(system%external), rigid_loads(system)), &
+      norm2(state%reaction))
     system%seen_forces = 0.0_wp
     system%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
       max(0.0_wp, maxval(abs(system%u), system%equation == 0))

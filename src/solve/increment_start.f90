@@ -2,8 +2,9 @@
 !! were, hosts and residual there.
 module increment_start
   use kinds, only: wp
-  use loads, only: conditions_at
+  use loads, only: conditions_at, load_factor
   use follower_pressure, only: set_pressures
+  use rigid_bodies, only: begin_rigid, return_rigid
   use model_types, only: model_t
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
@@ -17,7 +18,7 @@ module increment_start
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: begin_at, choose_start, start_here, start_again
+  public :: take_overlaps, begin_at, choose_start, start_here, start_again
 
 contains
 
@@ -41,6 +42,18 @@ contains
     call forget_expected(system%contact)
   end subroutine start_again
 
+  !> SHRInk: what of the overlaps of the start is not taken up at `time`.
+  pure subroutine take_overlaps(model, time)
+    type(model_t), intent(inout) :: model !! tables; pairs: withheld
+    real(wp), intent(in) :: time !! end of the increment
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%shrink >= 0) model%pairs(k)%withheld = 1.0_wp - &
+        load_factor(model%tables, model%pairs(k)%shrink, time)
+    end do
+  end subroutine take_overlaps
+
   !> Prescribed displacements and applied forces at `time`.
   subroutine begin_at(model, system, state, time)
     type(model_t), intent(in) :: model !! conditions and loads
@@ -50,6 +63,7 @@ contains
 
     call conditions_at(model, time, displacement=system%u, force=system%external)
     where (system%equation > 0) system%u = state%u
+    call begin_rigid(model, system, state, time)
     call set_pressures(model, time, system)
   end subroutine begin_at
 
@@ -93,6 +107,7 @@ contains
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
+    call return_rigid(system)
     call return_bulk(model%mesh%x, system)
     system%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then

@@ -2,7 +2,7 @@
 module increments
   use kinds, only: wp
   use model_types, only: model_t
-  use increment_start, only: begin_at, choose_start, start_here, start_again
+  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple, settle_contact
   use touch_path, only: touch_waits
   use first_touch, only: begin_touch_again, find_touches, keep_path
@@ -18,6 +18,7 @@ module increments
   use multiplier_motion, only: hand_back_multipliers
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
+  use rigid_bodies, only: keep_rigid
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text, count_noun
@@ -52,6 +53,7 @@ contains
     call choose_solver(model, system, monitor)
     model%pairs%softened = is_stiff(model%pairs)
     system%x_old = model%mesh%x + state%u
+    call take_overlaps(model, time)
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, time, monitor)
     choice = any(abs(system%carried - system%left) > 0.0_wp)
@@ -326,6 +328,7 @@ contains
       state%reaction = 0.0_wp
     end where
     call spring_reactions(system, state)
+    call keep_rigid(system, state)
     system%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
   end subroutine accept

@@ -2,7 +2,8 @@
 module line_search
   use kinds, only: wp
   use back_ends, only: solver_done
-  use linear_solver, only: solve_system
+  use rigid_bodies, only: take_rigid
+  use rigid_border, only: solve_bordered
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
   use condensed_system, only: take_condensed
@@ -44,6 +45,7 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     system%u = system%trial
+    call take_rigid(system)
     if (system%condensed%active) then
       call take_condensed(system%condensed, length)
       return
@@ -113,7 +115,7 @@ contains
       length = next_condensed_length(system, share)
       return
     end if
-    call solve_system(system%solver, system%csc, system%right, system%next, system%costs, outcome)
+    call solve_bordered(system, system%right, system%next, outcome)
     length = huge(1.0_wp)
     if (outcome == solver_done) length = norm2(system%next)
   end function next_direction

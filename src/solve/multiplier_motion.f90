@@ -14,7 +14,8 @@ module multiplier_motion
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
-  use linear_solver, only: solve_system
+  use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
+  use rigid_border, only: solve_bordered
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
@@ -61,8 +62,8 @@ contains
         do p = 1, count_points(model%pairs(k))
           element = system%first_point(k) + p - 1
           if (system%contact%routine(element) == routine_none) cycle
-          if (all(system%equation(:, system%contact%ix(1:system%contact%nel(element), element)) &
-            == 0) .and. model%pairs(k)%softened) cycle
+          if (model%pairs(k)%softened .and. nothing_yields(system, &
+            system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
           motion%start(:, element) = model%pairs(k)%new(p)%lambda
@@ -235,14 +236,14 @@ contains
       end associate
       return
     end if
-    call solve_system(system%solver, system%csc, -free_values(system, force), system%next, &
-      system%costs, outcome)
+    call solve_bordered(system, -free_values(system, force), system%next, outcome)
     if (outcome /= solver_done) return
     do i = 1, size(du, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) du(k, i) = system%next(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%next, du)
   end subroutine answer_multipliers
 
   !> The direction with the way of the multipliers.
@@ -256,8 +257,7 @@ contains
       return
     end if
     allocate (change, mold=system%solution)
-    call solve_system(system%solver, system%csc, -free_values(system, forces_of_way(system)), &
-      change, system%costs, outcome)
+    call solve_bordered(system, -free_values(system, forces_of_way(system)), change, outcome)
     if (outcome /= solver_done) return
     system%solution = system%solution + change
     do i = 1, size(system%du, 2)
@@ -265,6 +265,7 @@ contains
         if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%solution, system%du)
     call form_bulk_change(system)
   end subroutine push_multipliers
 
@@ -272,7 +273,7 @@ contains
   pure function free_values(system, field) result(values)
     type(system_t), intent(in) :: system !! equations
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(system%equations)
+    real(wp) :: values(size(system%right))
     integer :: i, k
 
     do i = 1, size(field, 2)
@@ -280,6 +281,7 @@ contains
         if (system%equation(k, i) > 0) values(system%equation(k, i)) = field(k, i)
       end do
     end do
+    values(system%equations + 1:) = rigid_values(system, field)
   end function free_values
 
   !> Values at the live candidates.

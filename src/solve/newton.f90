@@ -5,7 +5,9 @@ module newton
   use signals, only: stop_requested
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
-  use linear_solver, only: factorise_matrix, solve_system, solver_name
+  use linear_solver, only: solver_name
+  use rigid_bodies, only: spread_rigid
+  use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
@@ -307,10 +309,8 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    call factorise_matrix(system%solver, system%csc, system%symmetric .and. &
-      .not. progress%indefinite, system%costs, outcome)
-    if (outcome == solver_done) call solve_system(system%solver, system%csc, system%right, &
-      system%solution, system%costs, outcome)
+    call factorise_bordered(system, system%symmetric .and. .not. progress%indefinite, outcome)
+    if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
     call spread_direction(system)
     call form_bulk_change(system)
@@ -340,6 +340,7 @@ contains
         if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
       end do
     end do
+    call spread_rigid(system, system%solution, system%du)
   end subroutine spread_direction
 
   !> The report of one iteration.

@@ -12,6 +12,8 @@ module residuals
   use supports, only: ground_bodies
   use condensed_system, only: gather_condensed
   use multiplier_motion, only: shift_multipliers
+  use rigid_bodies, only: try_rigid, add_rigid_right
+  use rigid_border, only: form_border
   use system_types, only: system_t
   implicit none
   private
@@ -37,7 +39,7 @@ contains
     if (.not. system%condensed%active) call form_bulk_force(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
-    call gather_right(system, 0.0_wp)
+    call gather_right(system, 0.0_wp, .false.)
     call end_cost(system%costs, cost_residual)
   end subroutine form_residual
 
@@ -49,18 +51,20 @@ contains
 
     call begin_cost(system%costs, cost_residual)
     system%trial = system%u + length*system%du
+    call try_rigid(system, length)
     if (system%motion%active) call shift_multipliers(system, length)
     call form_bulk_trial(x, system)
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
-    call gather_right(system, length)
+    call gather_right(system, length, .true.)
     call end_cost(system%costs, cost_residual)
   end subroutine form_trial
 
   !> right = applied - internal forces on the free degrees of freedom.
-  subroutine gather_right(system, length)
+  subroutine gather_right(system, length, tried)
     type(system_t), intent(inout) :: system !! gets right
     real(wp), intent(in) :: length !! share of bulk_change
+    logical, intent(in) :: tried !! forces are those of the trial
     integer :: i, k
 
     if (system%condensed%active) then
@@ -74,7 +78,22 @@ contains
           - length*system%bulk_change(k, i) - system%contact_force(k, i)
       end do
     end do
+    if (system%border%n == 0) return
+    if (tried) then
+      call add_rigid_right(system, system%trial, .true., nodal_forces(system, length))
+    else
+      call add_rigid_right(system, system%u, .false., nodal_forces(system, length))
+    end if
   end subroutine gather_right
+
+  !> What acts on the nodes: applied - internal forces.
+  pure function nodal_forces(system, length) result(force)
+    type(system_t), intent(in) :: system !! forces given
+    real(wp), intent(in) :: length !! share of bulk_change
+    real(wp) :: force(3, size(system%equation, 2))
+
+    force = system%external - system%bulk_force - length*system%bulk_change - system%contact_force
+  end function nodal_forces
 
   !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
   !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.
@@ -88,6 +107,7 @@ contains
       if (.not. (system%symmetric .and. system%bulk%linear)) call fill_values(system%bulk_matrix, &
         system%equation, system%csc)
       system%symmetric = .not. allocated(system%pressed)
+      call form_border(system)
       return
     end if
     call begin_cost(system%costs, cost_contact_tangent)
@@ -97,8 +117,9 @@ contains
     end do
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
-    call gather_right(system, 0.0_wp)
+    call gather_right(system, 0.0_wp, .false.)
     if (any(system%weak)) call ground_bodies(x, system)
+    call form_border(system)
     call fill_values(system%matrix, system%equation, system%csc)
     system%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
       .not. allocated(system%pressed)
@@ -137,7 +158,7 @@ contains
       node = system%condensed%node(system%condensed%live(largest))
       dof = system%condensed%direction(system%condensed%live(largest))
     else if (system%equations > 0) then
-      largest = maxloc(abs(system%right), 1)
+      largest = maxloc(abs(system%right(:system%equations)), 1)
       value = system%right(largest)
       place = findloc(system%equation, largest)
       dof = place(1)

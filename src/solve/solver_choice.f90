@@ -22,6 +22,7 @@ module solver_choice
     logical :: friction = .false. !! one of them with friction
     logical :: linear_bulk = .true. !! the bulk's tangent is constant
     logical :: restrained = .true. !! supports alone hold each body
+    logical :: rigid_unknowns = .false. !! a rigid body has free motions
     integer :: dofs = 0 !! free degrees of freedom
     integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
     real(wp) :: dense_share = 0.0_wp !! estimated cost of dense systems over that of sparse factors,
@@ -85,7 +86,8 @@ contains
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%weak)
-    scene%dofs = system%equations
+    scene%rigid_unknowns = system%border%n > 0
+    scene%dofs = system%equations + system%border%n
     on_surface = .false.
     do k = 1, size(model%pairs)
       if (any(has_friction(model%pairs(k)%mu))) scene%friction = .true.
@@ -149,6 +151,8 @@ contains
       obstacle = 'there is no contact'
     else if (.not. scene%linear_bulk) then
       obstacle = 'the bulk is not linear'
+    else if (scene%rigid_unknowns) then
+      obstacle = 'the motion of a rigid body is free'
     end if
   end function obstacle_to_reduced
 
@@ -176,6 +180,7 @@ contains
 
     t = merge('linear bulk   ', 'nonlinear bulk', scene%linear_bulk)
     t = trim(t)//', '//count_noun(scene%dofs, 'free dof')
+    if (scene%rigid_unknowns) t = t//', some of them of a rigid body'
     if (.not. scene%contact) then
       t = t//', no contact'
       return

@@ -62,6 +62,7 @@ contains
     integer, intent(in) :: node !! the node
 
     yes = system%equation(k, node) == 0
+    if (allocated(system%carried_by)) yes = yes .and. system%carried_by(node) == 0
     if (yes .or. .not. allocated(system%spring)) return
     yes = system%spring(k, node) > 0.0_wp
   end function is_supported

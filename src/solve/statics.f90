@@ -54,7 +54,7 @@ contains
 
     if (.not. (allocated(system%weak) .and. allocated(system%x_old))) return
     if (size(model%pairs) == 0) return
-    if (.not. any(system%weak)) return
+    if (.not. any(system%weak) .or. system%border%n > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
     loads = loads_on(model, system, time, parts)

@@ -15,6 +15,7 @@ module supports
   use system_types, only: system_t
   use rigid_motions, only: find_motions
   use springs, only: is_supported
+  use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
   public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, &
@@ -52,12 +53,13 @@ contains
     do i = 1, size(system%node_body)
       if (system%node_body(i) /= body) cycle
       do k = 1, 3
-        if (system%equation(k, i) > 0) dofs = dofs + 1
+        if (system%equation(k, i) > 0 .or. is_carried(system, i)) dofs = dofs + 1
         if (is_supported(system, k, i)) then
           call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
         end if
       end do
     end do
+    call add_points(system, body, center, size_x, gram)
     across = .false.
     if (present(tracks)) across = tracks
     if (with_contact) call add_contact(x, system, body, center, size_x, across, gram)
@@ -65,6 +67,28 @@ contains
     motion = gram(:, 1)
     free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
   end subroutine free_motion
+
+  !> Adds what is prescribed of the points of rigid bodies.
+  pure subroutine add_points(system, body, center, size_x, gram)
+    type(system_t), intent(in) :: system !! rigid bodies
+    integer, intent(in) :: body !! connected body
+    real(wp), intent(in) :: center(3) !! where rotations turn about [length]
+    real(wp), intent(in) :: size_x !! size of the model [length]
+    real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
+    integer :: b, k
+
+    if (.not. allocated(system%rigid)) return
+    do b = 1, size(system%rigid)
+      associate (rigid => system%rigid(b))
+        if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
+        do k = 1, 3
+          if (all(rigid%unknown /= k)) call add_support(gram, unit_vector(k), (rigid%point &
+            - center)/size_x)
+          if (all(rigid%unknown /= 3 + k)) gram(3 + k, 3 + k) = gram(3 + k, 3 + k) + 1.0_wp
+        end do
+      end associate
+    end do
+  end subroutine add_points
 
   !> Adds a support that resists motion of the point y along n.
   pure subroutine add_support(gram, n, y)
@@ -136,6 +160,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! gets weak
     integer :: held(3, size(system%equation, 2)), body
+    real(wp) :: motion(6)
 
     held = system%equation
     if (allocated(system%spring)) where (system%spring > 0.0_wp) held = 0
@@ -146,6 +171,13 @@ contains
       call find_motions(x, held, system%node_body, body, system%motions(body))
     end do
     system%weak = system%motions%n > 0
+    if (system%border%n == 0) return
+    do body = 1, size(system%rigid)
+      associate (rigid => system%rigid(body))
+        if (size(rigid%unknown) == 0) cycle
+        call free_motion(x, system, rigid%body, .false., system%weak(rigid%body), motion)
+      end associate
+    end do
   end subroutine find_weak_bodies
 
   !> Marks the bodies that neither supports nor closed contact points hold at present.
@@ -176,7 +208,7 @@ contains
     do node = 1, size(system%node_body)
       if (system%node_body(node) == 0) cycle
       associate (body => system%node_body(node))
-        if (.not. system%weak(body)) cycle
+        if (.not. system%weak(body) .or. is_carried(system, node)) cycle
         place = find_block(system%matrix, node, node)
         do k = 1, 3
           associate (stiffness => system%matrix%val(k, k, place))
@@ -231,6 +263,7 @@ contains
         if (system%node_body(node) /= body) cycle
         where (system%equation(:, node) > 0) system%u(:, node) = system%u(:, node) + way
       end do
+      call drop_rigid(system, body, way)
     end do
   end subroutine drop_bodies
 
@@ -293,6 +326,7 @@ contains
         force(k) = force(k) + system%right(system%equation(k, node))
       end do
     end do
+    if (system%border%n > 0) force = force + rigid_force(system, body)
   end function resultant
 
   !> Outward unit normal of a facet.

@@ -7,9 +7,11 @@ module system_building
   use bodies, only: find_bodies
   use facet_geometry, only: facet_size
   use bulk_term, only: build_bulk
+  use contact_overlap, only: measure_overlap
   use contact_hosts, only: start_pair
   use follower_pressure, only: list_pressures
   use springs, only: start_springs
+  use rigid_bodies, only: start_rigid
   use supports, only: find_weak_bodies
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
@@ -41,6 +43,7 @@ contains
 
     call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
     call number_equations(model%conditions%restrained, system)
+    call start_rigid(model, system, state)
     call start_springs(model, system)
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system)
@@ -49,6 +52,7 @@ contains
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
+      call measure_overlap(model%pairs(k), model%mesh%x)
     end do
   end subroutine outline_system
 
@@ -96,8 +100,8 @@ contains
       system%contact_force(3, nodes), system%left(3, nodes), system%carried(3, nodes), &
       system%x_old(3, nodes), system%x_now(3, nodes), &
       system%x_ahead(3, nodes), source=0.0_wp)
-    allocate (system%right(system%equations), system%solution(system%equations), &
-      system%next(system%equations), source=0.0_wp)
+    allocate (system%right(system%equations + system%border%n), source=0.0_wp)
+    allocate (system%solution, system%next, source=system%right)
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors
 

@@ -2,7 +2,7 @@
 module system_types
   use kinds, only: wp
   use costs, only: cost_t
-  use element_lists, only: bulk_list_t, element_list_t
+  use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
@@ -10,6 +10,7 @@ module system_types
   use rigid_motions, only: motions_t
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
+  use rigid_types, only: rigid_t, border_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -31,6 +32,8 @@ module system_types
     integer :: step = 0 !! end times so far
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free translation and rotation vector
+    !! of their points [length, radian]
   end type state_t
 
   !> Everything that is built once from a model.
@@ -43,6 +46,9 @@ module system_types
     !! zeros behind the last; not allocated if there are none
     integer, allocatable :: pressed_by(:) !! (facets) place in pressure
     real(wp), allocatable :: pressure(:) !! at the end of the increment [force/length^2]
+    type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
+    integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
+    type(border_t) :: border !! what these unknowns add to the matrix
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
@@ -50,6 +56,7 @@ module system_types
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     type(bulk_list_t) :: bulk !! bulk elements
+    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
     type(element_list_t) :: contact !! contact elements, one a point
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
     integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
@@ -81,9 +88,9 @@ module system_types
     real(wp) :: bulk_energy = 0.0_wp !! strain energy of a bulk that is not linear [force length]
     integer :: inverted = 0 !! element that was, or would be, turned inside out
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
-    real(wp), allocatable :: right(:) !! (equations) right-hand side [force]
-    real(wp), allocatable :: solution(:) !! (equations) solution [length]
-    real(wp), allocatable :: next(:) !! (equations) direction of a trial [length]
+    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
+    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
     real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
     real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in the increment, 0: none [force]
     real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]

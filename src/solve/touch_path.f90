@@ -7,7 +7,7 @@ module touch_path
   implicit none
   private
   public :: touch_t, touch_none, touch_waits, touch_known
-  public :: touch_time, first_host, meet, free_way
+  public :: touch_time, way_before, first_host, meet, free_way, never
 
   !> Friction acts everywhere; it waits at points that were open; they have met the surface.
   integer, parameter :: touch_none = 0
@@ -15,8 +15,13 @@ module touch_path
   integer, parameter :: touch_known = 2
   !> The first touch of a body that touches nothing in the increment.
   real(wp), parameter :: free_way = 1.0_wp
-  !> When a point touches that does not come closer on its free way.
+  !> Time of a point that does not come closer on its free way.
+  real(wp), parameter :: never = huge(1.0_wp)
+  !> When such a point touches.
   real(wp), parameter :: unforeseen = 0.5_wp
+  !> Share of the straight way that a point has made when the front of contact comes to it; one over
+  !! it is the power of its distance from the front that its gap grows with.
+  real(wp), parameter :: behind_front = 2.0_wp/3.0_wp
   !> Facets that a point may pass on its way.
   integer, parameter :: longest_walk = 1000
 
@@ -35,21 +40,18 @@ module touch_path
 
 contains
 
-  !> Position of a node at the time t of the increment, 0 to 1.
-  pure function place_at(touch, start, x_old, node, t) result(x)
-    type(touch_t), intent(in) :: touch !! free and end positions
+  !> Something on its way at the time t of the increment, 0 to 1: a place or the shape of a patch.
+  pure function between(old, free, last, start, t) result(x)
+    real(wp), intent(in) :: old(:) !! at the begin of the increment
+    real(wp), intent(in) :: free(:) !! at its end if nothing touches
+    real(wp), intent(in) :: last(:) !! at the end of the first pass
     real(wp), intent(in) :: start !! the first touch of the body, share of the increment
-    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
-    integer, intent(in) :: node !! the node
     real(wp), intent(in) :: t !! share of the increment
-    real(wp) :: x(3), free, bound
+    real(wp) :: x(size(old))
 
-    free = min(t, start)
-    bound = 0.0_wp
-    if (t > start) bound = (t - start)/(1.0_wp - start)
-    x = x_old(:, node) + free*(touch%x_free(:, node) - x_old(:, node))
-    if (bound > 0.0_wp) x = x + bound*(touch%x_end(:, node) - x)
-  end function place_at
+    x = old + min(t, start)*(free - old)
+    if (t > start) x = x + (t - start)/(1.0_wp - start)*(last - x)
+  end function between
 
   !> Positions of several nodes.
   pure function places_at(touch, start, x_old, nodes, t) result(x)
@@ -62,7 +64,8 @@ contains
     integer :: i
 
     do i = 1, size(nodes)
-      x(:, i) = place_at(touch, start, x_old, nodes(i), t)
+      x(:, i) = between(x_old(:, nodes(i)), touch%x_free(:, nodes(i)), touch%x_end(:, nodes(i)), &
+        start, t)
     end do
   end function places_at
 
@@ -76,7 +79,8 @@ contains
     if (pair%start(p)%host > 0) host = pair%start(p)%host
   end function first_host
 
-  !> When the free way of a point meets the surface, as a share of the increment.
+  !> When the free way of a point meets the surface, as a share of the increment; more than 1 if it
+  !! does so later.
   pure real(wp) function touch_time(pair, touch, x_old, p) result(time)
     type(pair_t), intent(in) :: pair !! the pair
     type(touch_t), intent(in) :: touch !! free positions
@@ -91,11 +95,33 @@ contains
     if (gap <= 0.0_wp) then
       time = 0.0_wp
     else if (gap_free >= gap) then
-      time = unforeseen
+      time = never
     else
-      time = min(1.0_wp, gap/(gap - gap_free))
+      time = gap/(gap - gap_free)
     end if
   end function touch_time
+
+  !> The part of its path that counts as a point's way before it touches, as a share of the
+  !! increment: to where its free way meets the surface; where contact spreads, to where the front
+  !! comes to it.
+  pure real(wp) function way_before(touch, body, k, time) result(way)
+    type(touch_t), intent(in) :: touch !! first touches of the bodies
+    integer, intent(in) :: body !! the slave body
+    integer, intent(in) :: k !! number of the pair
+    real(wp), intent(in) :: time !! when its free way meets the surface, share of the increment
+    real(wp) :: ratio
+
+    if (touch%empty(body, k) .or. touch%span_before <= 0.0_wp .or. time <= 0.0_wp) then
+      way = merge(unforeseen, min(1.0_wp, time), time >= never)
+      way = max(touch%start(body, k), way)
+    else if (time >= never) then
+      way = behind_front*unforeseen
+    else
+      ratio = touch%span/touch%span_before
+      way = behind_front*min(1.0_wp, 1.0_wp/(ratio*((1.0_wp + 1.0_wp/(ratio*time))**behind_front &
+        - 1.0_wp)))
+    end if
+  end function way_before
 
   !> Where a point is over the surface at the time t: walks to the facet below it.
   pure subroutine meet(pair, touch, start, x_old, p, t, host, xi, gap)
@@ -116,7 +142,8 @@ contains
     before = 0
     first = host
     do step = 1, longest_walk
-      call project(pair, places_at(touch, start, x_old, pair%facets(:, host), t), host, y, xi, gap)
+      call project(pair, places_at(touch, start, x_old, pair%facets(:, host), t), host, start, t, &
+        y, xi, gap)
       if (pair%segmented) return
       next = across(pair, host, xi)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
@@ -126,16 +153,21 @@ contains
   end subroutine meet
 
   !> Projection on a facet or its patch.
-  pure subroutine project(pair, corners, facet, y, xi, gap)
+  pure subroutine project(pair, corners, facet, start, t, y, xi, gap)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: corners(3, 3) !! of the facet [length]
     integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(out) :: xi(2) !! (xi, eta)
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
     if (pair%smooth) then
-      call project_on_patch(corners, patch_from_values(pair%patch(:, facet)), y, xi, gap)
+      associate (way => pair%patch_way(:, facet, :))
+        call project_on_patch(corners, patch_from_values(between(way(:, 1), way(:, 2), way(:, 3), &
+          start, t)), y, xi, gap)
+      end associate
     else
       call project_on_facet(corners, y, xi, gap)
     end if

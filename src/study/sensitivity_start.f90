@@ -83,6 +83,7 @@ contains
         if (pair%smooth) call refuse('SMOOth (pair '//pair%name//')')
         if (allocated(pair%middles) .or. pair%n_slaves > 3) &
           call refuse('facets of six nodes (pair '//pair%name//')')
+        if (pair%shrink >= 0) call refuse('SHRInk (pair '//pair%name//')')
         if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
         do i = 1, size(cone_laws)
           if (acts(i, pair%law)) call refuse(trim(cone_laws(i)%keyword)//' (pair '//pair%name//')')
@@ -94,6 +95,7 @@ contains
     end do
     if (allocated(system%spring)) call refuse('SPRIng')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
+    if (system%border%n > 0) call refuse('a rigid body with free motions')
     if (any(system%weak)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 

@@ -6,6 +6,7 @@ module variant_system
   use elmlib, only: routine_none
   use model_types, only: model_t
   use loads, only: conditions_at
+  use contact_overlap, only: measure_overlap
   use contact_hosts, only: start_pair
   use condensed_bodies, only: begin_influence
   use touch_path, only: touch_t
@@ -27,11 +28,13 @@ contains
 
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
+      call measure_overlap(model%pairs(k), model%mesh%x)
     end do
     state%time = 0.0_wp
     state%step = 0
     state%u = 0.0_wp
     state%reaction = 0.0_wp
+    state%rigid = 0.0_wp
     system%u = 0.0_wp
     system%du = 0.0_wp
     system%contact_force = 0.0_wp

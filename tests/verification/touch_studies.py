@@ -11,14 +11,21 @@ WANTED = {4: 0.04, 16: 0.03, 64: 0.015}
 SCENE = {0.3: 0.0853, 0.1: 0.0746}
 
 
-def landed(bench, form, steps, **values):
-    """Last row of the landing block."""
+def landed(bench, form, steps, modulus=None, **values):
+    """Last row of the landing block; with a modulus its base is elastic, held where it was rigid."""
     words, *options = form.split(' +')
     side, *points = words.split()
     with open(bench.path(LANDING), encoding='ascii') as stream:
         text = stream.read()
     pair = '\n    '.join([f'{side} under floor ' + ' '.join(points)] + options)
     text = text.replace('NTOS under floor', pair)
+    if modulus:
+        for old, new in (('  RIGId\n', f'  SOLId LINEar\n  ELAStic ISOTropic {modulus!r} 0.3\n'),
+                         ('  ground 1 1 1', '  foot 1 1 1'),
+                         ('SET track', 'SET foot\n  PLANe 3 -.5\n\nSET track')):
+            if old not in text:
+                raise ValueError(f'no {old!r} in {LANDING}')
+            text = text.replace(old, new)
     row = bench.run_text('landing', text, steps=steps, **values).contact('pair')[-1]
     return math.hypot(row['F1'], row['F2'])/row['F3'], row['Ft_nodes']/row['Fn']
 
@@ -37,6 +44,13 @@ def landing(bench):
                           exact[0], worst[0], 1e-6, form=form)
             bench.compare(f'F_T/F_N, {slope} way, 22 increments', 'increment to the touch',
                           exact[0], worst[1], 1e-6, form=form)
+    modulus = bench.draw('modulus of the elastic base', 300, 1000)
+    for form in forms:
+        exact = landed(bench, form, 11, modulus, angle=45)[0]
+        worst = max((landed(bench, form, n, modulus, angle=45)[0] for n in (1, 4)),
+                    key=lambda x, e=exact: abs(x - e))
+        bench.compare('F_T/F_N, elastic base, 1 and 4 increments', 'increment to the touch',
+                      exact, worst, 1e-6, form=form)
 
 
 class Press:
@@ -132,8 +146,7 @@ def misses(form, mu, steps):
         return 0.08, 'the error of the mesh: the ring that slips is one or two facets wide. With cells of ' \
             '.05, .035 and .025 and 16 increments it is 5.9, 4.1 and 2.5 % with NTOS, 2.4, 1.4 and 1.3 % ' \
             'with GTOS; neither the penalty (10 to 300 E/h: 0.5 %) nor more increments change it'
-    if steps == 4 and form.startswith('NTOS'):
-        return 0.07, 'of first order in the increment, 5 % on fine meshes: where contact spreads, points ' \
-            'meet the surface ever more slowly, and the straight way lets them touch too early (theory.md, ' \
-            '"First touch"); 1.8 % with 8 increments'
+    if steps == 4 and form == 'GTOS +SMOO':
+        return 0.05, 'the outermost ring of facets is closed in part, and the gaps of its points do not ' \
+            'follow the law of the front: its way before the touch is 4 % too long (theory.md, "First touch")'
     return None, ''

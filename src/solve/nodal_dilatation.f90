@@ -1,0 +1,286 @@
+!> SOLId NODAl: the volumetric energy of tetrahedra of four nodes on the dilatation of their nodes,
+!! which keeps them from locking (doc/theory, "Near incompressibility").
+!!
+!! The elements have the energy without its volumetric part. A node takes its share, a quarter, of
+!! the elements around it that have one material: J_n = sum V_e J_e/(4 V_n).
+module nodal_dilatation
+  use kinds, only: wp
+  use vectors, only: invert
+  use cells, only: tet4
+  use solid_types, only: state_stress
+  use bulk_laws, only: laws
+  use law_linear, only: lame
+  use law_neohooke, only: neohooke_volume
+  use element_lists, only: volume_list_t
+  use model_types, only: model_t
+  use block_matrix, only: find_block
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: list_volumes, add_volumes, add_nodal_pressure
+
+  !> What an element gives to the volumes of its nodes.
+  type :: part_t
+    real(wp) :: volume = 0.0_wp !! V J, in small strain V tr e [length^3]
+    real(wp) :: gradient(3, 4) = 0.0_wp !! its derivative by the displacements [length^2]
+    real(wp) :: c(3, 4) = 0.0_wp !! F^-T grad N_a, in finite strain [1/length]
+  end type part_t
+
+contains
+
+  !> Lists the volumes: one for each node and material, with the nodes of the elements around it.
+  subroutine list_volumes(model, list)
+    type(model_t), intent(in) :: model !! mesh and materials
+    type(volume_list_t), intent(inout) :: list !! gets all of it, if a material asks
+    integer, allocatable :: entry_of(:)
+    integer :: m, e, a
+
+    if (.not. any(model%materials%nodal)) return
+    allocate (list%corner(4, model%mesh%elements), source=0)
+    allocate (list%lambda(size(model%materials)), list%finite(size(model%materials)))
+    list%n = 0
+    do m = 1, size(model%materials)
+      call read_law(m)
+      if (.not. model%materials(m)%nodal .or. model%materials(m)%rigid) cycle
+      if (allocated(entry_of)) deallocate (entry_of)
+      allocate (entry_of(model%mesh%nodes), source=0)
+      do e = 1, model%mesh%elements
+        if (model%element_material(e) /= m) cycle
+        do a = 1, 4
+          associate (number => entry_of(model%mesh%ix(a, e)))
+            if (number == 0) then
+              list%n = list%n + 1
+              number = list%n
+            end if
+            list%corner(a, e) = number
+          end associate
+        end do
+      end do
+    end do
+    call collect_patches(model, list)
+
+  contains
+
+    !> Lame's constant of the volumetric energy, and its kind.
+    subroutine read_law(k)
+      integer, intent(in) :: k !! the material
+      real(wp) :: g
+
+      associate (material => model%materials(k))
+        call lame(material%youngs_modulus, material%poissons_ratio, list%lambda(k), g)
+        list%finite(k) = laws(material%law)%finite
+      end associate
+    end subroutine read_law
+  end subroutine list_volumes
+
+  !> Nodes around each volume, its size and material, and where each element finds its nodes there.
+  subroutine collect_patches(model, list)
+    type(model_t), intent(in) :: model !! mesh
+    type(volume_list_t), intent(inout) :: list !! corner given; gets the rest
+    integer :: around(list%n), e, a, b, k
+    real(wp) :: gradient(3, 4), volume
+
+    around = 0
+    do e = 1, size(list%corner, 2)
+      if (list%corner(1, e) == 0) cycle
+      around(list%corner(:, e)) = around(list%corner(:, e)) + 3
+    end do
+    allocate (list%ix(1 + maxval(around), list%n), list%nel(list%n), source=0)
+    allocate (list%routine(list%n), list%set(list%n), source=1)
+    allocate (list%size(list%n), source=0.0_wp)
+    allocate (list%place(4, 4, size(list%corner, 2)), source=0)
+    do e = 1, size(list%corner, 2)
+      if (list%corner(1, e) == 0) cycle
+      call shape_gradients(model%mesh%x(:, model%mesh%ix(:tet4%nodes, e)), gradient, volume)
+      do a = 1, 4
+        associate (v => list%corner(a, e))
+          list%size(v) = list%size(v) + 0.25_wp*volume
+          list%set(v) = model%element_material(e)
+          do b = 1, 4
+            k = findloc(list%ix(:list%nel(v), v), model%mesh%ix(b, e), 1)
+            if (k == 0) then
+              k = list%nel(v) + 1
+              list%nel(v) = k
+              list%ix(k, v) = model%mesh%ix(b, e)
+            end if
+            list%place(b, a, e) = k
+          end do
+        end associate
+      end do
+    end do
+  end subroutine collect_patches
+
+  !> Gradients of the four shape functions, and the volume.
+  pure subroutine shape_gradients(x, gradient, volume)
+    real(wp), intent(in) :: x(3, 4) !! corner coordinates [length]
+    real(wp), intent(out) :: gradient(3, 4) !! dN_a/dx [1/length]
+    real(wp), intent(out) :: volume !! [length^3]
+    real(wp) :: edges(3, 3), back(3, 3), det
+
+    edges = x(:, 2:4) - spread(x(:, 1), 2, 3)
+    call invert(edges, back, det)
+    gradient(:, 2:4) = transpose(back)
+    gradient(:, 1) = -sum(gradient(:, 2:4), 2)
+    volume = det/6.0_wp
+  end subroutine shape_gradients
+
+  !> What an element gives.
+  pure function part_of(x, u, finite) result(part)
+    real(wp), intent(in) :: x(3, 4) !! reference positions of its nodes [length]
+    real(wp), intent(in) :: u(3, 4) !! their displacements [length]
+    logical, intent(in) :: finite !! strain is finite
+    type(part_t) :: part
+    real(wp) :: gradient(3, 4), volume, f(3, 3), h(3, 3), j
+    integer :: i
+
+    call shape_gradients(x, gradient, volume)
+    if (finite) then
+      f = matmul(u, transpose(gradient))
+      do i = 1, 3
+        f(i, i) = f(i, i) + 1.0_wp
+      end do
+      call invert(f, h, j)
+      part%c = matmul(transpose(h), gradient)
+      part%volume = volume*j
+      part%gradient = part%volume*part%c
+    else
+      part%volume = volume*sum(gradient*u)
+      part%gradient = volume*gradient
+    end if
+  end function part_of
+
+  !> Pressure (positive in tension) and its slope by J of all volumes, and their energy.
+  subroutine find_pressures(list, ix, x, u, pressure, slope, energy)
+    type(volume_list_t), intent(in) :: list !! volumes
+    integer, intent(in) :: ix(:, :) !! (at least 4, elements) nodes
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(out) :: pressure(:) !! (n) U' [force/length^2]
+    real(wp), intent(out) :: slope(:) !! (n) U'' [force/length^2]
+    real(wp), intent(out) :: energy !! sum of V U [force length]
+    real(wp) :: j(list%n), density
+    type(part_t) :: part
+    integer :: e, v
+
+    j = 0.0_wp
+    do e = 1, size(list%corner, 2)
+      if (list%corner(1, e) == 0) cycle
+      associate (corners => list%corner(:, e), nodes => ix(:4, e))
+        part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
+        j(corners) = j(corners) + 0.25_wp*part%volume
+      end associate
+    end do
+    energy = 0.0_wp
+    do v = 1, list%n
+      associate (lambda => list%lambda(list%set(v)))
+        j(v) = j(v)/list%size(v)
+        if (list%finite(list%set(v))) then
+          call neohooke_volume(lambda, j(v), density, pressure(v), slope(v))
+        else
+          density = 0.5_wp*lambda*j(v)**2
+          pressure(v) = lambda*j(v)
+          slope(v) = lambda
+        end if
+      end associate
+      energy = energy + list%size(v)*density
+    end do
+  end subroutine find_pressures
+
+  !> Adds forces and energy of the volumes, and their tangent to the bulk's matrix if it is wanted.
+  subroutine add_volumes(x, u, system, tangent)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, bulk_matrix
+    logical, intent(in) :: tangent !! the matrix is wanted
+    real(wp), dimension(system%volumes%n) :: pressure, slope
+    real(wp), allocatable :: b(:, :, :)
+    real(wp) :: mean, energy
+    type(part_t) :: part
+    integer :: e, a
+
+    if (system%volumes%n == 0 .or. system%inverted > 0) return
+    associate (list => system%volumes)
+      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
+      system%bulk_energy = system%bulk_energy + energy
+      if (tangent) allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
+      do e = 1, size(list%corner, 2)
+        if (list%corner(1, e) == 0) cycle
+        associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
+          part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
+          mean = 0.25_wp*sum(pressure(corners))
+          system%bulk_force(:, nodes) = system%bulk_force(:, nodes) + mean*part%gradient
+          if (.not. tangent) cycle
+          do a = 1, 4
+            b(:, list%place(:, a, e), corners(a)) = b(:, list%place(:, a, e), corners(a)) &
+              + 0.25_wp*part%gradient
+          end do
+          if (list%finite(list%set(corners(1)))) call add_turning(mean*part%volume, part%c, nodes, &
+            system)
+        end associate
+      end do
+      if (tangent) call add_products(slope/list%size, b, system)
+    end associate
+  end subroutine add_volumes
+
+  !> factor (c_a c_b^T - c_b c_a^T) of one element.
+  subroutine add_turning(factor, c, nodes, system)
+    real(wp), intent(in) :: factor !! p V J [force length]
+    real(wp), intent(in) :: c(3, 4) !! F^-T grad N_a [1/length]
+    integer, intent(in) :: nodes(4) !! its nodes
+    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    integer :: a, b, place, k
+
+    do b = 1, 4
+      do a = 1, 4
+        if (a == b) cycle
+        place = find_block(system%bulk_matrix, nodes(a), nodes(b))
+        do k = 1, 3
+          system%bulk_matrix%val(:, k, place) = system%bulk_matrix%val(:, k, place) &
+            + factor*(c(:, a)*c(k, b) - c(:, b)*c(k, a))
+        end do
+      end do
+    end do
+  end subroutine add_turning
+
+  !> sum_n U''/V_n B_n B_n^T.
+  subroutine add_products(factor, b, system)
+    real(wp), intent(in) :: factor(:) !! (n) U''/V_n
+    real(wp), intent(in) :: b(:, :, :) !! (3, most nodes, n) B_n at the nodes of each volume
+    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    integer :: v, i, j, place, k
+
+    associate (list => system%volumes, val => system%bulk_matrix%val)
+      do v = 1, list%n
+        do j = 1, list%nel(v)
+          do i = 1, list%nel(v)
+            place = find_block(system%bulk_matrix, list%ix(i, v), list%ix(j, v))
+            do k = 1, 3
+              val(:, k, place) = val(:, k, place) + factor(v)*b(:, i, v)*b(k, j, v)
+            end do
+          end do
+        end do
+      end do
+    end associate
+  end subroutine add_products
+
+  !> Adds the pressure, the mean over the nodes, to the stresses of the elements.
+  subroutine add_nodal_pressure(x, u, system, state)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! volumes
+    real(wp), intent(inout) :: state(:, :) !! (n_solid_state, elements) states
+    real(wp), dimension(system%volumes%n) :: pressure, slope
+    real(wp) :: energy
+    integer :: e
+
+    if (system%volumes%n == 0) return
+    associate (list => system%volumes)
+      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
+      do e = 1, size(list%corner, 2)
+        if (list%corner(1, e) == 0) cycle
+        state(state_stress(1:3), e) = state(state_stress(1:3), e) &
+          + 0.25_wp*sum(pressure(list%corner(:, e)))
+      end do
+    end associate
+  end subroutine add_nodal_pressure
+end module nodal_dilatation

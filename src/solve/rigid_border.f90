@@ -1,0 +1,224 @@
+!> The unknowns of rigid bodies beside those of the nodes: rows and columns of the tangent, and the
+!! solution of both by the factor of the nodes (doc/theory, "Rigid bodies with a point").
+module rigid_border
+  use kinds, only: wp
+  use rotations, only: spin
+  use lapack_interface, only: dgetrf, dgetrs
+  use elmt03, only: d03_epsilon
+  use back_ends, only: solver_done, solver_singular
+  use linear_solver, only: factorise_matrix, solve_system
+  use block_matrix, only: block_matrix_t, find_block
+  use rigid_bodies, only: lever
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: form_border, factorise_bordered, solve_bordered
+
+  !> Stiffness of what holds a body that nothing else holds, over the largest of the scene.
+  real(wp), parameter :: grounding = 1.0e-6_wp
+
+contains
+
+  !> Derivatives of the residual of the unknowns, and of that of the nodes by the unknowns, from the
+  !! matrix of all nodes and from what acts on the nodes of rigid bodies. Their sign is that of the
+  !! tangent: of internal forces.
+  subroutine form_border(system)
+    type(system_t), intent(inout) :: system !! matrix, forces, rigid given; gets border
+    integer :: b
+
+    if (system%border%n == 0) return
+    associate (border => system%border)
+      if (.not. allocated(border%corner)) allocate (border%columns(system%equations, border%n), &
+        border%rows(system%equations, border%n), border%answers(system%equations, border%n), &
+        border%corner(border%n, border%n), border%pivot(border%n))
+      border%columns = 0.0_wp
+      border%rows = 0.0_wp
+      border%corner = 0.0_wp
+    end associate
+    do b = 1, size(system%rigid)
+      if (size(system%rigid(b)%unknown) == 0) cycle
+      if (system%contact%n > 0) then
+        call add_blocks(system%matrix, b, system)
+      else
+        call add_blocks(system%bulk_matrix, b, system)
+      end if
+      call add_turning(b, system)
+      call add_hold(b, system)
+    end do
+  end subroutine form_border
+
+  !> How the unknowns of a body move node i of it.
+  pure function motion_of(system, b, i) result(m)
+    type(system_t), intent(in) :: system !! rigid bodies, u
+    integer, intent(in) :: b !! the body
+    integer, intent(in) :: i !! which of its nodes
+    real(wp), allocatable :: m(:, :)
+    real(wp) :: all_motions(3, 6)
+    integer :: k
+
+    associate (rigid => system%rigid(b))
+      all_motions = 0.0_wp
+      do k = 1, 3
+        all_motions(k, k) = 1.0_wp
+      end do
+      all_motions(:, 4:6) = -spin(lever(rigid, i, system%u, rigid%move))/rigid%length
+      m = all_motions(:, rigid%unknown)
+    end associate
+  end function motion_of
+
+  !> What the blocks of the nodes of a body are to its unknowns.
+  subroutine add_blocks(matrix, b, system)
+    type(block_matrix_t), intent(in) :: matrix !! of all nodes
+    integer, intent(in) :: b !! the body
+    type(system_t), intent(inout) :: system !! border grows
+    real(wp), allocatable :: motion(:, :)
+    integer :: i, k, other
+
+    do i = 1, size(system%rigid(b)%node)
+      motion = motion_of(system, b, i)
+      associate (node => system%rigid(b)%node(i))
+        do k = matrix%ptr(node), matrix%ptr(node + 1) - 1
+          other = matrix%row(k)
+          call add_block(matmul(matrix%val(:, :, k), motion), &
+            matmul(transpose(matrix%val(:, :, find_block(matrix, node, other))), motion))
+        end do
+      end associate
+    end do
+
+  contains
+
+    !> Column and row of another node; nodes of rigid bodies hand on to their unknowns.
+    subroutine add_block(column, row)
+      real(wp), intent(in) :: column(:, :) !! (3, unknowns) force there by the unknowns
+      real(wp), intent(in) :: row(:, :) !! (3, unknowns) resultants by its displacement
+      integer :: c, first, n
+
+      first = system%rigid(b)%first - system%equations
+      n = size(column, 2)
+      associate (border => system%border)
+        do c = 1, 3
+          associate (equation => system%equation(c, other))
+            if (equation == 0) cycle
+            border%columns(equation, first + 1:first + n) = &
+              border%columns(equation, first + 1:first + n) + column(c, :)
+            border%rows(equation, first + 1:first + n) = &
+              border%rows(equation, first + 1:first + n) + row(c, :)
+          end associate
+        end do
+        if (system%carried_by(other) == 0) return
+        associate (next => system%rigid(system%carried_by(other)), &
+          at => system%rigid(system%carried_by(other))%first - system%equations)
+          border%corner(at + 1:at + size(next%unknown), first + 1:first + n) = &
+            border%corner(at + 1:at + size(next%unknown), first + 1:first + n) &
+            + matmul(transpose(motion_of(system, system%carried_by(other), &
+            findloc(next%node, other, 1))), column)
+        end associate
+      end associate
+    end subroutine add_block
+  end subroutine add_blocks
+
+  !> Levers turn with a body: -sum [f] [r] of the forces on its nodes.
+  subroutine add_turning(b, system)
+    integer, intent(in) :: b !! the body
+    type(system_t), intent(inout) :: system !! border grows
+    real(wp) :: turning(6, 6), force(3)
+    integer :: i, first
+
+    turning = 0.0_wp
+    associate (rigid => system%rigid(b), border => system%border)
+      do i = 1, size(rigid%node)
+        associate (node => rigid%node(i))
+          force = system%external(:, node) - system%bulk_force(:, node) &
+            - system%contact_force(:, node)
+          turning(4:6, 4:6) = turning(4:6, 4:6) - matmul(spin(force), spin(lever(rigid, i, &
+            system%u, rigid%move)))/rigid%length**2
+        end associate
+      end do
+      first = rigid%first - system%equations
+      associate (corner => border%corner(first + 1:first + size(rigid%unknown), &
+        first + 1:first + size(rigid%unknown)))
+        corner = corner + turning(rigid%unknown, rigid%unknown)
+      end associate
+    end associate
+  end subroutine add_turning
+
+  !> Grounding and drag of a body that contact does not hold, or not well.
+  subroutine add_hold(b, system)
+    integer, intent(in) :: b !! the body
+    type(system_t), intent(inout) :: system !! border grows
+    real(wp) :: hold
+    integer :: k
+
+    associate (rigid => system%rigid(b))
+      hold = system%drag
+      if (system%grounded(rigid%body)) hold = hold + grounding*stiffest(system)
+      do k = 1, size(rigid%unknown)
+        associate (entry => system%border%corner(rigid%first - system%equations + k, &
+          rigid%first - system%equations + k))
+          entry = entry + hold
+        end associate
+      end do
+    end associate
+  end subroutine add_hold
+
+  !> A stiffness of the scene: of the bulk, of contact where all is rigid.
+  pure real(wp) function stiffest(system)
+    type(system_t), intent(in) :: system !! its matrices
+
+    stiffest = system%stiffest
+    if (stiffest <= 0.0_wp .and. system%contact%n > 0) stiffest = &
+      maxval(system%contact%d(d03_epsilon, :))
+    if (stiffest <= 0.0_wp) stiffest = 1.0_wp
+  end function stiffest
+
+  !> Factorises the matrix of the nodes and what it leaves of the corner.
+  subroutine factorise_bordered(system, symmetric, outcome)
+    type(system_t), intent(inout) :: system !! csc and border given; factor and answers made
+    logical, intent(in) :: symmetric !! the matrix of the nodes may be taken for symmetric
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+    integer :: k, info
+
+    outcome = solver_done
+    if (system%equations > 0 .or. system%border%n == 0) call factorise_matrix(system%solver, &
+      system%csc, symmetric, system%costs, outcome)
+    if (system%border%n == 0 .or. outcome /= solver_done) return
+    associate (border => system%border)
+      border%answers = 0.0_wp
+      do k = 1, border%n
+        if (all(abs(border%columns(:, k)) <= 0.0_wp)) cycle
+        call solve_system(system%solver, system%csc, border%columns(:, k), border%answers(:, k), &
+          system%costs, outcome)
+        if (outcome /= solver_done) return
+      end do
+      border%corner = border%corner - matmul(transpose(border%rows), border%answers)
+      call dgetrf(border%n, border%n, border%corner, border%n, border%pivot, info)
+      if (info /= 0) outcome = solver_singular
+    end associate
+  end subroutine factorise_bordered
+
+  !> Solves for nodes and rigid bodies with the last factor.
+  subroutine solve_bordered(system, b, x, outcome)
+    type(system_t), intent(inout) :: system !! factor, border
+    real(wp), intent(in) :: b(:) !! (equations+n) right-hand side
+    real(wp), intent(inout) :: x(:) !! (equations+n) solution
+    integer, intent(out) :: outcome !! one of the outcomes
+    real(wp) :: rest(system%border%n, 1)
+    real(wp), allocatable :: part(:), answer(:)
+    integer :: info
+
+    outcome = solver_done
+    associate (border => system%border, n => system%equations)
+      part = b(:n)
+      answer = x(:n)
+      if (n > 0 .or. border%n == 0) call solve_system(system%solver, system%csc, part, answer, &
+        system%costs, outcome)
+      x(:n) = answer
+      if (border%n == 0 .or. outcome /= solver_done) return
+      rest(:, 1) = b(n + 1:) - matmul(answer, border%rows)
+      call dgetrs('N', border%n, 1, border%corner, border%n, border%pivot, rest, border%n, info)
+      x(n + 1:) = rest(:, 1)
+      x(:n) = answer - matmul(border%answers, rest(:, 1))
+      if (.not. all(abs(rest) <= huge(1.0_wp))) outcome = solver_singular
+    end associate
+  end subroutine solve_bordered
+end module rigid_border
