@@ -242,7 +242,8 @@ contains
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
-    if (progress%solves == 1) progress%first_energy = progress%energy
+    if (progress%solves == 1) progress%first_energy = max(progress%energy, &
+      settings%first_energy)
     call bulk_step(model%mesh%x, system, longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
