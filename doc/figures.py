@@ -325,6 +325,8 @@ SCENES = [
      'A quarter of an O-ring between two plates.'),
     ('roller', 'gallery/rolling_cylinder', [], FRONT, 'bodies:mises',
      'A rigid cylinder is drawn by its axle, and rolls.'),
+    ('ground', 'gallery/ground_disc', [], ABOVE, 'master:lay',
+     'A loaded rigid pin on a ground disc of rubber that turns with its lay.'),
     ('stack', 'gallery/stack_on_slope', [], FRONT, 'bodies:mises',
      'A stack on a slope, held by friction alone.'),
     ('lug', 'gallery/lug', [], FRONT, 'bodies:mises',

@@ -122,7 +122,7 @@ contains
     type(cell_t), intent(in) :: cells(:) !! its points
     type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: corners(3, 3), frame(3, 3)
+    real(wp) :: corners(3, 3), frame(3, 3), lag(4)
     real(wp), parameter :: xi(2, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], &
                                               [2, 3])
     type(linear_field_t) :: slip
@@ -132,7 +132,8 @@ contains
     frame = facet_frame(corners)
     call fit_slip(pair, f, cells, moved, x, slip)
     do k = 1, 3
-      corners(:, k) = corners(:, k) - matmul(frame, bounded_field_at(slip, xi(:, k), 1.0_wp))
+      lag = bounded_field_at(slip, xi(:, k), 1.0_wp)
+      corners(:, k) = corners(:, k) - matmul(frame, lag(1:3))
     end do
   end function lag_corners
 end module cell_motion

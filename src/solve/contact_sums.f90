@@ -19,12 +19,13 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! closed elements and their matrices
     integer, intent(in) :: n_live !! live candidates
     type(columns_t), intent(inout) :: sum !! gets the columns that elements touch
-    integer :: first(n_live + 1), mark(n_live), rows(n_live), ends(tangent%elements), j, k, l, i, n
-    integer, allocatable :: owner(:), local(:)
-    real(wp) :: w(n_live), s(size(tangent%dofs, 1))
+    integer :: first(n_live + 1), mark(n_live), rows(n_live), j, k, l, i, n
+    integer, allocatable :: owner(:), local(:), element(:)
+    real(wp), allocatable :: s(:, :, :)
+    real(wp) :: w(n_live)
 
-    call find_runs(tangent, ends)
-    call list_by_dof(tangent, ends, first, owner, local)
+    call add_runs(tangent, element, s)
+    call list_by_dof(tangent%dofs, element, first, owner, local)
     sum%column = pack([(j, j=1, n_live)], first(2:) > first(:n_live))
     sum%n = size(sum%column)
     sum%start = spread(1, 1, sum%n + 1)
@@ -32,61 +33,67 @@ contains
     do j = 1, sum%n
       n = 0
       do l = first(sum%column(j)), first(sum%column(j) + 1) - 1
-        s = tangent%s(:, local(l), tangent%element(owner(l)))
-        do k = owner(l) + 1, ends(owner(l))
-          s = s + tangent%s(:, local(l), tangent%element(k))
+        do i = 1, size(tangent%dofs, 1)
+          k = tangent%dofs(i, element(owner(l)))
+          if (k == 0) cycle
+          if (mark(k) == j) then
+            w(k) = w(k) + s(i, local(l), owner(l))
+          else
+            mark(k) = j
+            n = n + 1
+            rows(n) = k
+            w(k) = s(i, local(l), owner(l))
+          end if
         end do
-        associate (dofs => tangent%dofs(:, tangent%element(owner(l))))
-          do i = 1, size(dofs)
-            k = dofs(i)
-            if (k == 0) cycle
-            if (mark(k) == j) then
-              w(k) = w(k) + s(i)
-            else
-              mark(k) = j
-              n = n + 1
-              rows(n) = k
-              w(k) = s(i)
-            end if
-          end do
-        end associate
       end do
       call append(sum, j, rows(:n), w(rows(:n)))
     end do
   end subroutine sum_elements
 
-  !> Closed elements one after the other that act on the same degrees of freedom.
-  pure subroutine find_runs(tangent, ends)
-    type(contact_tangent_t), intent(in) :: tangent !! closed elements, their candidates
-    integer, intent(out) :: ends(:) !! (elements) last one of the run that begins here, 0 within one
-    integer :: e, first
+  !> The sums of the matrices of closed elements one after the other that act on the same degrees of
+  !! freedom: a run.
+  subroutine add_runs(tangent, element, s)
+    type(contact_tangent_t), intent(in) :: tangent !! closed elements, their matrices
+    integer, allocatable, intent(out) :: element(:) !! (runs) place in the list of one of the run
+    real(wp), allocatable, intent(out) :: s(:, :, :) !! (dofs, dofs, runs) sums
+    integer :: e, runs, run(tangent%elements)
 
-    ends = 0
-    first = 1
+    runs = 0
     do e = 1, tangent%elements
-      if (any(tangent%dofs(:, tangent%element(e)) /= tangent%dofs(:, tangent%element(first)))) &
-        first = e
-      ends(first) = e
+      associate (k => tangent%element(e), before => tangent%element(max(1, e - 1)))
+        if (e == 1 .or. any(tangent%dofs(:, k) /= tangent%dofs(:, before))) runs = runs + 1
+      end associate
+      run(e) = runs
     end do
-  end subroutine find_runs
+    allocate (element(runs), s(size(tangent%dofs, 1), size(tangent%dofs, 1), runs))
+    do e = 1, tangent%elements
+      associate (r => run(e), before => run(max(1, e - 1)))
+        element(r) = tangent%element(e)
+        if (e == 1 .or. r > before) then
+          s(:, :, r) = tangent%s(:, :, element(r))
+        else
+          s(:, :, r) = s(:, :, r) + tangent%s(:, :, element(r))
+        end if
+      end associate
+    end do
+  end subroutine add_runs
 
-  !> The places in the runs of closed elements of each live candidate.
-  subroutine list_by_dof(tangent, ends, first, owner, local)
-    type(contact_tangent_t), intent(in) :: tangent !! closed elements, their candidates
-    integer, intent(in) :: ends(:) !! (elements) of the runs
+  !> The places in the runs of each live candidate.
+  subroutine list_by_dof(dofs, element, first, owner, local)
+    integer, intent(in) :: dofs(:, :) !! (dofs of an element, list) live candidates, 0 for none
+    integer, intent(in) :: element(:) !! (runs) place in the list of one of the run
     integer, intent(out) :: first(:) !! (live+1) where the places of each begin
-    integer, allocatable, intent(out) :: owner(:) !! first closed element of the run
-    integer, allocatable, intent(out) :: local(:) !! number in the element
-    integer :: e, i, next(size(first) - 1)
+    integer, allocatable, intent(out) :: owner(:) !! run
+    integer, allocatable, intent(out) :: local(:) !! number in its elements
+    integer :: r, i, next(size(first) - 1)
 
     first = 0
-    do e = 1, tangent%elements
-      if (ends(e) == 0) cycle
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
-        do i = 1, size(dofs)
-          if (dofs(i) > 0) first(dofs(i) + 1) = first(dofs(i) + 1) + 1
-        end do
-      end associate
+    do r = 1, size(element)
+      do i = 1, size(dofs, 1)
+        associate (dof => dofs(i, element(r)))
+          if (dof > 0) first(dof + 1) = first(dof + 1) + 1
+        end associate
+      end do
     end do
     first(1) = 1
     do i = 1, size(next)
@@ -94,16 +101,15 @@ contains
     end do
     next = first(:size(next))
     allocate (owner(first(size(first)) - 1), local(first(size(first)) - 1))
-    do e = 1, tangent%elements
-      if (ends(e) == 0) cycle
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
-        do i = 1, size(dofs)
-          if (dofs(i) == 0) cycle
-          owner(next(dofs(i))) = e
-          local(next(dofs(i))) = i
-          next(dofs(i)) = next(dofs(i)) + 1
-        end do
-      end associate
+    do r = 1, size(element)
+      do i = 1, size(dofs, 1)
+        associate (dof => dofs(i, element(r)))
+          if (dof == 0) cycle
+          owner(next(dof)) = r
+          local(next(dof)) = i
+          next(dof) = next(dof) + 1
+        end associate
+      end do
     end do
   end subroutine list_by_dof
 
