@@ -3,7 +3,7 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv
+  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, dtrsm
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -87,5 +87,35 @@ module lapack_interface
       real(wp), intent(in) :: a(lda, *)
       real(wp), intent(inout) :: x(*)
     end subroutine dtrsv
+
+    !> C = alpha A B + beta C, or with A^T or B^T.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
+
+    !> C = alpha A B + beta C for a symmetric matrix A.
+    subroutine dsymm(side, uplo, m, n, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: side, uplo
+      integer, intent(in) :: m, n, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dsymm
+
+    !> B = alpha A^-1 b or alpha A^-T b for a triangular matrix on the left.
+    subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: side, uplo, transa, diag
+      integer, intent(in) :: m, n, lda, ldb
+      real(wp), intent(in) :: alpha, a(lda, *)
+      real(wp), intent(inout) :: b(ldb, *)
+    end subroutine dtrsm
   end interface
 end module lapack_interface

@@ -10,6 +10,7 @@ module model_reader
   use distributed_loads, only: read_distributed_loads
   use held_reader, only: read_held
   use contact_reader, only: read_pairs, pair_draft_t
+  use facets, only: facet_table_t
   use pair_builder, only: build_pairs
   use output_reader, only: read_output
   use name_checks, only: check_names
@@ -34,10 +35,11 @@ contains
   end subroutine read_model
 
   !> All but the mesh, which is there.
-  subroutine read_rest(deck, diagnostics, model)
+  subroutine read_rest(deck, diagnostics, model, exterior)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! the problem, with its mesh
+    type(facet_table_t), intent(in), optional :: exterior !! its exterior facets, if at hand
     type(pair_draft_t), allocatable :: drafts(:)
     logical :: sound
 
@@ -53,7 +55,7 @@ contains
     call read_conditions(deck, diagnostics, model)
     call read_distributed_loads(deck, diagnostics, model)
     call read_held(deck, diagnostics, model)
-    call build_pairs(drafts, diagnostics, model)
+    call build_pairs(drafts, diagnostics, model, exterior)
     call read_output(deck, diagnostics, model)
   end subroutine read_rest
 end module model_reader

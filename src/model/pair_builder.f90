@@ -30,16 +30,21 @@ module pair_builder
 contains
 
   !> Fills model%pairs from what the deck says.
-  subroutine build_pairs(drafts, diagnostics, model)
+  subroutine build_pairs(drafts, diagnostics, model, known)
     type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs as read; get what ADJUst has done
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! mesh and materials; receives the pairs
+    type(facet_table_t), intent(in), optional :: known !! exterior facets, if they are at hand
     type(facet_table_t) :: exterior
     integer :: i
 
     allocate (model%pairs(size(drafts)))
     if (size(drafts) == 0) return
-    call exterior_facets(model%mesh, exterior)
+    if (present(known)) then
+      exterior = known
+    else
+      call exterior_facets(model%mesh, exterior)
+    end if
     do i = 1, size(drafts)
       if (drafts(i)%has_form .and. drafts(i)%pair%adjusted) call adjust_pair(drafts(i)%pair, &
         exterior, diagnostics, model%mesh)

@@ -10,6 +10,8 @@ module study_monitor
   type, extends(monitor_t) :: study_monitor_t
     integer :: solves = 0 !! linear solves
     integer :: cuts = 0 !! of increments
+    real(wp) :: first_energy = 0.0_wp !! of the first iterations of the increments since it was
+    !! set to zero, the largest [force length]
   contains
     procedure :: iteration => count_iteration !! one more
     procedure :: event => hear_nothing !! nothing
@@ -24,7 +26,8 @@ contains
     class(study_monitor_t), intent(inout) :: self !! the receiver
     type(iteration_t), intent(in) :: report !! the iteration
 
-    self%solves = self%solves + min(1, max(1, report%number))
+    self%solves = self%solves + 1
+    if (report%number == 1) self%first_energy = max(self%first_energy, report%energy)
   end subroutine count_iteration
 
   !> Lines are those of the run before.

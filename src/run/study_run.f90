@@ -5,22 +5,22 @@ module study_run
   use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_deck, exit_done, exit_no_convergence
   use costs, only: wall_seconds
-  use deck_types, only: override_t, location_t
-  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error
-  use deck_reader, only: read_deck
+  use deck_types, only: override_t
   use friction_return, only: has_friction
+  use facets, only: facet_table_t, exterior_facets
   use mesh_names, only: find_nodes
   use model_types, only: model_t
-  use model_reader, only: read_rest
-  use system_types, only: system_t, state_t
+  use system_types, only: system_t, state_t, settings_t
   use system_building, only: build_system
   use linear_solver, only: free_solver
   use condensed_bodies, only: free_condensed
   use stepping, only: advance
   use tables, only: table_t, create_reaction_table, write_reactions, close_table
-  use deck_variants, only: variant_t, read_variant, set_value, find_difference, place_load
+  use deck_variants, only: variant_t, difference_t, read_variant, read_next_variant, set_value, &
+    place_load
   use sensitivity_start, only: find_levers
   use variant_system, only: set_back, change_influence, reactions_by_levers, same_loads
+  use variant_starts, only: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of
   use study_types, only: study_t
   use study_table, only: study_table_t, result_t, create_study_table, write_variant, &
     close_study_table
@@ -38,11 +38,13 @@ module study_run
   !> What all variants share.
   type :: shared_t
     type(variant_t) :: base !! the deck as it stands
+    type(facet_table_t) :: exterior !! exterior facets of its mesh
     type(plan_t) :: plan !! end times and tolerances
     type(common_t) :: common !! the state at FROM
     real(wp), allocatable :: lever(:, :, :, :), hold(:, :, :, :) !! of the reaction sets
-    real(wp), allocatable :: guess(:, :, :) !! (3, nodes, end times) forces of the last variant
-    integer :: guesses = 0 !! end times of these
+    type(starts_t) :: starts !! contact forces of the variants so far
+    real(wp), allocatable :: energy(:) !! (end times) with which an iteration has begun, 0 unknown
+    !! [force length]
     integer :: with_factors = 0 !! variants that use the factors of the run
     logical :: changed_loads = .false. !! the influence is that of another variant
   end type shared_t
@@ -67,6 +69,7 @@ contains
     if (allocated(error)) return
     call read_variant(options%deck, options%overrides, shared%base, error)
     if (allocated(error)) return
+    call exterior_facets(shared%base%model%mesh, shared%exterior)
     call begin_common(study, shared%plan, shared%base%model, context%system, context%monitor, &
       shared%common, error)
     if (allocated(error)) return
@@ -75,7 +78,8 @@ contains
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
-    allocate (shared%guess(3, context%model%mesh%nodes, size(shared%plan%times)))
+    call begin_starts(study, context%model, size(shared%plan%times), shared%starts)
+    allocate (shared%energy(size(shared%plan%times)), source=0.0_wp)
     failed = 0
     began = wall_seconds()
     do k = 1, size(study%order)
@@ -140,7 +144,7 @@ contains
     type(error_t), allocatable :: trouble
     logical :: sharing
 
-    call read_values(options, study, number, shared%base, variant, sharing, trouble)
+    call read_values(options, study, number, shared, variant, sharing, trouble)
     allocate (result%reactions(3, size(shared%base%model%output%reactions), &
       size(shared%plan%times)), source=0.0_wp)
     if (allocated(trouble)) then
@@ -160,6 +164,8 @@ contains
         context%system, context%state, error)
       if (allocated(error)) return
       context%system%condensed%surface_only = .true.
+      context%system%condensed%narrow = .true.
+      call choose_neighbours(shared%starts, number)
       call solve_variant(variant%model, context%system, context%state, shared, .true., result, &
         trouble)
       context%system%condensed%surface_only = .false.
@@ -186,39 +192,28 @@ contains
 
   !> The problem of a variant. Where only contact and loads differ it keeps the mesh of the base,
   !! and what has been factorised.
-  subroutine read_values(options, study, number, base, variant, sharing, trouble)
+  subroutine read_values(options, study, number, shared, variant, sharing, trouble)
     type(options_t), intent(in) :: options !! the command line
     type(study_t), intent(in) :: study !! the variants
     integer, intent(in) :: number !! which one
-    type(variant_t), intent(in) :: base !! the deck as it stands
+    type(shared_t), intent(in) :: shared !! the deck as it stands
     type(variant_t), intent(out) :: variant !! this one
     logical, intent(out) :: sharing !! its bodies are those of the base
     type(error_t), allocatable, intent(out) :: trouble !! the deck does not take these values
     type(override_t), allocatable :: overrides(:)
-    type(diagnostics_t) :: diagnostics
-    type(location_t) :: at
-    character(4) :: command
-    integer :: p, k, worst
+    type(difference_t) :: difference
+    integer :: p, k
 
     overrides = options%overrides
     do p = 1, size(study%varied)
       if (.not. study%varied(p)%rule) call set_value(overrides, study%varied(p)%name, &
         study%variants(p, number))
     end do
-    call read_deck(options%deck, overrides, variant%deck, diagnostics, trouble)
+    call read_next_variant(options%deck, overrides, shared%base%deck, shared%base%model, &
+      shared%exterior, variant, difference, trouble)
+    sharing = difference%worst <= place_load .and. .not. any(shared%base%model%pairs%adjusted)
     if (allocated(trouble)) return
-    call find_difference(base%deck, variant%deck, worst, at, command)
-    sharing = worst <= place_load .and. .not. any(base%model%pairs%adjusted)
-    if (sharing) then
-      variant%model%title = base%model%title
-      variant%model%mesh = base%model%mesh
-      call read_rest(variant%deck, diagnostics, variant%model)
-      if (error_count(diagnostics) > 0) call diagnostics_to_error(diagnostics, trouble)
-    else
-      call read_variant(options%deck, overrides, variant, trouble)
-    end if
-    if (allocated(trouble)) return
-    if (sharing) sharing = all(abs(base%model%materials%youngs_modulus &
+    if (sharing) sharing = all(abs(shared%base%model%materials%youngs_modulus &
       - variant%model%materials%youngs_modulus) <= 0.0_wp)
     do p = 1, size(study%varied)
       if (.not. study%varied(p)%rule) cycle
@@ -229,35 +224,43 @@ contains
     end do
   end subroutine read_values
 
-  !> From end time to end time; each starts from the contact forces of the variant before.
+  !> From end time to end time; each starts from the contact forces of the variants before. What
+  !! has converged is measured by the start of the first of them, not by a better one.
   subroutine solve_variant(model, system, state, shared, sharing, result, trouble)
     type(model_t), intent(inout) :: model !! the problem
     type(system_t), intent(inout) :: system !! its system
     type(state_t), intent(inout) :: state !! where it begins
-    type(shared_t), intent(inout) :: shared !! plan, levers, forces of the variant before
+    type(shared_t), intent(inout) :: shared !! plan, levers, forces of the variants before
     logical, intent(in) :: sharing !! it uses them
     type(result_t), intent(inout) :: result !! what it comes to
     type(error_t), allocatable, intent(out) :: trouble !! why it ended early
     type(study_monitor_t) :: monitor
+    type(settings_t) :: settings
     integer :: i
 
     result%step = state%step
     do i = state%step + 1, size(shared%plan%times)
-      if (sharing .and. i <= shared%guesses) system%condensed%kept = shared%guess(:, :, i)
-      call advance(model, system, state, shared%plan%times(i), shared%plan%settings(i), monitor, &
-        trouble)
+      settings = shared%plan%settings(i)
+      if (sharing) then
+        if (.not. allocated(system%condensed%kept)) allocate (system%condensed%kept(3, &
+          model%mesh%nodes), source=0.0_wp)
+        call guess_forces(shared%starts, i, system%condensed%kept)
+        settings%first_energy = shared%energy(i)
+      end if
+      monitor%first_energy = 0.0_wp
+      call advance(model, system, state, shared%plan%times(i), settings, monitor, trouble)
       if (allocated(trouble)) exit
       state%step = i
       result%step = i
       if (sharing) then
-        shared%guess(:, :, i) = system%condensed%kept
+        if (shared%energy(i) <= 0.0_wp) shared%energy(i) = monitor%first_energy
+        call keep_forces_of(shared%starts, i, system%condensed%kept)
         call reactions_by_levers(model, system, state%time, shared%lever, shared%hold, &
           result%reactions(:, :, i))
       else
         call sum_reactions(model, system, state, result%reactions(:, :, i))
       end if
     end do
-    if (sharing) shared%guesses = result%step
     result%iterations = monitor%solves
     result%cuts = monitor%cuts
   end subroutine solve_variant

@@ -21,6 +21,9 @@ module condensed_bodies
     find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
     apply_compliance, free_condensed
 
+  !> Live candidates over those that are needed.
+  real(wp), parameter :: most_idle = 1.25_wp
+
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
@@ -274,11 +277,19 @@ contains
   end subroutine spread_yield
 
   !> Where a body has many candidates and most are live, all are: their compliance needs no copy.
+  !! In narrow runs those that have been live stay so while they are few: no new copy each time
+  !! that a point comes or goes.
   pure subroutine widen_live(condensed, live)
     type(condensed_t), intent(in) :: condensed !! bodies
     logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
+    logical :: both(size(live))
     integer :: b
 
+    if (condensed%narrow) then
+      both = live .or. condensed%live_place > 0
+      if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
+      return
+    end if
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         associate (mine => live(body%first + 1:body%first + body%m))

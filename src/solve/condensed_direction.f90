@@ -14,7 +14,7 @@ module condensed_direction
   use system_types, only: system_t
   implicit none
   private
-  public :: find_condensed_direction, respond, next_condensed_length, defect_energy
+  public :: find_condensed_direction, find_chord, respond, next_condensed_length, defect_energy
   public :: answer_force, push_direction, answer, is_worth_trying, most_allowed, most_stale
 
   !> Iterations of GMRES, with a new factor and with an older one.
@@ -67,6 +67,21 @@ contains
     end associate
     call take_answer(system, y)
   end subroutine find_condensed_direction
+
+  !> The direction for the present residual with the tangent and factor of the last one.
+  subroutine find_chord(system, arrived)
+    type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
+    logical, intent(out) :: arrived !! there is one
+    real(wp) :: y(system%condensed%n_live), floor
+
+    associate (condensed => system%condensed)
+      floor = max(coarsest*residual_size(condensed), 1.0e-3_wp*system%round_off)
+      call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+      if (.not. arrived) return
+      condensed%norm_before = residual_size(condensed)
+    end associate
+    call take_answer(system, y)
+  end subroutine find_chord
 
   !> The direction from the answer of contact.
   subroutine take_answer(system, y)

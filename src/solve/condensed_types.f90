@@ -109,6 +109,7 @@ module condensed_types
     integer :: refusals = 0 !! tangents in a row that were not positive definite
     real(wp) :: worn = 0.0_wp !! passes that are worth new factors
     logical :: surface_only = .false. !! only candidates are asked for at the end of an increment
+    logical :: narrow = .false. !! the live candidates are few, though their compliance is copied
     type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom
     logical, allocatable :: candidate(:) !! (nodes) nodes that contact may touch
     integer :: n = 0 !! candidate degrees of freedom

@@ -169,19 +169,13 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
     type(augmentation_t) :: augmentation
     type(settings_t) :: budget
-    integer :: k
 
     call solve_with_hosts(model, system, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
-    budget = settings
     if (system%motion%active .and. progress%outcome == outcome_converged) then
-      ! hosts chosen far from the solution may be left again for those that points come from
-      do k = 1, size(model%pairs)
-        if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
-      end do
-      budget%most_solves = progress%solves + settings%most_solves
-      call solve_with_hosts(model, system, time, budget, monitor, progress)
+      call follow_freely(model, system, time, settings, monitor, progress)
     end if
+    budget = settings
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
@@ -196,6 +190,30 @@ contains
       call solve_with_hosts(model, system, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
+
+  !> Hosts chosen far from the solution may be left again for those that points come from: if any
+  !! is, the increment is solved on.
+  subroutine follow_freely(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! converged
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! counts on
+    type(settings_t) :: budget
+    integer :: renewals, k
+    logical :: settled
+
+    do k = 1, size(model%pairs)
+      if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
+    end do
+    renewals = 0
+    call follow_solution(model, system, settings, monitor, renewals, settled)
+    if (settled) return
+    budget = settings
+    budget%most_solves = progress%solves + settings%most_solves
+    call solve_with_hosts(model, system, time, budget, monitor, progress)
+  end subroutine follow_freely
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape. While the
   !! shape changes, solves are rough (doc/theory, "Smooth surfaces").

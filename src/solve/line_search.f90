@@ -11,7 +11,7 @@ module line_search
   use system_types, only: system_t
   implicit none
   private
-  public :: search_line, approach, next_energy
+  public :: search_line, approach, next_energy, take_trial
 
   !> A step is accepted if it lowers the residual by this share of its length,
   real(wp), parameter :: sufficient_decrease = 1.0e-4_wp

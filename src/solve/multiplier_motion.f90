@@ -73,9 +73,10 @@ contains
   end subroutine take_multipliers
 
   !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
-  subroutine add_multipliers(model, system)
+  subroutine add_multipliers(model, system, anew)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! direction found; gets du, motion
+    logical, intent(in) :: anew !! the derivatives of the forces belong to a new tangent
     type(point_forces_t) :: at(size(model%pairs))
     type(gmres_t) :: iteration
     real(wp), dimension(3, system%contact%n) :: lack, image
@@ -83,7 +84,7 @@ contains
     real(wp) :: way(size(lack))
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system)
+    call form_tangent_of_forces(model%mesh%x, system, anew)
     associate (motion => system%motion)
       call project(model, system, at, motion%force, lack)
       lack = lack - motion%start
@@ -132,10 +133,11 @@ contains
     end do
   end subroutine find_fields
 
-  !> Forces of the points and their derivatives at the present iterate.
-  subroutine form_tangent_of_forces(x, system)
+  !> Forces of the points at the present iterate, and their derivatives.
+  subroutine form_tangent_of_forces(x, system, anew)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! contact elements, u; gets motion
+    logical, intent(in) :: anew !! or the derivatives stay what they are
     type(element_t) :: e
     integer :: k
 
@@ -144,6 +146,7 @@ contains
         if (motion%scale(k) <= 0.0_wp) cycle
         call shift_derivatives(system%contact, k, x, system%u, e)
         motion%force(:, k) = e%stress(1:3)
+        if (.not. anew) cycle
         motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
         motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
         motion%by_shift(:, :, k) = e%s(7:9, 1:3)
@@ -331,7 +334,7 @@ contains
     integer :: k
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system)
+    call form_tangent_of_forces(model%mesh%x, system, .true.)
     call project(model, system, at, system%motion%force, multiplier)
     fit = .true.
     do k = 1, size(model%pairs)

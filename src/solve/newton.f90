@@ -6,7 +6,6 @@ module newton
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
-  use rigid_bodies, only: spread_rigid
   use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
@@ -15,6 +14,7 @@ module newton
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
+  use chord_steps, only: chords_t, follow_chords, spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction
@@ -79,6 +79,7 @@ module newton
     integer :: since_lowest = 0 !! iterations since residual or direction has fallen
     integer :: since_fewest = 0 !! iterations since one of the three has fallen
     integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    real(wp) :: length = 0.0_wp !! share of its direction that the last iteration went
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration has halved the residual
@@ -135,8 +136,28 @@ contains
       end if
       if (progress%outcome /= outcome_going_on) exit
       call iterate(model, system, time, settings, monitor, progress)
+      if (progress%outcome == outcome_going_on) call go_on(model, system, settings, progress)
     end do
   end subroutine solve_frozen
+
+  !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
+  !! with the same factor"). Not where a body is grounded or dragged, or where the tangent took
+  !! points for something else than they are.
+  subroutine go_on(model, system, settings, progress)
+    type(model_t), intent(in) :: model !! mesh, pairs
+    type(system_t), intent(inout) :: system !! u is moved
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(inout) :: progress !! gets energy_met, halved
+    type(chords_t) :: chords
+
+    if (progress%energy_met .or. progress%length < 1.0_wp) return
+    if (system%border%n > 0 .or. .not. system%bulk%linear) return
+    if (system%drag > 0.0_wp .or. any(system%grounded) .or. any(system%contact%hold)) return
+    call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
+      progress%energy, chords)
+    progress%energy_met = chords%energy_met .or. chords%settled
+    if (chords%settled) progress%halved = .false.
+  end subroutine go_on
 
   !> Directions of bodies that hardly anything holds are long and lose digits, and with them the
   !! defects that the condensed form carries on: what has converged is looked at with true ones.
@@ -213,7 +234,7 @@ contains
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
-    if (system%motion%active) call add_multipliers(model, system)
+    if (system%motion%active) call add_multipliers(model, system, .true.)
     if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%solver%indefinite
@@ -221,7 +242,8 @@ contains
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
     progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
-    if (progress%solves == 1) progress%first_energy = progress%energy
+    if (progress%solves == 1) progress%first_energy = max(progress%energy, &
+      settings%first_energy)
     call bulk_step(model%mesh%x, system, longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
@@ -243,6 +265,7 @@ contains
       return
     end if
     if (system%motion%active) call settle_multipliers(system, length)
+    progress%length = length
     progress%updated = .false.
     progress%energy_met = .false.
     if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
@@ -336,20 +359,6 @@ contains
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
-
-  !> Solution vector to nodal displacements.
-  subroutine spread_direction(system)
-    type(system_t), intent(inout) :: system !! solution given; gets du
-    integer :: i, k
-
-    do i = 1, size(system%equation, 2)
-      do k = 1, 3
-        system%du(k, i) = 0.0_wp
-        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
-      end do
-    end do
-    call spread_rigid(system, system%solution, system%du)
-  end subroutine spread_direction
 
   !> The report of one iteration.
   subroutine describe(system, progress, time, length, seconds, report)

@@ -21,6 +21,8 @@ module system_types
     real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
     integer :: most_solves = 50 !! linear solves of one increment
     integer :: most_passes = 8 !! changes of contact hosts within one increment
+    real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a
+    !! start is better than usual [force length]
     real(wp) :: extrapolation = 1.0e-6_wp !! tip outside its facet at a flat edge, shape functions
   end type settings_t
 

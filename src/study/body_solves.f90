@@ -3,7 +3,7 @@
 module body_solves
   use, intrinsic :: iso_c_binding, only: c_f_pointer
   use kinds, only: wp, long
-  use lapack_interface, only: dgemv, dtrsv, dsymv
+  use lapack_interface, only: dgemm, dtrsm, dsymm
   use cholmod_interface, only: cholmod_factor_t
   use cholmod_solver, only: cholmod_t
   use condensed_types, only: condensed_body_t
@@ -20,28 +20,34 @@ module body_solves
 
 contains
 
-  !> u = K^-1 b on the free equations of a body.
+  !> u = K^-1 b on the free equations of a body, for several right-hand sides at once.
   subroutine solve_condensed_body(body, b, u)
     type(condensed_body_t), intent(in) :: body !! factor and compliance
-    real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) gets the displacements of the body [length]
-    real(wp) :: x(size(body%node)), last(body%m)
+    real(wp), intent(in) :: b(:, :, :) !! (3, nodes, columns) forces [force]
+    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, columns) gets the displacements of the body
+    !! [length]
+    real(wp), allocatable :: x(:, :), last(:, :), low(:, :)
     type(supernodes_t) :: factor
-    integer :: i, inner
+    integer :: i, inner, columns
 
-    do i = 1, size(x)
-      x(i) = b(body%direction(i), body%node(i))
+    columns = size(b, 3)
+    allocate (x(size(body%node), columns))
+    do i = 1, size(x, 1)
+      x(i, :) = b(body%direction(i), body%node(i), :)
     end do
-    inner = size(x) - body%m
+    inner = size(x, 1) - body%m
     call look_at_factor(body%solver, factor)
-    call eliminate(factor, inner, x)
+    call eliminate(factor, inner, size(x, 1), columns, x)
     if (body%m > 0) then
-      last = x(inner + 1:)
-      call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, last, 1, 0.0_wp, x(inner + 1:), 1)
+      last = x(inner + 1:, :)
+      allocate (low, mold=last)
+      call dsymm('L', 'L', body%m, columns, 1.0_wp, body%compliance, body%m, last, body%m, &
+        0.0_wp, low, body%m)
+      x(inner + 1:, :) = low
     end if
-    call substitute(factor, inner, x)
-    do i = 1, size(x)
-      u(body%direction(i), body%node(i)) = x(i)
+    call substitute(factor, inner, size(x, 1), columns, x)
+    do i = 1, size(x, 1)
+      u(body%direction(i), body%node(i), :) = x(i, :)
     end do
   end subroutine solve_condensed_body
 
@@ -61,12 +67,14 @@ contains
   end subroutine look_at_factor
 
   !> L11^-1 on the first unknowns, and what they leave for the others.
-  subroutine eliminate(factor, inner, x)
+  subroutine eliminate(factor, inner, n, columns, x)
     type(supernodes_t), intent(in) :: factor !! the factor
     integer, intent(in) :: inner !! unknowns before the candidates
-    real(wp), intent(inout) :: x(:) !! (n) right-hand side
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
+    integer, intent(in) :: n !! unknowns
+    integer, intent(in) :: columns !! right-hand sides
+    real(wp), intent(inout) :: x(n, columns) !! right-hand sides
+    real(wp) :: below(n*columns)
+    integer :: k, j, w, rows, first, under
     integer(long) :: last
 
     do k = 1, factor%n
@@ -75,24 +83,29 @@ contains
       if (w <= 0) cycle
       rows = int(factor%pi(k + 1) - factor%pi(k))
       last = factor%px(k) + int(rows, long)*w
-      call dtrsv('L', 'N', 'N', w, factor%values(factor%px(k) + 1:last), rows, &
-        x(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, factor%values(factor%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_wp, below, 1)
+      call dtrsm('L', 'L', 'N', 'N', w, columns, 1.0_wp, factor%values(factor%px(k) + 1:last), &
+        rows, x(first, 1), n)
+      under = rows - w
+      if (under == 0) cycle
+      call dgemm('N', 'N', under, columns, w, 1.0_wp, factor%values(factor%px(k) + w + 1: &
+        last), rows, x(first, 1), n, 0.0_wp, below, under)
       associate (others => factor%s(factor%pi(k) + w + 1:factor%pi(k + 1)) + 1)
-        x(others) = x(others) - below(:rows - w)
+        do j = 1, columns
+          x(others, j) = x(others, j) - below((j - 1)*under + 1:j*under)
+        end do
       end associate
     end do
   end subroutine eliminate
 
   !> L11^-T on the first unknowns, the others given.
-  subroutine substitute(factor, inner, x)
+  subroutine substitute(factor, inner, n, columns, x)
     type(supernodes_t), intent(in) :: factor !! the factor
     integer, intent(in) :: inner !! unknowns before the candidates
-    real(wp), intent(inout) :: x(:) !! (n) in: eliminated; out: the solution
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
+    integer, intent(in) :: n !! unknowns
+    integer, intent(in) :: columns !! right-hand sides
+    real(wp), intent(inout) :: x(n, columns) !! in: eliminated; out: the solution
+    real(wp) :: below(n*columns)
+    integer :: k, j, w, rows, first, under
     integer(long) :: last
 
     do k = factor%n, 1, -1
@@ -101,11 +114,14 @@ contains
       if (w <= 0) cycle
       rows = int(factor%pi(k + 1) - factor%pi(k))
       last = factor%px(k) + int(rows, long)*w
-      below(:rows - w) = x(factor%s(factor%pi(k) + w + 1:factor%pi(k + 1)) + 1)
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, factor%values(factor%px(k) + w + 1: &
-        last), rows, below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, factor%values(factor%px(k) + 1:last), rows, &
-        x(first:first + w - 1), 1)
+      under = rows - w
+      do j = 1, columns
+        below((j - 1)*under + 1:j*under) = x(factor%s(factor%pi(k) + w + 1:factor%pi(k + 1)) + 1, j)
+      end do
+      if (under > 0) call dgemm('T', 'N', w, columns, under, -1.0_wp, factor%values( &
+        factor%px(k) + w + 1:last), rows, below, under, 1.0_wp, x(first, 1), n)
+      call dtrsm('L', 'L', 'T', 'N', w, columns, 1.0_wp, factor%values(factor%px(k) + 1:last), &
+        rows, x(first, 1), n)
     end do
   end subroutine substitute
 end module body_solves

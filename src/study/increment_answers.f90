@@ -6,7 +6,6 @@ module increment_answers
   use elmt03, only: d03_epsilon
   use loads, only: load_factor
   use model_types, only: model_t
-  use condensed_types, only: condensed_body_t
   use back_ends, only: solver_done
   use linear_answers, only: prepare_answers, answer_all
   use increment_elements, only: work_t, element_change, add_forces
@@ -28,23 +27,19 @@ contains
     type(work_t), intent(in) :: work !! elements, causes
     real(wp), intent(inout) :: du(:, :, :) !! (3, nodes, n) prescribed; gets the candidates [length]
     character(:), allocatable, intent(inout) :: trouble !! not solved
-    real(wp), allocatable :: loaded(:, :), c(:, :), b(:, :), y(:, :), t(:, :)
+    real(wp), allocatable :: u(:, :), c(:, :)
     integer :: n, outcome, attempt, j, i
     logical :: arrived
 
     n = size(s%slopes)
-    allocate (loaded(system%condensed%n, n), c(system%condensed%n, n), source=0.0_wp)
-    call collect_right(model, system, time, s, work, du, loaded, c)
     arrived = .false.
     do attempt = 1, 2
+      u = spread(spread(0.0_wp, 1, system%condensed%n), 2, n)
+      c = u
+      call collect_right(model, system, time, s, work, du, u, c)
       call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
       if (outcome /= solver_done) exit
-      associate (condensed => system%condensed)
-        b = loaded(condensed%live, :)
-        call subtract_yield(condensed%bodies, c(condensed%live, :), b)
-        if (.not. allocated(y)) allocate (y, t, mold=b)
-        call answer_all(condensed, b, y, t, arrived, s%iterations)
-      end associate
+      call answer_all(system%condensed, c, u, arrived, s%iterations)
       if (arrived) exit
     end do
     if (.not. arrived) then
@@ -53,12 +48,9 @@ contains
       return
     end if
     associate (condensed => system%condensed)
-      c(condensed%live, :) = c(condensed%live, :) + y
-      if (condensed%n_live < condensed%n) call yield_everywhere(condensed%bodies, c, loaded)
-      loaded(condensed%live, :) = t
       do j = 1, n
         do i = 1, condensed%n
-          du(condensed%direction(i), condensed%node(i), j) = loaded(i, j)
+          du(condensed%direction(i), condensed%node(i), j) = u(i, j)
         end do
       end do
     end associate
@@ -115,48 +107,6 @@ contains
       end do
     end associate
   end subroutine collect_right
-
-  !> b - C c on the live candidates.
-  subroutine subtract_yield(bodies, c, b)
-    type(condensed_body_t), intent(in) :: bodies(:) !! live compliances
-    real(wp), intent(in) :: c(:, :) !! (live, n) [force]
-    real(wp), intent(inout) :: b(:, :) !! (live, n) [length]
-    integer :: k
-
-    do k = 1, size(bodies)
-      associate (body => bodies(k))
-        if (body%n_live == 0) cycle
-        associate (first => body%first_live + 1, last => body%first_live + body%n_live)
-          b(first:last, :) = b(first:last, :) - matmul(body%live, c(first:last, :))
-        end associate
-      end associate
-    end do
-  end subroutine subtract_yield
-
-  !> u - C f on all candidates; only the lower triangles of the compliances count.
-  subroutine yield_everywhere(bodies, f, u)
-    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
-    real(wp), intent(in) :: f(:, :) !! (candidates, n) [force]
-    real(wp), intent(inout) :: u(:, :) !! (candidates, n) [length]
-    integer :: k, i, j
-
-    do k = 1, size(bodies)
-      associate (body => bodies(k))
-        if (body%m == 0) cycle
-        associate (first => body%first, a => body%compliance)
-          do j = 1, body%m
-            if (all(abs(f(first + j, :)) <= 0.0_wp)) cycle
-            do i = 1, size(f, 2)
-              u(first + 1:first + j - 1, i) = u(first + 1:first + j - 1, i) &
-                - a(j, :j - 1)*f(first + j, i)
-              u(first + j:first + body%m, i) = u(first + j:first + body%m, i) &
-                - a(j:, j)*f(first + j, i)
-            end do
-          end do
-        end associate
-      end associate
-    end do
-  end subroutine yield_everywhere
 
   !> Derivative of the factor of a proportional load by a parameter.
   real(wp) function factor_change(slope, table, time) result(change)

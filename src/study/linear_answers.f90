@@ -2,9 +2,11 @@
 !! (doc/theory, "Derivatives along the path").
 module linear_answers
   use kinds, only: wp
-  use lapack_interface, only: dgetrs
+  use lapack_interface, only: dgetrs, dgemm
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
+  use touched_candidates, only: touched_t, gather_touched, add_product, subtract_yield, &
+    subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest, add_leading, take_shares
@@ -48,31 +50,57 @@ contains
     end associate
   end subroutine prepare_answers
 
-  !> t = b - C y with y = k t, the answer of contact, for each column of b.
-  subroutine answer_all(condensed, b, y, t, arrived, iterations)
+  !> Forces f = c + k u of contact and displacements u = w - C f, for each column.
+  subroutine answer_all(condensed, c, u, arrived, iterations)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
-    real(wp), intent(in) :: b(:, :) !! (live, columns) displacements without the answer [length]
-    real(wp), intent(out) :: y(:, :) !! (live, columns) answers of contact [force]
-    real(wp), intent(out) :: t(:, :) !! (live, columns) displacements [length]
+    real(wp), intent(inout) :: c(:, :) !! (candidates, columns) forces at fixed candidates; gets
+    !! all forces [force]
+    real(wp), intent(inout) :: u(:, :) !! (candidates, columns) displacements without contact; gets
+    !! those with it [length]
     logical, intent(out) :: arrived !! all of them
     integer, intent(inout) :: iterations !! of GMRES: counts on
-    real(wp) :: push(condensed%modes), floor
+    type(touched_t) :: touched
+    real(wp), allocatable :: b(:, :), y(:, :)
+
+    if (condensed%tangent%iterated) then
+      b = u(condensed%live, :)
+      call subtract_yield(condensed%bodies, c(condensed%live, :), b)
+      allocate (y, mold=b)
+      call answer_by_turns(condensed, b, y, arrived, iterations)
+      c(condensed%live, :) = c(condensed%live, :) + y
+    else
+      call gather_touched(condensed, touched)
+      associate (rows => condensed%live(touched%rows))
+        b = u(rows, :)
+        call add_product(touched, -1.0_wp, c(rows, :), b)
+        allocate (y, mold=b)
+        call answer_block(condensed%tangent, touched, b, y, arrived, iterations)
+        c(rows, :) = c(rows, :) + y
+      end associate
+    end if
+    if (arrived) call subtract_yield_of_all(condensed%bodies, c, u)
+  end subroutine answer_all
+
+  !> Column after column where blocks take the place of the factor.
+  subroutine answer_by_turns(condensed, b, y, arrived, iterations)
+    type(condensed_t), intent(inout) :: condensed !! tangent with its blocks
+    real(wp), intent(in) :: b(:, :) !! (live, columns) displacements without the answer [length]
+    real(wp), intent(out) :: y(:, :) !! (live, columns) answers of contact [force]
+    logical, intent(out) :: arrived !! all of them
+    integer, intent(inout) :: iterations !! of GMRES: counts on
+    real(wp) :: push(condensed%modes), t(size(b, 1)), floor
     integer :: j, mine
     logical :: there
 
-    if (.not. condensed%tangent%iterated) then
-      call answer_block(condensed, b, y, t, arrived, iterations)
-      return
-    end if
     arrived = .true.
     push = 0.0_wp
     do j = 1, size(b, 2)
       call take_scale(condensed, b(:, j), floor)
-      call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t(:, j), there, mine)
+      call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t, there, mine)
       iterations = iterations + mine
       arrived = arrived .and. there
     end do
-  end subroutine answer_all
+  end subroutine answer_by_turns
 
   !> The force that is left at last: from what contact would make of the displacement alone.
   subroutine take_scale(condensed, b, floor)
@@ -89,42 +117,42 @@ contains
 
   !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns in
   !! step: products with matrices are made for all at once.
-  subroutine answer_block(condensed, b, y, t, arrived, iterations)
-    type(condensed_t), intent(inout) :: condensed !! tangent with its factor
-    real(wp), intent(in) :: b(:, :) !! (live, columns) displacements [length]
-    real(wp), intent(out) :: y(:, :) !! (live, columns) [force]
-    real(wp), intent(out) :: t(:, :) !! (live, columns) [length]
+  subroutine answer_block(tangent, touched, b, y, arrived, iterations)
+    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+    type(touched_t), intent(in) :: touched !! rows and their compliance
+    real(wp), intent(in) :: b(:, :) !! (rows, columns) displacements [length]
+    real(wp), intent(out) :: y(:, :) !! (rows, columns) [force]
     logical, intent(out) :: arrived !! all columns
     integer, intent(inout) :: iterations !! counts on
     type(gmres_t) :: iteration(size(b, 2))
-    real(wp), allocatable :: moved(:, :, :), shares(:, :, :), z(:, :), r(:, :), x(:, :), share(:)
+    real(wp), allocatable :: shares(:, :, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:)
     real(wp) :: floor(size(b, 2))
     integer :: j, k, i
     logical :: going(size(b, 2))
 
-    associate (n => size(b, 1), columns => size(b, 2), rank => condensed%tangent%rank)
-      allocate (z(rank, columns), r(n, columns), x(n, columns))
-      call answer_leading_block(condensed, b, z, t)
-      call apply_rest_block(condensed%tangent, t, r)
+    associate (n => size(b, 1), columns => size(b, 2))
+      allocate (z(tangent%rank, columns), r(n, columns), x(n, columns), t(n, columns))
+      call answer_leading_block(tangent, touched, b, z, t)
+      call apply_rest_block(tangent, touched, t, r)
+      y = 0.0_wp
+      call add_leading_block(tangent, touched, z, y)
       do k = 1, columns
-        y(:, k) = 0.0_wp
-        call add_leading(condensed%tangent, z(:, k), y(:, k))
         floor(k) = accuracy*norm2(y(:, k))
         call begin_gmres(r(:, k), most_vectors, iteration(k))
         going(k) = iteration(k)%rest > floor(k)
       end do
-      allocate (moved(n, columns, 0), shares(rank, columns, 0))
+      allocate (shares(tangent%rank, columns, 0))
       j = 0
       do while (any(going) .and. j < most_vectors)
         j = j + 1
-        call widen(moved, j)
         call widen(shares, j)
         do k = 1, columns
           x(:, k) = merge(1.0_wp, 0.0_wp, going(k))*iteration(k)%base(:, iteration(k)%n + 1)
         end do
-        call apply_compliance_block(condensed, x, r)
-        call answer_leading_block(condensed, r, shares(:, :, j), moved(:, :, j))
-        call apply_rest_block(condensed%tangent, moved(:, :, j), r)
+        r = 0.0_wp
+        call add_product(touched, 1.0_wp, x, r)
+        call answer_leading_block(tangent, touched, r, shares(:, :, j), t)
+        call apply_rest_block(tangent, touched, t, r)
         do k = 1, columns
           if (.not. going(k)) cycle
           call add_image(r(:, k) + x(:, k), iteration(k))
@@ -138,11 +166,10 @@ contains
         y(:, k) = 0.0_wp
         do i = iteration(k)%n, 1, -1
           y(:, k) = y(:, k) + share(i)*iteration(k)%base(:, i)
-          t(:, k) = t(:, k) - share(i)*moved(:, k, i)
           z(:, k) = z(:, k) - share(i)*shares(:, k, i)
         end do
-        call add_leading(condensed%tangent, z(:, k), y(:, k))
       end do
+      call add_leading_block(tangent, touched, z, y)
     end associate
   end subroutine answer_block
 
@@ -161,59 +188,90 @@ contains
   end subroutine widen
 
   !> What displacements d become when the leading part of contact answers them.
-  subroutine answer_leading_block(condensed, d, z, t)
-    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
-    real(wp), intent(in) :: d(:, :) !! (live, columns) [length]
+  subroutine answer_leading_block(tangent, touched, d, z, t)
+    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+    type(touched_t), intent(in) :: touched !! rows, C U
+    real(wp), intent(in) :: d(:, :) !! (rows, columns) [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
-    real(wp), intent(out) :: t(:, :) !! (live, columns) [length]
-    real(wp), allocatable :: force(:, :)
+    real(wp), intent(out) :: t(:, :) !! (rows, columns) [length]
+    real(wp) :: force(size(d, 1), size(d, 2))
     integer :: k, info
 
     t = d
-    associate (tangent => condensed%tangent, n => condensed%tangent%rank)
+    associate (n => tangent%rank, columns => size(d, 2))
       if (n == 0) return
-      do k = 1, size(d, 2)
-        call take_shares(tangent, d(:, k), z(:, k))
-      end do
-      call dgetrs('N', n, size(d, 2), tangent%small, size(tangent%small, 1), tangent%pivot, z, &
-                  n, info)
       if (tangent%whole) then
-        allocate (force(size(d, 1), size(d, 2)), source=0.0_wp)
-        do k = 1, size(d, 2)
-          call add_leading(tangent, z(:, k), force(:, k))
+        do k = 1, columns
+          call take_shares(tangent, d(:, k), z(:, k))
         end do
-        call apply_compliance_block(condensed, force, t)
-        t = d - t
       else
-        t = t - matmul(tangent%cu(:, :n), z)
+        call take_shares_block(tangent, touched%place, transpose(d), z)
+      end if
+      call dgetrs('N', n, columns, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, &
+        info)
+      if (tangent%whole) then
+        force = 0.0_wp
+        call add_leading_block(tangent, touched, z, force)
+        call add_product(touched, -1.0_wp, force, t)
+      else
+        call dgemm('N', 'N', size(t, 1), columns, n, -1.0_wp, touched%cu, size(touched%cu, 1), z, &
+          n, 1.0_wp, t, size(t, 1))
       end if
     end associate
   end subroutine answer_leading_block
 
-  !> y = C x on the live candidates.
-  subroutine apply_compliance_block(condensed, x, y)
-    type(condensed_t), intent(in) :: condensed !! live compliances, both triangles
-    real(wp), intent(in) :: x(:, :) !! (live, columns) [force]
-    real(wp), intent(out) :: y(:, :) !! (live, columns) [length]
-    integer :: b
+  !> z = V^T d for all columns.
+  pure subroutine take_shares_block(tangent, place, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    integer, intent(in) :: place(:) !! (live) place of the candidates in d
+    real(wp), intent(in) :: d(:, :) !! (columns, rows) [length]
+    real(wp), intent(out) :: z(:, :) !! (rank, columns)
+    real(wp) :: total(size(d, 1))
+    integer :: j, i
 
-    y = 0.0_wp
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%n_live == 0) cycle
-        associate (first => body%first_live + 1, last => body%first_live + body%n_live)
-          y(first:last, :) = matmul(body%live, x(first:last, :))
-        end associate
+    do j = 1, tangent%rank
+      total = 0.0_wp
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) total = total + tangent%v(i, j)*d(:, place(dofs(i)))
+        end do
+      end associate
+      z(j, :) = total
+    end do
+  end subroutine take_shares_block
+
+  !> Adds U z to y for all columns.
+  subroutine add_leading_block(tangent, touched, z, y)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    type(touched_t), intent(in) :: touched !! rows
+    real(wp), intent(in) :: z(:, :) !! (rank, columns)
+    real(wp), intent(inout) :: y(:, :) !! (rows, columns) [force]
+    integer :: i, j
+
+    if (tangent%whole) then
+      do j = 1, size(y, 2)
+        call add_leading(tangent, z(:, j), y(:, j))
+      end do
+      return
+    end if
+    do j = 1, tangent%rank
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) y(touched%place(dofs(i)), :) = y(touched%place(dofs(i)), :) &
+            + tangent%u(i, j)*z(j, :)
+        end do
       end associate
     end do
-  end subroutine apply_compliance_block
+  end subroutine add_leading_block
 
   !> y = k' x with the rest of the element matrices.
-  subroutine apply_rest_block(tangent, x, y)
+  subroutine apply_rest_block(tangent, touched, x, y)
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
-    real(wp), intent(in) :: x(:, :) !! (live, columns) [length]
-    real(wp), intent(out) :: y(:, :) !! (live, columns) [force]
-    real(wp) :: local(size(tangent%dofs, 1), size(x, 2))
+    type(touched_t), intent(in) :: touched !! rows
+    real(wp), intent(in) :: x(:, :) !! (rows, columns) [length]
+    real(wp), intent(out) :: y(:, :) !! (rows, columns) [force]
+    real(wp) :: turned(size(x, 2), size(x, 1)), force(size(x, 2), size(x, 1))
+    real(wp) :: local(size(x, 2))
     integer :: e, i, k
 
     if (tangent%whole) then
@@ -222,18 +280,21 @@ contains
       end do
       return
     end if
-    y = 0.0_wp
+    turned = transpose(x)
+    force = 0.0_wp
     do e = 1, tangent%resting
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
-        local = 0.0_wp
-        do i = 1, size(dofs)
-          if (dofs(i) > 0) local(i, :) = x(dofs(i), :)
-        end do
-        local = matmul(tangent%s(:, :, tangent%element(e)), local)
-        do i = 1, size(dofs)
-          if (dofs(i) > 0) y(dofs(i), :) = y(dofs(i), :) + local(i, :)
+      associate (dofs => tangent%dofs(:, tangent%element(e)), s => tangent%s(:, :, &
+        tangent%element(e)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) == 0) cycle
+          local = 0.0_wp
+          do k = 1, size(tangent%dofs, 1)
+            if (dofs(k) > 0) local = local + s(i, k)*turned(:, touched%place(dofs(k)))
+          end do
+          force(:, touched%place(dofs(i))) = force(:, touched%place(dofs(i))) + local
         end do
       end associate
     end do
+    y = transpose(force)
   end subroutine apply_rest_block
 end module linear_answers

@@ -5,9 +5,10 @@ module parameter_slopes
   use errors, only: error_t
   use deck_types, only: deck_t, override_t, location_t
   use diagnostics, only: diagnostics_t, report_error
+  use facets, only: facet_table_t
   use model_types, only: model_t, load_t, nodal_values_t
   use loads, only: join_load, add_values, add_displacement, add_force
-  use deck_variants, only: variant_t, read_variant, set_value, find_difference, place_other, &
+  use deck_variants, only: variant_t, difference_t, read_next_variant, set_value, place_other, &
     place_mesh
   use sensitivity_types, only: sensitivity_t, slope_t, new_slope, add_slope
   implicit none
@@ -28,6 +29,7 @@ module parameter_slopes
   type :: reading_t
     character(:), allocatable :: path !! the deck
     type(override_t), allocatable :: overrides(:) !! parameters that the command line sets
+    type(facet_table_t) :: exterior !! exterior facets of its mesh
   end type reading_t
 
 contains
@@ -46,34 +48,30 @@ contains
     type(variant_t) :: variants(size(changes))
     type(override_t), allocatable :: overrides(:)
     type(error_t), allocatable :: error
-    type(location_t) :: where
-    character(4) :: command
+    type(difference_t) :: difference
     real(wp) :: h
-    integer :: v, worst
+    integer :: v
 
     h = small*abs(value)
     if (.not. h > 0.0_wp) h = small_of_zero
     do v = 1, size(changes)
       overrides = reading%overrides
       call set_value(overrides, name, value + real(changes(v), wp)*h)
-      call read_variant(reading%path, overrides, variants(v), error)
-      worst = 0
-      if (allocated(variants(v)%deck%mesh) .and. allocated(variants(v)%deck%batch)) then
-        call find_difference(deck, variants(v)%deck, worst, where, command)
-      end if
-      if (allocated(error) .and. worst /= place_other) then
+      call read_next_variant(reading%path, overrides, deck, model, reading%exterior, &
+        variants(v), difference, error)
+      if (allocated(error) .and. difference%worst /= place_other) then
         call report_error(diagnostics, at, 'the deck cannot be read with a '''//name// &
           ''' next to its value', 'choose a value that is not at the end of what is allowed')
         return
       end if
-      if (worst /= place_other) then
-        if (differs(model, variants(v)%model)) worst = place_mesh
+      if (difference%worst /= place_other) then
+        if (differs(model, variants(v)%model)) difference = difference_t(place_mesh, at)
       end if
-      if (worst >= place_other) then
-        if (worst == place_mesh) where = at
-        call report_error(diagnostics, where, 'the parameter '''//name//''' goes in here, and '// &
-          'derivatives know only those of friction, angle of the lay, penalty, Young''s '// &
-          'modulus, prescribed values, forces and proportional loads', 'leave '''//name// &
+      if (difference%worst >= place_other) then
+        call report_error(diagnostics, difference%at, 'the parameter '''//name// &
+          ''' goes in here, and derivatives know only those of friction, angle of the lay, '// &
+          'penalty, Young''s modulus, prescribed values, forces and proportional loads', &
+          'leave '''//name// &
           ''' out of SENSitivity and --sens, or take differences of two runs with --set')
         return
       end if

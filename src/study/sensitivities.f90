@@ -14,7 +14,7 @@ module sensitivities
   use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
     element_motion, add_forces
   use increment_answers, only: solve_all, factor_change
-  use sensitivity_start, only: start_scene
+  use sensitivity_start, only: start_scene, remember_points
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t, state_t
   implicit none
@@ -185,12 +185,10 @@ contains
               s%dtip(:, e, j) = change(4:5)
             end if
           end do
-          s%host(e) = point%host
-          s%status(e) = point%status
-          s%tip(:, e) = point%tip
         end associate
       end do
     end do
+    call remember_points(model, system, s)
   end subroutine settle
 
   !> Derivatives of the reactions, by the levers of the sets, and Euler's sum.

@@ -9,6 +9,7 @@ module sensitivity_reader
   use diagnostics, only: diagnostics_t, report_error, error_count
   use friction_return, only: has_friction
   use model_types, only: model_t
+  use facets, only: exterior_facets
   use mesh_names, only: find_nodes
   use loads, only: join_load, add_values
   use parameter_slopes, only: reading_t, read_parameter
@@ -39,6 +40,8 @@ contains
     allocate (s%slopes(0))
     reading%path = path
     reading%overrides = overrides
+    if (any(deck%mesh%command == 'sens') .or. len(names) > 0) call exterior_facets(model%mesh, &
+      reading%exterior)
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'sens') cycle
       s%active = .true.

@@ -16,7 +16,8 @@ module sensitivity_start
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
-  public :: begin_sensitivities, start_scene, find_levers, load_bodies
+  public :: begin_sensitivities, start_scene, find_levers, load_bodies, &
+    remember_points
 
 contains
 
@@ -146,21 +147,15 @@ contains
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
     type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
-    integer :: k, j
+    integer :: j
 
     call find_levers(model, system, s%sets, s%lever, s%hold)
-    associate (loads => model%conditions%loads)
-      allocate (s%pushed(3, model%mesh%nodes, size(loads)), source=0.0_wp)
-      do k = 1, size(loads)
-        call push_bodies(system, loads(k), s%pushed(:, :, k))
-      end do
-    end associate
+    allocate (s%pushed(3, model%mesh%nodes, size(model%conditions%loads)))
+    call load_bodies(system, model%conditions%loads, .false., s%pushed)
     do j = 1, size(s%slopes)
       associate (slope => s%slopes(j))
-        allocate (slope%influence(3, model%mesh%nodes, size(slope%loads)), source=0.0_wp)
-        do k = 1, size(slope%loads)
-          call load_bodies(system, slope%loads(k), slope%influence(:, :, k))
-        end do
+        allocate (slope%influence(3, model%mesh%nodes, size(slope%loads)))
+        call load_bodies(system, slope%loads, .true., slope%influence)
       end associate
     end do
     s%started = .true.
@@ -174,69 +169,62 @@ contains
     real(wp), allocatable, intent(out) :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements
     real(wp), allocatable, intent(out) :: hold(:, :, :, :) !! (3, nodes, 3, sets) and forces at the
     !! supports
-    real(wp), allocatable :: u(:, :), force(:, :)
+    real(wp), allocatable :: force(:, :, :)
     integer, allocatable :: nodes(:)
     integer :: i, k
     logical :: found
 
-    allocate (u(3, model%mesh%nodes), force(3, model%mesh%nodes))
     allocate (lever(3, model%mesh%nodes, 3, size(sets)), hold(3, model%mesh%nodes, 3, &
       size(sets)), source=0.0_wp)
+    allocate (force(3, model%mesh%nodes, 3))
     do i = 1, size(sets)
       call find_nodes(model%mesh, sets(i)%s, nodes, found)
+      force = 0.0_wp
       do k = 1, 3
-        u = 0.0_wp
-        u(k, nodes) = 1.0_wp
-        where (system%equation > 0) u = 0.0_wp
-        force = 0.0_wp
-        call find_displacements(system, force, u)
-        lever(:, :, k, i) = u
-        call multiply(system%bulk_matrix, u, hold(:, :, k, i))
+        lever(k, nodes, k, i) = 1.0_wp
+        where (system%equation > 0) lever(:, :, k, i) = 0.0_wp
+      end do
+      call find_displacements(system, force, lever(:, :, :, i))
+      do k = 1, 3
+        call multiply(system%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
         where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
       end do
     end do
   end subroutine find_levers
 
-  !> Displacements of all bodies for a unit of the forces of a load.
-  subroutine push_bodies(system, load, u)
+  !> Displacements of all bodies for a unit of each load.
+  subroutine load_bodies(system, loads, whole, u)
     type(system_t), intent(in) :: system !! factors of the bodies
-    type(load_t), intent(in) :: load !! the load
-    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
-    real(wp) :: force(3, size(u, 2))
+    type(load_t), intent(in) :: loads(:) !! the loads
+    logical, intent(in) :: whole !! prescribed values and forces, not the forces alone
+    real(wp), intent(out) :: u(:, :, :) !! (3, nodes, loads) [length]
+    real(wp), allocatable :: force(:, :, :)
+    integer :: k
 
     u = 0.0_wp
-    force = 0.0_wp
-    call add_force(load, 1.0_wp, force)
-    call find_displacements(system, force, u)
-  end subroutine push_bodies
-
-  !> Displacements of all bodies for a unit of a load.
-  subroutine load_bodies(system, load, u)
-    type(system_t), intent(in) :: system !! factors of the bodies
-    type(load_t), intent(in) :: load !! the load
-    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
-    real(wp) :: force(3, size(u, 2))
-
-    u = 0.0_wp
-    force = 0.0_wp
-    call add_displacement(load, 1.0_wp, u)
-    where (system%equation > 0) u = 0.0_wp
-    call add_force(load, 1.0_wp, force)
+    allocate (force(3, size(u, 2), size(loads)), source=0.0_wp)
+    do k = 1, size(loads)
+      if (whole) call add_displacement(loads(k), 1.0_wp, u(:, :, k))
+      where (system%equation > 0) u(:, :, k) = 0.0_wp
+      call add_force(loads(k), 1.0_wp, force(:, :, k))
+    end do
     call find_displacements(system, force, u)
   end subroutine load_bodies
 
-  !> Displacements of all bodies under forces and prescribed values.
+  !> Displacements of all bodies under forces and prescribed values, for all columns.
   subroutine find_displacements(system, force, u)
     type(system_t), intent(in) :: system !! factors of the bodies
-    real(wp), intent(inout) :: force(:, :) !! (3, nodes) applied forces; changed [force]
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) prescribed values; out: all [length]
+    real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
+    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
     real(wp), allocatable :: internal(:, :)
-    integer :: b
+    integer :: b, k
 
     if (all(abs(u) <= 0.0_wp) .and. all(abs(force) <= 0.0_wp)) return
-    allocate (internal, mold=u)
-    call multiply(system%bulk_matrix, u, internal)
-    force = force - internal
+    allocate (internal(3, size(u, 2)))
+    do k = 1, size(u, 3)
+      call multiply(system%bulk_matrix, u(:, :, k), internal)
+      force(:, :, k) = force(:, :, k) - internal
+    end do
     do b = 1, system%bodies
       if (.not. allocated(system%condensed%bodies(b)%node)) cycle
       call solve_condensed_body(system%condensed%bodies(b), force, u)

@@ -87,14 +87,11 @@ contains
   subroutine change_influence(model, system)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(inout) :: system !! condensed gets influence, pushes
-    integer :: k
 
     associate (condensed => system%condensed)
       deallocate (condensed%influence, condensed%pushes)
       call begin_influence(model, system)
-      do k = 1, size(model%conditions%loads)
-        call load_bodies(system, model%conditions%loads(k), condensed%influence(:, :, k))
-      end do
+      call load_bodies(system, model%conditions%loads, .true., condensed%influence)
     end associate
   end subroutine change_influence
 

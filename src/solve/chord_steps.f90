@@ -1,0 +1,122 @@
+!> More steps with the factor of an iteration, while each is much shorter than the one before
+!! (doc/theory, "Steps with the same factor").
+module chord_steps
+  use kinds, only: wp
+  use costs, only: count_cost, cost_chord
+  use back_ends, only: solver_done
+  use rigid_border, only: solve_bordered
+  use condensed_direction, only: find_chord
+  use residuals, only: form_residual, form_trial, residual_norm, round_off_factor
+  use line_search, only: take_trial
+  use bulk_term, only: form_bulk_change
+  use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
+  use rigid_bodies, only: spread_rigid
+  use model_types, only: model_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: chords_t, follow_chords, spread_direction
+
+  !> What the steps with one factor have led to.
+  type :: chords_t
+    integer :: steps = 0 !! taken
+    logical :: settled = .false. !! nothing is left but round-off
+    logical :: energy_met = .false. !! the next one would have next to no energy
+  end type chords_t
+
+  !> Most steps with one factor.
+  integer, parameter :: most_chords = 6
+  !> A step is taken if its direction and the residual that it leaves are shorter than this share of
+  !! what they were before.
+  real(wp), parameter :: contraction = 0.2_wp
+
+contains
+
+  !> Goes on with the factor at hand after a full step.
+  subroutine follow_chords(model, system, tolerance, first_energy, energy, chords)
+    type(model_t), intent(in) :: model !! mesh, pairs
+    type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
+    real(wp), intent(in) :: tolerance !! of the energy
+    real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
+    real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
+    type(chords_t), intent(out) :: chords !! what has been done
+    real(wp) :: before, after, length, last, work, last_work
+    integer :: status(system%contact%n)
+    logical :: found
+
+    last = norm2(system%solution)
+    last_work = energy
+    do while (chords%steps < most_chords)
+      before = residual_norm(system)
+      if (before <= 0.0_wp) return
+      status = system%contact%status
+      call find_direction_again(model, system, found)
+      length = norm2(system%solution)
+      found = found .and. length <= contraction*last
+      if (found) then
+        work = abs(dot_product(system%right, system%solution))
+        call form_trial(system, model%mesh%x, 1.0_wp)
+        after = residual_norm(system)
+        chords%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
+          all(status == system%contact%status)
+        found = after <= contraction*before .or. (after <= before .and. chords%settled)
+      end if
+      if (.not. found) then
+        call stay(model, system)
+        return
+      end if
+      call take_trial(system, 1.0_wp)
+      if (system%motion%active) call settle_multipliers(system, 1.0_wp)
+      chords%steps = chords%steps + 1
+      call count_cost(system%costs, cost_chord, 1)
+      chords%energy_met = work*(work/last_work) <= tolerance**1.5_wp*first_energy
+      if (chords%settled .or. chords%energy_met) return
+      last = length
+      last_work = work
+    end do
+  end subroutine follow_chords
+
+  !> Leaves the system where it is: no share of the direction is taken.
+  subroutine stay(model, system)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! residual is formed again
+
+    if (system%motion%active) then
+      system%motion%way = 0.0_wp
+      call shift_multipliers(system, 0.0_wp)
+    end if
+    call form_residual(system, model%mesh%x)
+  end subroutine stay
+
+  !> The direction that the factor at hand gives for the present residual.
+  subroutine find_direction_again(model, system, found)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
+    logical, intent(out) :: found !! there is one
+    integer :: outcome
+
+    if (system%condensed%active) then
+      call find_chord(system, found)
+    else
+      call solve_bordered(system, system%right, system%solution, outcome)
+      found = outcome == solver_done
+      if (found) call spread_direction(system)
+      if (found) call form_bulk_change(system)
+    end if
+    if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
+  end subroutine find_direction_again
+
+  !> Solution vector to nodal displacements.
+  subroutine spread_direction(system)
+    type(system_t), intent(inout) :: system !! solution given; gets du
+    integer :: i, k
+
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        system%du(k, i) = 0.0_wp
+        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
+      end do
+    end do
+    call spread_rigid(system, system%solution, system%du)
+  end subroutine spread_direction
+end module chord_steps

@@ -1,0 +1,182 @@
+!> Where the increments of a variant start: from the contact forces that variants with values next
+!! to its own had at the same end times (doc/theory, "Variants of a run").
+module variant_starts
+  use kinds, only: wp
+  use lapack_interface, only: dgelss
+  use model_types, only: model_t
+  use study_types, only: study_t
+  implicit none
+  private
+  public :: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of, spread_values
+
+  !> Variants that a start is made of, at most, and the largest sum of their shares.
+  integer, parameter :: most_neighbours = 12
+  real(wp), parameter :: most_shares = 6.0_wp
+  !> Memory for the forces of all variants together [byte].
+  real(wp), parameter :: most_bytes = 1.0e9_wp
+
+  !> Contact forces of one variant.
+  type :: forces_t
+    integer :: variant = 0 !! its number, 0 for none yet
+    integer :: steps = 0 !! its end times
+    real(wp), allocatable :: force(:, :, :) !! (3, contact nodes, end times) [force]
+  end type forces_t
+
+  !> What the starts of a study are made of.
+  type :: starts_t
+    integer, allocatable :: nodes(:) !! nodes that contact may load
+    integer :: times = 0 !! end times of a run
+    real(wp), allocatable :: places(:, :) !! (parameters, variants) values in steps of the study
+    type(forces_t), allocatable :: done(:) !! variants that have been solved; the oldest go first
+    integer :: last = 0 !! where the present one goes
+    integer, allocatable :: neighbours(:) !! places in done that the present one starts from
+    real(wp), allocatable :: shares(:) !! of these; they add up to one
+  end type starts_t
+
+contains
+
+  !> Nothing has been solved yet.
+  subroutine begin_starts(study, model, times, starts)
+    type(study_t), intent(in) :: study !! its variants
+    type(model_t), intent(in) :: model !! pairs
+    integer, intent(in) :: times !! end times of a run
+    type(starts_t), intent(out) :: starts !! empty
+    logical :: touched(model%mesh%nodes)
+    real(wp) :: bytes
+    integer :: k, n
+
+    touched = .false.
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        touched(reshape(pair%facets, [size(pair%facets)])) = .true.
+        if (allocated(pair%point_nodes)) touched(reshape(pair%point_nodes, &
+          [size(pair%point_nodes)])) = .true.
+        if (allocated(pair%slave_facets)) touched(reshape(pair%slave_facets, &
+          [size(pair%slave_facets)])) = .true.
+        if (allocated(pair%middles)) touched(pack(pair%middles, pair%middles > 0)) = .true.
+      end associate
+    end do
+    starts%nodes = pack([(k, k=1, size(touched))], touched)
+    starts%times = times
+    starts%places = spread_values(study)
+    bytes = 24.0_wp*real(size(starts%nodes), wp)*real(max(1, times), wp)
+    n = max(2, min(size(study%order), int(min(most_bytes/bytes, 1.0e6_wp))))
+    allocate (starts%done(n), starts%neighbours(0), starts%shares(0))
+  end subroutine begin_starts
+
+  !> Values of the variants, so that neighbouring values of a parameter are about one apart.
+  pure function spread_values(study) result(places)
+    type(study_t), intent(in) :: study !! parameters, variants
+    real(wp) :: places(size(study%variants, 1), size(study%variants, 2))
+    real(wp) :: low, high
+    integer :: p, n
+
+    do p = 1, size(places, 1)
+      low = minval(study%variants(p, :))
+      high = maxval(study%variants(p, :))
+      n = size(study%varied(p)%values)
+      places(p, :) = 0.0_wp
+      if (high > low) places(p, :) = real(max(1, n - 1), wp)*(study%variants(p, :) - low) &
+        /(high - low)
+    end do
+  end function spread_values
+
+  !> The variants next to one, and their shares: those of the spline with the kernel r^3 and a
+  !! linear part.
+  subroutine choose_neighbours(starts, number)
+    type(starts_t), intent(inout) :: starts !! gets neighbours, shares
+    integer, intent(in) :: number !! the variant
+    real(wp) :: distance(size(starts%done))
+    integer :: i, k
+
+    starts%last = mod(starts%last, size(starts%done)) + 1
+    starts%done(starts%last)%variant = 0
+    starts%done(starts%last)%steps = 0
+    distance = huge(1.0_wp)
+    do i = 1, size(distance)
+      if (starts%done(i)%variant == 0) cycle
+      distance(i) = norm2(starts%places(:, starts%done(i)%variant) - starts%places(:, number))
+    end do
+    starts%done(starts%last)%variant = number
+    starts%neighbours = [integer ::]
+    do k = 1, most_neighbours
+      i = minloc(distance, 1)
+      if (distance(i) >= huge(1.0_wp)) exit
+      starts%neighbours = [starts%neighbours, i]
+      distance(i) = huge(1.0_wp)
+    end do
+    call find_shares(starts%places(:, number), starts%places(:, &
+      starts%done(starts%neighbours)%variant), starts%shares)
+    if (size(starts%shares) == 0) return
+    if (abs(sum(starts%shares) - 1.0_wp) > 1.0e-6_wp .or. &
+      sum(abs(starts%shares)) > most_shares) then
+      starts%shares = 0.0_wp
+      starts%shares(1) = 1.0_wp
+    end if
+  end subroutine choose_neighbours
+
+  !> Shares of values at some places in the value at another one.
+  subroutine find_shares(wanted, places, shares)
+    real(wp), intent(in) :: wanted(:) !! (parameters) where
+    real(wp), intent(in) :: places(:, :) !! (parameters, n) where values are known
+    real(wp), allocatable, intent(out) :: shares(:) !! (n)
+    real(wp) :: a(size(places, 2) + size(wanted) + 1, size(places, 2) + size(wanted) + 1)
+    real(wp) :: b(size(a, 1), 1), values(size(a, 1)), work(20*size(a, 1) + 100)
+    integer :: i, k, n, rank, info
+
+    n = size(places, 2)
+    a = 0.0_wp
+    do k = 1, n
+      do i = 1, n
+        a(i, k) = norm2(places(:, i) - places(:, k))**3
+      end do
+      a(n + 1, k) = 1.0_wp
+      a(n + 2:, k) = places(:, k) - wanted
+      a(k, n + 1:) = a(n + 1:, k)
+      b(k, 1) = norm2(places(:, k) - wanted)**3
+    end do
+    b(n + 1:, 1) = 0.0_wp
+    b(n + 1, 1) = 1.0_wp
+    call dgelss(size(a, 1), size(a, 1), 1, a, size(a, 1), b, size(a, 1), values, 1.0e-10_wp, &
+      rank, work, size(work), info)
+    shares = b(:n, 1)
+    if (info /= 0) shares = 0.0_wp
+  end subroutine find_shares
+
+  !> Forces to start from: those of the neighbours there, and by how much the present variant has
+  !! been off them at the end time before.
+  subroutine guess_forces(starts, i, kept)
+    type(starts_t), intent(in) :: starts !! neighbours chosen
+    integer, intent(in) :: i !! the end time
+    real(wp), intent(inout) :: kept(:, :) !! (3, nodes) in: of the end time before [force]
+    integer :: k
+
+    if (size(starts%neighbours) == 0) return
+    if (any(starts%done(starts%neighbours)%steps < i)) return
+    if (i == 1) kept = 0.0_wp
+    do k = 1, size(starts%neighbours)
+      associate (force => starts%done(starts%neighbours(k))%force)
+        if (i > 1) then
+          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*(force(:, :, i) &
+            - force(:, :, i - 1))
+        else
+          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*force(:, :, i)
+        end if
+      end associate
+    end do
+  end subroutine guess_forces
+
+  !> Keeps the forces of the present variant.
+  subroutine keep_forces_of(starts, i, kept)
+    type(starts_t), intent(inout) :: starts !! gets them
+    integer, intent(in) :: i !! the end time
+    real(wp), intent(in) :: kept(:, :) !! (3, nodes) at its end [force]
+
+    associate (mine => starts%done(starts%last))
+      if (.not. allocated(mine%force)) allocate (mine%force(3, size(starts%nodes), starts%times), &
+        source=0.0_wp)
+      mine%force(:, :, i) = kept(:, starts%nodes)
+      mine%steps = i
+    end associate
+  end subroutine keep_forces_of
+end module variant_starts
