@@ -47,11 +47,12 @@ contains
     normal = facet_normal(corners)
     center = sum(corners, 2)/3.0_wp
     reach = pair%search_radius + maxval(norm2(corners - spread(center, 2, 3), 1))
-    call facets_near(pair%tree, center, reach, fresh%near, n)
+    call facets_near(pair%surface%tree, center, reach, fresh%near, n)
     fresh%n = 0
     do k = 1, n
       associate (host => fresh%near(k))
-        call add_cell(pair, f, host, corners, normal, corners_of(x, pair%facets(:, host)), fresh)
+        call add_cell(pair, f, host, corners, normal, corners_of(x, pair%surface%facets(:, &
+          host)), fresh)
       end associate
     end do
     if (fresh%n > 0) return
@@ -93,7 +94,7 @@ contains
         fresh%host(p) = host
         fresh%cell(p)%slave = f
         fresh%cell(p)%weight = [points(1, k), points(2, k), 1.0_wp - points(1, k) - points(2, k)]
-        fresh%cell(p)%area = area*pair%slave_area(f)/real(cell_points, wp)
+        fresh%cell(p)%area = area*pair%points%slave_area(f)/real(cell_points, wp)
         fresh%cell(p)%place = place(:, k)
       end associate
     end do

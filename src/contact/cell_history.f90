@@ -29,12 +29,12 @@ contains
     logical :: closed(size(cells))
     integer :: p
 
-    frame = facet_frame(x(:, pair%slave_facets(:, f)))
+    frame = facet_frame(x(:, pair%points%slave_facets(:, f)))
     closed = points%host > 0 .and. points%status > status_open
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
       if (.not. closed(p)) cycle
-      associate (corners => pair%facets(:, points(p)%host))
+      associate (corners => pair%surface%facets(:, points(p)%host))
         call project_on_facet(x(:, corners), position(pair, cells(p), x), xi, gap)
         xi = xi - points(p)%tip
         value(1:3, p) = matmul(xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
@@ -57,11 +57,11 @@ contains
     real(wp) :: value(3, size(cells)), frame(3, 3)
     integer :: p
 
-    frame = facet_frame(x(:, pair%slave_facets(:, f)))
+    frame = facet_frame(x(:, pair%points%slave_facets(:, f)))
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
       if (points(p)%host == 0) cycle
-      value(:, p) = matmul(matmul(facet_frame(x(:, pair%facets(:, points(p)%host))), &
+      value(:, p) = matmul(matmul(facet_frame(x(:, pair%surface%facets(:, points(p)%host))), &
                                   points(p)%lambda/cells(p)%area), frame)
     end do
     call fit_closed(cells, points%host > 0, value, field)
@@ -95,7 +95,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: y(3)
 
-    y = matmul(x(:, pair%slave_facets(:, cell%slave)), cell%weight)
+    y = matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight)
   end function position
 
   !> Multiplier of a new point in the frame of its host.
@@ -107,9 +107,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     real(wp) :: lambda(3)
 
-    lambda = matmul(facet_frame(x(:, pair%slave_facets(:, cell%slave))), &
+    lambda = matmul(facet_frame(x(:, pair%points%slave_facets(:, cell%slave))), &
                     field_at(field, cell%weight(1:2)))
-    lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%facets(:, host))))
+    lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%surface%facets(:, host))))
   end function multiplier_at
 
   !> Slip path of a new point.
@@ -136,11 +136,11 @@ contains
     type(contact_point_t) :: point
 
     call find_path(pair, position(pair, cell, x), host, x, path, n)
-    associate (corners => x(:, pair%facets(:, path(n))))
+    associate (corners => x(:, pair%surface%facets(:, path(n))))
       call project_on_facet(corners, position(pair, cell, x), tip, gap)
       slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
       call project_on_facet(corners, corners(:, 3) + matmul(facet_frame(x(:, &
-        pair%slave_facets(:, cell%slave))), slip(1:3)), way, gap)
+        pair%points%slave_facets(:, cell%slave))), slip(1:3)), way, gap)
       tip = tip - way
     end associate
     if (.not. pair%augmented) then
@@ -150,7 +150,8 @@ contains
       call find_tip_from(pair, 1, point, position(pair, cell, x), x, tip, status)
     end if
     do k = n, 2, -1
-      call unfold(pair%facets(:, path(k)), pair%facets(:, path(k - 1)), x, tip, start)
+      call unfold(pair%surface%facets(:, path(k)), pair%surface%facets(:, path(k - 1)), x, tip, &
+        start)
       tip = start
     end do
   end function place_tip
@@ -170,12 +171,12 @@ contains
     path = host
     n = 1
     do
-      call project_on_facet(x(:, pair%facets(:, path(n))), y, xi, gap)
+      call project_on_facet(x(:, pair%surface%facets(:, path(n))), y, xi, gap)
       if (all(barycentric(xi) >= 0.0_wp)) return
       corner = minloc(barycentric(xi), 1)
-      next = pair%neighbours(corner, path(n))
+      next = pair%surface%neighbours(corner, path(n))
       if (n == longest_path .or. next == 0) exit
-      if (pair%fold(corner, path(n)) .or. any(path(:n) == next)) exit
+      if (pair%surface%fold(corner, path(n)) .or. any(path(:n) == next)) exit
       n = n + 1
       path(n) = next
     end do

@@ -34,8 +34,8 @@ contains
     moved = points
     do p = 1, size(points)
       if (points(p)%host == 0 .or. points(p)%status <= status_stick) cycle
-      associate (nodes => pair%facets(:, points(p)%host), &
-                 slave => pair%slave_facets(:, cells(p)%slave))
+      associate (nodes => pair%surface%facets(:, points(p)%host), &
+                 slave => pair%points%slave_facets(:, cells(p)%slave))
         call project_on_facet(x_old(:, nodes), matmul(x_old(:, slave), cells(p)%weight), before, &
                               gap)
         if (all(abs(before - points(p)%tip) <= no_slip)) then
@@ -83,15 +83,15 @@ contains
     if (.not. stay) return
     if (would_stay(cells, moved, fresh, host)) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(merge(2, 1, &
-      any(moved%status == status_stick))))*pair%slave_area(f) &
+      any(moved%status == status_stick))))*pair%points%slave_area(f) &
       .and. (any(moved%host > 0) .eqv. any(host > 0))
     do p = 1, size(cells)
       if (.not. stay) return
       if (moved(p)%host == 0) cycle
       xi = moved(p)%tip
       if (moved(p)%status <= status_open) then
-        y = matmul(x(:, pair%slave_facets(:, f)), cells(p)%weight)
-        call project_on_facet(x(:, pair%facets(:, moved(p)%host)), y, xi, gap)
+        y = matmul(x(:, pair%points%slave_facets(:, f)), cells(p)%weight)
+        call project_on_facet(x(:, pair%surface%facets(:, moved(p)%host)), y, xi, gap)
       end if
       stay = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
                                                                == status_stick))
@@ -128,7 +128,7 @@ contains
     type(linear_field_t) :: slip
     integer :: k
 
-    corners = x(:, pair%slave_facets(:, f))
+    corners = x(:, pair%points%slave_facets(:, f))
     frame = facet_frame(corners)
     call fit_slip(pair, f, cells, moved, x, slip)
     do k = 1, 3

@@ -54,20 +54,23 @@ contains
     integer :: f, points
 
     points = pair%facet_points
-    pair%slave_area = [(sum(pair%area(points*(f - 1) + 1:points*f)), &
-                        f=1, size(pair%slave_facets, 2))]
-    if (allocated(pair%epsilon)) then
-      if (size(pair%epsilon) > 0) pair%density = pair%epsilon(1)/pair%area(1)
+    pair%points%slave_area = [(sum(pair%points%area(points*(f - 1) + 1:points*f)), &
+                        f=1, size(pair%points%slave_facets, 2))]
+    if (allocated(pair%points%epsilon)) then
+      if (size(pair%points%epsilon) > 0) pair%points%density = &
+        pair%points%epsilon(1)/pair%points%area(1)
     end if
-    points = max(nint(reserve*real(points_at(pair, x), wp)), 6*size(pair%slave_facets, 2), &
-      nint(spare*real(cell_points*most_cells(pair%slave_facets, pair%facets, x), wp)))
-    deallocate (pair%point_nodes, pair%point_weights, pair%area)
-    allocate (pair%cells(points), pair%old_cells(points))
-    allocate (pair%point_nodes(3, points), pair%point_weights(3, points), pair%area(points))
-    if (allocated(pair%epsilon)) deallocate (pair%epsilon)
-    allocate (pair%epsilon(points), source=0.0_wp)
-    do f = 1, size(pair%slave_facets, 2)
-      pair%cells(f)%slave = f
+    points = max(nint(reserve*real(points_at(pair, x), wp)), 6*size(pair%points%slave_facets, 2), &
+      nint(spare*real(cell_points*most_cells(pair%points%slave_facets, pair%surface%facets, x), &
+        wp)))
+    deallocate (pair%points%point_nodes, pair%points%point_weights, pair%points%area)
+    allocate (pair%history%cells(points), pair%history%old_cells(points))
+    allocate (pair%points%point_nodes(3, points), pair%points%point_weights(3, points), &
+      pair%points%area(points))
+    if (allocated(pair%points%epsilon)) deallocate (pair%points%epsilon)
+    allocate (pair%points%epsilon(points), source=0.0_wp)
+    do f = 1, size(pair%points%slave_facets, 2)
+      pair%history%cells(f)%slave = f
     end do
     call show_cells(pair)
   end subroutine prepare_cells
@@ -81,16 +84,16 @@ contains
     integer :: f
 
     n = 0
-    trial%facets = pair%facets
-    trial%slave_facets = pair%slave_facets
-    trial%slave_area = pair%slave_area
+    trial%surface%facets = pair%surface%facets
+    trial%points%slave_facets = pair%points%slave_facets
+    trial%points%slave_area = pair%points%slave_area
     trial%search_radius = pair%search_radius
     if (trial%search_radius <= 0.0_wp) trial%search_radius = maxval([(facet_size(x(:, &
-      pair%facets(:, f))), f=1, size(pair%facets, 2))])
-    call build_tree(trial%tree, trial%facets, x)
-    call make_fresh(size(pair%facets, 2), fresh)
-    do f = 1, size(pair%slave_facets, 2)
-      call cut_facet(trial, f, x(:, trial%slave_facets(:, f)), x, fresh)
+      pair%surface%facets(:, f))), f=1, size(pair%surface%facets, 2))])
+    call build_tree(trial%surface%tree, trial%surface%facets, x)
+    call make_fresh(size(pair%surface%facets, 2), fresh)
+    do f = 1, size(pair%points%slave_facets, 2)
+      call cut_facet(trial, f, x(:, trial%points%slave_facets(:, f)), x, fresh)
       n = n + fresh%n
     end do
   end function points_at
@@ -99,10 +102,10 @@ contains
   pure subroutine clear_cells(pair)
     type(pair_t), intent(inout) :: pair !! gets cell, old_cell, new, old
 
-    pair%cells = cell_t()
-    pair%old_cells = cell_t()
-    pair%new = contact_point_t()
-    pair%old = contact_point_t()
+    pair%history%cells = cell_t()
+    pair%history%old_cells = cell_t()
+    pair%history%new = contact_point_t()
+    pair%history%old = contact_point_t()
   end subroutine clear_cells
 
   !> Nodes, weights, areas and penalties of the present cells.
@@ -110,12 +113,12 @@ contains
     type(pair_t), intent(inout) :: pair !! cell given
     integer :: p
 
-    do p = 1, size(pair%cells)
-      associate (cell => pair%cells(p))
-        pair%point_nodes(:, p) = pair%slave_facets(:, max(1, cell%slave))
-        pair%point_weights(:, p) = cell%weight
-        pair%area(p) = cell%area
-        pair%epsilon(p) = pair%density*cell%area
+    do p = 1, size(pair%history%cells)
+      associate (cell => pair%history%cells(p))
+        pair%points%point_nodes(:, p) = pair%points%slave_facets(:, max(1, cell%slave))
+        pair%points%point_weights(:, p) = cell%weight
+        pair%points%area(p) = cell%area
+        pair%points%epsilon(p) = pair%points%density*cell%area
       end associate
     end do
   end subroutine show_cells
@@ -124,8 +127,8 @@ contains
   pure subroutine begin_cells(pair)
     type(pair_t), intent(inout) :: pair !! old and old_cell become new and cell
 
-    pair%new = pair%old
-    pair%cells = pair%old_cells
+    pair%history%new = pair%history%old
+    pair%history%cells = pair%history%old_cells
     call show_cells(pair)
   end subroutine begin_cells
 
@@ -141,10 +144,10 @@ contains
 
     if (count_points(pair) == 0) return
     if (tolerance <= 0.0_wp) then
-      call carry_tips(pair, pair%cells, pair%new, x_old, x, moved)
+      call carry_tips(pair, pair%history%cells, pair%history%new, x_old, x, moved)
       call renew_cells(pair, at_start, moved, x_old, x, changes)
     else
-      call find_tips(pair, pair%new, x, moved)
+      call find_tips(pair, pair%history%new, x, moved)
       call renew_cells(pair, after_solve, moved, x_old, x, changes)
     end if
   end subroutine follow_cells
@@ -157,9 +160,9 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
-    type(contact_point_t) :: moved(size(pair%new))
+    type(contact_point_t) :: moved(size(pair%history%new))
 
-    moved = pair%new
+    moved = pair%history%new
     moved%status = merge(status_stick, status_open, touched .and. moved%host > 0)
     call renew_cells(pair, at_touch, moved, x_old, x, changes)
   end subroutine cut_touched
@@ -179,13 +182,13 @@ contains
     real(wp) :: limits(2)
     logical :: stays
 
-    call fit_tree(pair%tree, pair%facets, x)
-    cells = pair%cells
-    points = pair%new
-    call make_fresh(size(pair%facets, 2), fresh)
+    call fit_tree(pair%surface%tree, pair%surface%facets, x)
+    cells = pair%history%cells
+    points = pair%history%new
+    call make_fresh(size(pair%surface%facets, 2), fresh)
     n = 0
     first = 1
-    do f = 1, size(pair%slave_facets, 2)
+    do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
       call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
         x, fresh)
@@ -194,26 +197,26 @@ contains
         fresh%host(:fresh%n)])))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
                           fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
-      if (when == after_solve .and. pair%moves(f) >= most_moves) stays = .true.
-      room = count_points(pair) - n - (size(pair%slave_facets, 2) - f)
+      if (when == after_solve .and. pair%history%moves(f) >= most_moves) stays = .true.
+      room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
         fresh%n = last - first + 1
-        pair%cells(n + 1:n + fresh%n) = cells(first:last)
-        pair%new(n + 1:n + fresh%n) = points(first:last)
+        pair%history%cells(n + 1:n + fresh%n) = cells(first:last)
+        pair%history%new(n + 1:n + fresh%n) = points(first:last)
       else
-        if (fresh%n > room) pair%crowded = .true.
+        if (fresh%n > room) pair%history%crowded = .true.
         call fit_in(room, fresh)
-        pair%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
+        pair%history%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
-        if (when == after_solve) pair%moves(f) = pair%moves(f) + 1
+        if (when == after_solve) pair%history%moves(f) = pair%history%moves(f) + 1
         changes = changes + fresh%n
       end if
       n = n + fresh%n
       first = last + 1
     end do
-    pair%cells(n + 1:) = cell_t()
-    pair%new(n + 1:) = contact_point_t()
+    pair%history%cells(n + 1:) = cell_t()
+    pair%history%new(n + 1:) = contact_point_t()
     call show_cells(pair)
   end subroutine renew_cells
 
@@ -252,7 +255,7 @@ contains
     last = 0
     do k = 1, size(hosts)
       if (hosts(k) == 0 .or. hosts(k) == last) cycle
-      normal = facet_normal(x(:, pair%facets(:, hosts(k))))
+      normal = facet_normal(x(:, pair%surface%facets(:, hosts(k))))
       if (last == 0) first = normal
       level = level .and. dot_product(first, normal) > 1.0_wp - one_plane
       last = hosts(k)
@@ -265,8 +268,9 @@ contains
     integer, intent(in) :: f !! the slave facet
     integer :: first
 
-    first = max(1, first_cell(pair%old_cells, f))
-    has_slipped = any(pair%old(first:last_of(pair%old_cells, first, f))%status == status_slip)
+    first = max(1, first_cell(pair%history%old_cells, f))
+    has_slipped = any(pair%history%old(first:last_of(pair%history%old_cells, first, &
+      f))%status == status_slip)
   end function has_slipped
 
   !> Last point of a facet whose first point would be `first`; one less if it has none.
@@ -295,13 +299,14 @@ contains
     integer :: first, last, p
     real(wp) :: area
 
-    first = max(1, first_cell(pair%old_cells, f))
-    last = last_of(pair%old_cells, first, f)
-    call fit_slip(pair, f, pair%old_cells(first:last), pair%old(first:last), x_old, slip)
+    first = max(1, first_cell(pair%history%old_cells, f))
+    last = last_of(pair%history%old_cells, first, f)
+    call fit_slip(pair, f, pair%history%old_cells(first:last), pair%history%old(first:last), &
+      x_old, slip)
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)
     area = sum(fresh%cell(:fresh%n)%area)
     do p = 1, fresh%n
-      associate (point => pair%new(n + p), cell => fresh%cell(p), host => fresh%host(p))
+      associate (point => pair%history%new(n + p), cell => fresh%cell(p), host => fresh%host(p))
         point = contact_point_t()
         point%dissipation = sum(points%dissipation)
         if (area > 0.0_wp) point%dissipation = point%dissipation*cell%area/area
@@ -322,16 +327,16 @@ contains
     integer :: p
     real(wp) :: gap, y(3)
 
-    do p = 1, size(pair%new)
-      associate (point => pair%new(p))
+    do p = 1, size(pair%history%new)
+      associate (point => pair%history%new(p))
         if (point%host == 0) point%status = status_off
         if (point%host == 0) point%lambda = 0.0_wp
         if (point%status > status_open .or. point%host == 0) cycle
-        y = matmul(x(:, pair%point_nodes(:, p)), pair%point_weights(:, p))
-        call project_on_facet(x(:, pair%facets(:, point%host)), y, point%tip, gap)
+        y = matmul(x(:, pair%points%point_nodes(:, p)), pair%points%point_weights(:, p))
+        call project_on_facet(x(:, pair%surface%facets(:, point%host)), y, point%tip, gap)
       end associate
     end do
-    pair%old = pair%new
-    pair%old_cells = pair%cells
+    pair%history%old = pair%history%new
+    pair%history%old_cells = pair%history%cells
   end subroutine settle_cells
 end module contact_cells

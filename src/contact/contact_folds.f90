@@ -34,33 +34,36 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
-    allocate (pair%fold(3, size(pair%facets, 2)), source=.false.)
-    do f = 1, size(pair%facets, 2)
+    allocate (pair%surface%fold(3, size(pair%surface%facets, 2)), source=.false.)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
-        if (pair%neighbours(k, f) == 0) cycle
-        pair%fold(k, f) = is_fold(pair%facets(:, f), pair%facets(:, pair%neighbours(k, f)), x)
-        if (allocated(pair%sharp)) pair%fold(k, f) = pair%fold(k, f) .and. pair%sharp(k, f)
+        if (pair%surface%neighbours(k, f) == 0) cycle
+        pair%surface%fold(k, f) = is_fold(pair%surface%facets(:, f), pair%surface%facets(:, &
+          pair%surface%neighbours(k, f)), x)
+        if (allocated(pair%surface%sharp)) pair%surface%fold(k, f) = pair%surface%fold(k, &
+          f) .and. pair%surface%sharp(k, f)
       end do
     end do
     if (pair%segmented) return
-    if (pair%slots > 1 .or. .not. (any(pair%fold) .or. in_parts(pair))) return
-    pair%slots = slots_with_folds
-    associate (nodes => pair%point_nodes, weights => pair%point_weights)
-      pair%point_nodes = reshape([nodes, nodes, nodes], shape(nodes)*[1, slots_with_folds])
-      pair%point_weights = reshape([weights, weights, weights], [pair%n_slaves, &
+    if (pair%points%slots > 1 .or. .not. (any(pair%surface%fold) .or. in_parts(pair))) return
+    pair%points%slots = slots_with_folds
+    associate (nodes => pair%points%point_nodes, weights => pair%points%point_weights)
+      pair%points%point_nodes = reshape([nodes, nodes, nodes], shape(nodes)*[1, slots_with_folds])
+      pair%points%point_weights = reshape([weights, weights, weights], [pair%points%n_slaves, &
         count_points(pair)])
     end associate
-    if (allocated(pair%area)) pair%area = [pair%area, pair%area, pair%area]
-    pair%epsilon = [pair%epsilon, pair%epsilon, pair%epsilon]
-    if (allocated(pair%old)) deallocate (pair%old)
-    if (allocated(pair%new)) deallocate (pair%new)
+    if (allocated(pair%points%area)) pair%points%area = [pair%points%area, pair%points%area, &
+      pair%points%area]
+    pair%points%epsilon = [pair%points%epsilon, pair%points%epsilon, pair%points%epsilon]
+    if (allocated(pair%history%old)) deallocate (pair%history%old)
+    if (allocated(pair%history%new)) deallocate (pair%history%new)
   end subroutine find_folds
 
   !> The master is not one connected surface: its parts may form folds as well.
   pure logical function in_parts(pair)
     type(pair_t), intent(in) :: pair !! the pair
-    logical :: reached(size(pair%facets, 2))
-    integer :: waiting(size(pair%facets, 2)), n, done, f, k
+    logical :: reached(size(pair%surface%facets, 2))
+    integer :: waiting(size(pair%surface%facets, 2)), n, done, f, k
 
     in_parts = .false.
     if (size(reached) == 0) return
@@ -72,7 +75,7 @@ contains
     do while (done < n)
       done = done + 1
       do k = 1, 3
-        f = pair%neighbours(k, waiting(done))
+        f = pair%surface%neighbours(k, waiting(done))
         if (f == 0) cycle
         if (reached(f)) cycle
         reached(f) = .true.
@@ -96,9 +99,9 @@ contains
 
     best = -huge(1.0_wp)
     associate (y => point_position(pair, p, x), y_old => point_position(pair, p, x_old))
-      call facets_near(pair%tree, y, pair%search_radius, found, n)
+      call facets_near(pair%surface%tree, y, pair%search_radius, found, n)
       do i = 1, n
-        associate (nodes => pair%facets(:, found(i)))
+        associate (nodes => pair%surface%facets(:, found(i)))
           call project_on_master(pair, found(i), x, y, xi, gap)
           if (gap > 0.0_wp .or. gap < -pair%search_radius .or. gap <= best) cycle
           if (any(barycentric(xi) < 0.0_wp)) cycle
@@ -123,14 +126,14 @@ contains
     integer :: n, slot, other
 
     taken = .false.
-    n = count_points(pair)/pair%slots
-    do slot = 0, pair%slots - 1
+    n = count_points(pair)/pair%points%slots
+    do slot = 0, pair%points%slots - 1
       other = slot*n + mod(p - 1, n) + 1
       if (other == p) cycle
-      if (pair%new(other)%host == 0) cycle
-      associate (a => corners(x, pair%facets(:, facet)), &
-                 b => corners(x, pair%facets(:, pair%new(other)%host)))
-        taken = pair%new(other)%host == facet .or. is_convex(a, b) &
+      if (pair%history%new(other)%host == 0) cycle
+      associate (a => corners(x, pair%surface%facets(:, facet)), &
+                 b => corners(x, pair%surface%facets(:, pair%history%new(other)%host)))
+        taken = pair%history%new(other)%host == facet .or. is_convex(a, b) &
           .or. dot_product(facet_normal(a), facet_normal(b)) > same_face
       end associate
       if (taken) return
@@ -143,12 +146,12 @@ contains
     type(pair_t), intent(inout) :: pair !! new: hosts of open points are taken away
     integer :: p
 
-    if (pair%slots == 1) return
-    do p = 1, size(pair%new)
-      if (pair%new(p)%status > status_open) cycle
-      pair%new(p)%host = 0
-      pair%new(p)%status = status_off
-      pair%new(p)%lambda = 0.0_wp
+    if (pair%points%slots == 1) return
+    do p = 1, size(pair%history%new)
+      if (pair%history%new(p)%status > status_open) cycle
+      pair%history%new(p)%host = 0
+      pair%history%new(p)%status = status_off
+      pair%history%new(p)%lambda = 0.0_wp
     end do
   end subroutine close_open_slots
 end module contact_folds

@@ -31,8 +31,8 @@ contains
     least = huge(1.0_wp)
     largest = -huge(1.0_wp)
     do p = 1, n
-      if (pair%old(p)%host == 0) cycle
-      call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
+      if (pair%history%old(p)%host == 0) cycle
+      call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
       over = over + 1
       if (gap < -touching*pair%search_radius) below = below + 1
       if (gap < least) deepest = p
@@ -43,8 +43,9 @@ contains
     line = 'pair '//pair%name//' at the start: '//count_noun(n, 'point')//', '//to_text(over) &
       //' over the master'
     if (over > 0) line = line//', gaps '//to_text(least, 4)//' to '//to_text(largest, 4)
-    penetrates = penetrates .and. pair%shrink < 0
-    if (below > 0 .and. pair%shrink >= 0) line = line//'; '//count_noun(below, 'point')// &
+    penetrates = penetrates .and. pair%shrinking%shrink < 0
+    if (below > 0 .and. pair%shrinking%shrink >= 0) line = line//'; '//count_noun(below, &
+      'point')// &
       ' below the surface: SHRInk takes that up'
     if (penetrates) line = line//'; '//count_noun(below, 'point')// &
       ' below the surface, deepest '//point_text(pair, deepest)// &

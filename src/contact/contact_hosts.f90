@@ -11,11 +11,11 @@ module contact_hosts
   use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
-  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth
+  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth, kink
   use contact_tips, only: tip_of, find_tip
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, kink_sine, altitude
+  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, altitude
   use master_facets, only: find_sharp_edges
   implicit none
   private
@@ -27,8 +27,6 @@ module contact_hosts
   !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
   !! the facet, and with it the force, to the start of the iteration.
   real(wp), parameter :: departure = 1.0e-12_wp
-  !> Share of a kink that patches leave of it at most.
-  real(wp), parameter :: left_by_patches = 0.01_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
@@ -44,24 +42,25 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: p
 
-    if (pair%smooth .and. .not. allocated(pair%patch)) call find_corners(pair, x)
-    if (allocated(pair%middles) .and. .not. allocated(pair%sharp)) call find_sharp_edges(pair, x)
+    if (pair%smooth .and. .not. allocated(pair%surface%patch)) call find_corners(pair, x)
+    if (allocated(pair%surface%middles) .and. .not. allocated(pair%surface%sharp)) &
+      call find_sharp_edges(pair, x)
     call find_folds(pair, x)
     call find_ridges(pair, x)
-    call build_tree(pair%tree, pair%facets, x)
-    if (.not. allocated(pair%old)) allocate (pair%old(count_points(pair)))
-    if (.not. allocated(pair%new)) allocate (pair%new(count_points(pair)))
-    pair%left = spread(0, 1, count_points(pair))
-    pair%moves = pair%left
+    call build_tree(pair%surface%tree, pair%surface%facets, x)
+    if (.not. allocated(pair%history%old)) allocate (pair%history%old(count_points(pair)))
+    if (.not. allocated(pair%history%new)) allocate (pair%history%new(count_points(pair)))
+    pair%history%left = spread(0, 1, count_points(pair))
+    pair%history%moves = pair%history%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
     if (pair%segmented) then
       call start_cells(pair, x)
       return
     end if
-    do p = 1, count_points(pair)/pair%slots
-      call seek(pair, x, x, p, pair%new(p))
+    do p = 1, count_points(pair)/pair%points%slots
+      call seek(pair, x, x, p, pair%history%new(p))
     end do
-    pair%old = pair%new
+    pair%history%old = pair%history%new
   end subroutine start_pair
 
   !> First cells of a segmented pair, on the reference positions.
@@ -84,18 +83,19 @@ contains
     integer :: p
 
     if (pair%smooth) call renew_patches(pair, x_old)
-    pair%new = pair%old
-    pair%start = pair%old
-    pair%raise = first_raise(pair)
+    pair%history%new = pair%history%old
+    pair%history%start = pair%history%old
+    pair%history%raise = first_raise(pair)
     call forget_moves(pair)
     if (pair%segmented) then
       call begin_cells(pair)
       return
     end if
     call close_open_slots(pair)
-    if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x_old)
-    do p = 1, size(pair%new)
-      associate (point => pair%new(p))
+    if (any(pair%history%new%host == 0)) call fit_tree(pair%surface%tree, pair%surface%facets, &
+      x_old)
+    do p = 1, size(pair%history%new)
+      associate (point => pair%history%new(p))
         if (point%host > 0) then
           if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
             point%host = 0
@@ -124,11 +124,12 @@ contains
       call follow_cells(pair, x_old, x, tolerance, changes)
       return
     end if
-    if (any(pair%new%host == 0)) call fit_tree(pair%tree, pair%facets, x)
+    if (any(pair%history%new%host == 0)) call fit_tree(pair%surface%tree, pair%surface%facets, x)
     ! slots of one node look at each other
-    !$omp parallel do if(pair%slots == 1 .and. size(pair%new) > few) schedule(dynamic, 32) &
+    !$omp parallel do if(pair%points%slots == 1 .and. size(pair%history%new) &
+    !$omp& > few) schedule(dynamic, 32) &
     !$omp& default(none) private(p) shared(pair, x_old, x, tolerance) reduction(+:changes)
-    do p = 1, size(pair%new)
+    do p = 1, size(pair%history%new)
       call follow_point(pair, x_old, x, tolerance, p, changes)
     end do
     !$omp end parallel do
@@ -147,23 +148,23 @@ contains
     logical :: touched, back
 
     back = .false.
-    associate (point => pair%new(p))
+    associate (point => pair%history%new(p))
       host = point%host
       touched = touches(pair, x, p, host)
       if (host == 0 .and. is_first(pair, p)) then
         call seek(pair, x_old, x, p, point)
       else if (host == 0) then
         call seek_second(pair, x_old, x, p, point)
-      else if (pair%moves(p) < most_moves) then
+      else if (pair%history%moves(p) < most_moves) then
         before = point
         call follow_tip(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
-        if (point%host == pair%left(p)) point = before
+        if (point%host == pair%history%left(p)) point = before
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then
-        pair%left(p) = merge(0, host, back)
-        pair%moves(p) = pair%moves(p) + 1
+        pair%history%left(p) = merge(0, host, back)
+        pair%history%moves(p) = pair%history%moves(p) + 1
       end if
       if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
     end associate
@@ -180,7 +181,7 @@ contains
     touches = .false.
     if (facet == 0) return
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
-    kappa = point_shift(pair, p, pair%new(p))
+    kappa = point_shift(pair, p, pair%history%new(p))
     touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
   end function touches
 
@@ -227,18 +228,19 @@ contains
     integer :: status
 
     back = .false.
-    if (any(pair%start(p)%host == [0, point%host, pair%left(p)])) return
+    if (any(pair%history%start(p)%host == [0, point%host, pair%history%left(p)])) return
     trial = point
-    trial%host = pair%start(p)%host
-    trial%tip = pair%start(p)%tip
+    trial%host = pair%history%start(p)%host
+    trial%tip = pair%history%start(p)%tip
     call follow_tip(pair, x_old, x, tolerance, p, trial)
-    if (any(trial%host == [point%host, pair%left(p)])) return
-    if (has_multipliers(pair) .and. all(pair%neighbours(:, point%host) /= trial%host)) return
+    if (any(trial%host == [point%host, pair%history%left(p)])) return
+    if (has_multipliers(pair) .and. all(pair%surface%neighbours(:, point%host) /= &
+      trial%host)) return
     call find_tip(pair, p, trial, x, tip, status)
     back = status > status_open .and. all(barycentric(tip) > rim_tolerance)
     if (.not. back) return
-    if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%facets(:, point%host), &
-      pair%facets(:, trial%host), x_old, point%lambda)
+    if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%surface%facets(:, point%host), &
+      pair%surface%facets(:, trial%host), x_old, point%lambda)
     point = trial
   end subroutine take_back
 
@@ -253,10 +255,11 @@ contains
     if (is_smooth(pair, point%host, next)) then
       call carry_over(pair, x_old, point%host, next, point%tip, start)
     else
-      call unfold(pair%facets(:, point%host), pair%facets(:, next), x_old, point%tip, start)
+      call unfold(pair%surface%facets(:, point%host), pair%surface%facets(:, next), x_old, &
+        point%tip, start)
     end if
-    if (has_multipliers(pair)) point%lambda = unfold_vector(pair%facets(:, point%host), &
-      pair%facets(:, next), x_old, point%lambda)
+    if (has_multipliers(pair)) point%lambda = unfold_vector(pair%surface%facets(:, point%host), &
+      pair%surface%facets(:, next), x_old, point%lambda)
     point%host = next
     point%tip = start
   end subroutine step_over
@@ -277,8 +280,8 @@ contains
     do trial = 1, 3
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
-      across = pair%neighbours(k, host)
-      if (pair%fold(k, host) .or. barred(k)) across = 0
+      across = pair%surface%neighbours(k, host)
+      if (pair%surface%fold(k, host) .or. barred(k)) across = 0
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
@@ -291,17 +294,6 @@ contains
       n(k) = 1.0_wp
     end do
   end function facet_across
-
-  !> Sine of the kink between two neighbouring facets, or what is left of it between their patches.
-  pure real(wp) function kink(pair, x, host, across)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: host !! a facet
-    integer, intent(in) :: across !! its neighbour
-
-    kink = kink_sine(corners(x, pair%facets(:, host)), corners(x, pair%facets(:, across)))
-    if (is_smooth(pair, host, across)) kink = left_by_patches*kink
-  end function kink
 
   !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
   pure subroutine walk(pair, x, y, host)
@@ -341,8 +333,8 @@ contains
     depth = max(-gap, 0.0_wp)
     beyond = .false.
     do k = 1, 3
-      if (n(k) >= -rim_tolerance .or. pair%neighbours(k, facet) /= 0) cycle
-      allowed = rim_tolerance + depth/altitude(corners(x, pair%facets(:, facet)), k)
+      if (n(k) >= -rim_tolerance .or. pair%surface%neighbours(k, facet) /= 0) cycle
+      allowed = rim_tolerance + depth/altitude(corners(x, pair%surface%facets(:, facet)), k)
       if (n(k) < -allowed) beyond = .true.
     end do
   end function beyond_rim
@@ -358,10 +350,11 @@ contains
     integer :: facet
     real(wp) :: xi(2), gap, distance
 
-    call nearest_facet(pair%tree, pair%facets, x, point_position(pair, p, x), facet, distance)
+    call nearest_facet(pair%surface%tree, pair%surface%facets, x, point_position(pair, p, x), &
+      facet, distance)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    if (allocated(pair%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
+    if (allocated(pair%surface%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (gap < -pair%search_radius) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
@@ -383,8 +376,8 @@ contains
       call settle_cells(pair, x)
       return
     end if
-    do p = 1, size(pair%new)
-      associate (point => pair%new(p))
+    do p = 1, size(pair%history%new)
+      associate (point => pair%history%new(p))
         if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off
@@ -394,6 +387,6 @@ contains
         end if
       end associate
     end do
-    pair%old = pair%new
+    pair%history%old = pair%history%new
   end subroutine settle_points
 end module contact_hosts

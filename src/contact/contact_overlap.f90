@@ -20,23 +20,23 @@ contains
     real(wp) :: xi(2), gap
     integer :: p, k
 
-    pair%withheld = 0.0_wp
-    if (pair%shrink < 0) return
-    if (allocated(pair%overlap)) deallocate (pair%overlap)
+    pair%shrinking%withheld = 0.0_wp
+    if (pair%shrinking%shrink < 0) return
+    if (allocated(pair%shrinking%overlap)) deallocate (pair%shrinking%overlap)
     if (pair%segmented) then
-      allocate (pair%overlap(3, size(pair%slave_facets, 2)), source=0.0_wp)
-      do p = 1, size(pair%slave_facets, 2)
+      allocate (pair%shrinking%overlap(3, size(pair%points%slave_facets, 2)), source=0.0_wp)
+      do p = 1, size(pair%points%slave_facets, 2)
         do k = 1, 3
-          pair%overlap(k, p) = overlap_at(pair, x, x(:, pair%slave_facets(k, p)))
+          pair%shrinking%overlap(k, p) = overlap_at(pair, x, x(:, pair%points%slave_facets(k, p)))
         end do
       end do
       return
     end if
-    allocate (pair%overlap(1, size(pair%old)), source=0.0_wp)
-    do p = 1, size(pair%old)
-      if (pair%old(p)%host == 0) cycle
-      call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
-      pair%overlap(1, p) = -gap
+    allocate (pair%shrinking%overlap(1, size(pair%history%old)), source=0.0_wp)
+    do p = 1, size(pair%history%old)
+      if (pair%history%old(p)%host == 0) cycle
+      call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
+      pair%shrinking%overlap(1, p) = -gap
     end do
   end subroutine measure_overlap
 
@@ -49,7 +49,7 @@ contains
     integer :: facet
 
     overlap = 0.0_wp
-    call nearest_facet(pair%tree, pair%facets, x, y, facet, distance)
+    call nearest_facet(pair%surface%tree, pair%surface%facets, x, y, facet, distance)
     if (facet == 0 .or. distance > pair%search_radius) return
     call project_on_master(pair, facet, x, y, xi, gap)
     overlap = -gap
@@ -61,11 +61,12 @@ contains
     integer, intent(in) :: p !! the point
 
     overlap = 0.0_wp
-    if (.not. allocated(pair%overlap)) return
+    if (.not. allocated(pair%shrinking%overlap)) return
     if (.not. pair%segmented) then
-      overlap = max(0.0_wp, pair%overlap(1, p))
-    else if (pair%cells(p)%slave > 0) then
-      overlap = max(0.0_wp, dot_product(pair%overlap(:, pair%cells(p)%slave), pair%cells(p)%weight))
+      overlap = max(0.0_wp, pair%shrinking%overlap(1, p))
+    else if (pair%history%cells(p)%slave > 0) then
+      overlap = max(0.0_wp, dot_product(pair%shrinking%overlap(:, pair%history%cells(p)%slave), &
+        pair%history%cells(p)%weight))
     end if
   end function overlap_of
 
@@ -75,6 +76,6 @@ contains
     integer, intent(in) :: p !! the point
 
     gap = 0.0_wp
-    if (abs(pair%withheld) > 0.0_wp) gap = pair%withheld*overlap_of(pair, p)
+    if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
   end function withheld_gap
 end module contact_overlap

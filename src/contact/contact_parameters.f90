@@ -40,29 +40,30 @@ contains
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp
-    if (pair%smooth) d(d04_patch:d04_size) = pair%patch(:, facet)
-    d(d03_epsilon) = pair%raise*pair%epsilon(p)
-    d(d03_mu:d03_mu + 1) = pair%mu
+    if (pair%smooth) d(d04_patch:d04_size) = pair%surface%patch(:, facet)
+    d(d03_epsilon) = pair%history%raise*pair%points%epsilon(p)
+    d(d03_mu:d03_mu + 1) = pair%friction%mu
     d(d03_law:d03_area - 1) = pair%law
-    if (any_acts(pair%law)) d(d03_area) = pair%area(p)
-    d(d03_rule) = real(pair%slip_rule, wp)
-    d(d03_turn:d03_turn + 1) = [cos(pair%angle*pi/180.0_wp), sin(pair%angle*pi/180.0_wp)]
-    if (pair%convected .and. allocated(pair%lay)) then
+    if (any_acts(pair%law)) d(d03_area) = pair%points%area(p)
+    d(d03_rule) = real(pair%friction%slip_rule, wp)
+    d(d03_turn:d03_turn + 1) = [cos(pair%friction%angle*pi/180.0_wp), &
+      sin(pair%friction%angle*pi/180.0_wp)]
+    if (pair%friction%convected .and. allocated(pair%surface%lay)) then
       d(d03_axis_kind) = real(axis_convected, wp)
-      d(d03_axis:d03_axis + 1) = pair%lay(1:2, facet)
-      d(d03_place:d03_place + 3) = pair%lay(3:6, facet)
+      d(d03_axis:d03_axis + 1) = pair%surface%lay(1:2, facet)
+      d(d03_place:d03_place + 3) = pair%surface%lay(3:6, facet)
       return
     end if
-    d(d03_axis:d03_axis + 2) = pair%axis
-    d(d03_place:d03_place + 2) = pair%point
-    select case (pair%direction)
+    d(d03_axis:d03_axis + 2) = pair%friction%axis
+    d(d03_place:d03_place + 2) = pair%friction%point
+    select case (pair%friction%direction)
     case (direction_circumferential)
       d(d03_axis_kind) = real(axis_circumferential, wp)
     case (direction_radial)
       d(d03_axis_kind) = real(axis_radial, wp)
     case (direction_field)
       d(d03_axis_kind) = real(axis_space_fixed, wp)
-      d(d03_axis:d03_axis + 2) = pair%facet_axis(:, facet)
+      d(d03_axis:d03_axis + 2) = pair%surface%facet_axis(:, facet)
     case default
       d(d03_axis_kind) = real(axis_space_fixed, wp)
     end select
@@ -77,8 +78,9 @@ contains
     real(wp) :: kappa(3)
 
     kappa = 0.0_wp
-    if (pair%augmented) kappa = point%lambda/(pair%raise*pair%epsilon(p))
-    if (pair%softened) kappa = point%lambda*(1.0_wp - pair%raise)/(pair%raise*pair%epsilon(p))
+    if (pair%augmented) kappa = point%lambda/(pair%history%raise*pair%points%epsilon(p))
+    if (pair%history%softened) kappa = point%lambda*(1.0_wp - &
+      pair%history%raise)/(pair%history%raise*pair%points%epsilon(p))
   end function point_shift
 
   !> Factor on the penalty for the first solve of an increment.
@@ -87,17 +89,17 @@ contains
 
     raise = 1.0_wp
     if (.not. shifts_gap(pair)) return
-    if (pair%relative > stiffest_start) raise = stiffest_start/pair%relative
+    if (pair%points%relative > stiffest_start) raise = stiffest_start/pair%points%relative
   end function first_raise
 
   !> The same where multipliers come along: that of a field, and at nodes one that is not too soft.
   pure real(wp) function raise_along(pair) result(raise)
     type(pair_t), intent(in) :: pair !! the pair
 
-    raise = pair%raise
+    raise = pair%history%raise
     if (has_field(pair)) raise = 1.0_wp
-    if (pair%augmented .and. pair%relative > 0.0_wp) raise = max(raise, &
-      stiffest_start/pair%relative)
+    if (pair%augmented .and. pair%points%relative > 0.0_wp) raise = max(raise, &
+      stiffest_start/pair%points%relative)
   end function raise_along
 
   !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "A stiff penalty from
@@ -105,22 +107,23 @@ contains
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_stiff = .not. pair%augmented .and. pair%n_slaves == 1 .and. pair%shrink < 0 &
-      .and. pair%relative > stiffest_plain
+    is_stiff = .not. pair%augmented .and. pair%points%n_slaves == 1 .and. &
+      pair%shrinking%shrink < 0 &
+      .and. pair%points%relative > stiffest_plain
   end function is_stiff
 
   !> Without help by multipliers the penalty would make forces of nothing but round-off.
   elemental logical function is_round_off(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_round_off = .not. pair%augmented .and. pair%relative > stiffest_exact
+    is_round_off = .not. pair%augmented .and. pair%points%relative > stiffest_exact
   end function is_round_off
 
   !> Forces of the pair come partly from multipliers in this increment.
   elemental logical function shifts_gap(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    shifts_gap = pair%augmented .or. pair%softened
+    shifts_gap = pair%augmented .or. pair%history%softened
   end function shifts_gap
 
   !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multipliers on slave
@@ -128,7 +131,7 @@ contains
   elemental logical function has_field(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    has_field = pair%augmented .and. pair%n_slaves > 1
+    has_field = pair%augmented .and. pair%points%n_slaves > 1
   end function has_field
 
   !> Most updates of the multipliers in an increment.

@@ -21,15 +21,15 @@ contains
   pure integer function count_points(pair) result(n)
     type(pair_t), intent(in) :: pair !! the pair
 
-    n = size(pair%point_nodes, 2)
+    n = size(pair%points%point_nodes, 2)
   end function count_points
 
   !> Number of points in use, without further slots.
   pure integer function used_points(pair) result(n)
     type(pair_t), intent(in) :: pair !! the pair
 
-    n = count_points(pair)/pair%slots
-    if (pair%segmented) n = count(pair%cells%slave > 0)
+    n = count_points(pair)/pair%points%slots
+    if (pair%segmented) n = count(pair%history%cells%slave > 0)
   end function used_points
 
   !> First point of a slave facet of a segmented pair, 0 if it has none: the points stand in the
@@ -64,13 +64,13 @@ contains
     real(wp) :: y(3)
     integer :: b
 
-    if (pair%n_slaves == 1) then
-      y = x(:, pair%point_nodes(1, p))
+    if (pair%points%n_slaves == 1) then
+      y = x(:, pair%points%point_nodes(1, p))
       return
     end if
     y = 0.0_wp
-    do b = 1, pair%n_slaves
-      y = y + pair%point_weights(b, p)*x(:, pair%point_nodes(b, p))
+    do b = 1, pair%points%n_slaves
+      y = y + pair%points%point_weights(b, p)*x(:, pair%points%point_nodes(b, p))
     end do
   end function point_position
 
@@ -81,8 +81,8 @@ contains
     integer :: f
 
     h = 0.0_wp
-    do f = 1, size(pair%facets, 2)
-      h = max(h, facet_size(corners(x, pair%facets(:, f))))
+    do f = 1, size(pair%surface%facets, 2)
+      h = max(h, facet_size(corners(x, pair%surface%facets(:, f))))
     end do
   end function longest_facet
 
@@ -94,15 +94,16 @@ contains
     integer, intent(in) :: host !! its facet
 
     coupling = host
-    if (pair%segmented) coupling = host + (pair%cells(p)%slave - 1)*size(pair%facets, 2)
+    if (pair%segmented) coupling = host + (pair%history%cells(p)%slave - &
+      1)*size(pair%surface%facets, 2)
   end function coupling
 
   !> The largest of these numbers.
   pure integer function most_coupled(pair) result(most)
     type(pair_t), intent(in) :: pair !! the pair
 
-    most = size(pair%facets, 2)
-    if (pair%segmented) most = most*size(pair%slave_facets, 2)
+    most = size(pair%surface%facets, 2)
+    if (pair%segmented) most = most*size(pair%points%slave_facets, 2)
   end function most_coupled
 
   !> The slave nodes of a point and the corners of its host, from the number that tells them.
@@ -112,8 +113,10 @@ contains
     integer, intent(in) :: number !! as of `coupling`, not 0
     integer, allocatable :: nodes(:)
 
-    nodes = [pair%point_nodes(:, p), all_nodes(pair, 1 + mod(number - 1, size(pair%facets, 2)))]
-    if (pair%segmented) nodes(:3) = pair%slave_facets(:, 1 + (number - 1)/size(pair%facets, 2))
+    nodes = [pair%points%point_nodes(:, p), all_nodes(pair, 1 + mod(number - 1, &
+      size(pair%surface%facets, 2)))]
+    if (pair%segmented) nodes(:3) = pair%points%slave_facets(:, 1 + (number - &
+      1)/size(pair%surface%facets, 2))
   end function coupled_nodes
 
   !> A point in words, behind 'slave': its node, or the facet it lies on.
@@ -123,13 +126,13 @@ contains
     character(:), allocatable :: t
     integer :: b
 
-    if (pair%n_slaves == 1) then
-      t = 'node '//to_text(pair%point_nodes(1, p))
+    if (pair%points%n_slaves == 1) then
+      t = 'node '//to_text(pair%points%point_nodes(1, p))
       return
     end if
-    t = 'facet of nodes '//to_text(pair%point_nodes(1, p))
-    do b = 2, pair%n_slaves
-      t = t//', '//to_text(pair%point_nodes(b, p))
+    t = 'facet of nodes '//to_text(pair%points%point_nodes(1, p))
+    do b = 2, pair%points%n_slaves
+      t = t//', '//to_text(pair%points%point_nodes(b, p))
     end do
   end function point_text
 
@@ -138,10 +141,10 @@ contains
     integer, intent(in) :: nodes(:) !! slave nodes
     type(pair_t), intent(inout) :: pair !! gets n_slaves, point_nodes, point_weights
 
-    pair%n_slaves = 1
-    pair%point_nodes = reshape(nodes, [1, size(nodes)])
-    if (allocated(pair%point_weights)) deallocate (pair%point_weights)
-    allocate (pair%point_weights(1, size(nodes)), source=1.0_wp)
+    pair%points%n_slaves = 1
+    pair%points%point_nodes = reshape(nodes, [1, size(nodes)])
+    if (allocated(pair%points%point_weights)) deallocate (pair%points%point_weights)
+    allocate (pair%points%point_weights(1, size(nodes)), source=1.0_wp)
   end subroutine make_node_points
 
   !> Points inside of facets, and their share of the area (doc/theory, "Quadrature points",
@@ -155,28 +158,30 @@ contains
 
     call make_rule(pair%facet_points, shapes, shares)
     n_slaves = size(facets, 1)
-    pair%n_slaves = n_slaves
+    pair%points%n_slaves = n_slaves
     associate (n => pair%facet_points*size(facets, 2))
-      if (allocated(pair%point_nodes)) deallocate (pair%point_nodes, pair%point_weights)
-      if (allocated(pair%area)) deallocate (pair%area)
-      allocate (pair%point_nodes(n_slaves, n), pair%area(n))
-      allocate (pair%point_weights(n_slaves, n), source=0.0_wp)
+      if (allocated(pair%points%point_nodes)) deallocate (pair%points%point_nodes, &
+        pair%points%point_weights)
+      if (allocated(pair%points%area)) deallocate (pair%points%area)
+      allocate (pair%points%point_nodes(n_slaves, n), pair%points%area(n))
+      allocate (pair%points%point_weights(n_slaves, n), source=0.0_wp)
     end associate
     do f = 1, size(facets, 2)
       do i = 1, pair%facet_points
         p = (f - 1)*pair%facet_points + i
         if (n_slaves > 3 .and. facets(n_slaves, f) > 0) then
-          call place_curved(facets(:, f), shapes(:2, i), x, pair%point_weights(:, p), pair%area(p))
+          call place_curved(facets(:, f), shapes(:2, i), x, pair%points%point_weights(:, p), &
+            pair%points%area(p))
         else
           associate (normal => cross(x(:, facets(1, f)) - x(:, facets(3, f)), &
             x(:, facets(2, f)) - x(:, facets(3, f))))
-            pair%area(p) = 0.5_wp*norm2(normal)
+            pair%points%area(p) = 0.5_wp*norm2(normal)
           end associate
-          pair%point_weights(:3, p) = shapes(:, i)
+          pair%points%point_weights(:3, p) = shapes(:, i)
         end if
-        pair%area(p) = shares(i)*pair%area(p)
-        pair%point_nodes(:, p) = facets(:, f)
-        if (facets(n_slaves, f) == 0) pair%point_nodes(4:, p) = facets(1, f)
+        pair%points%area(p) = shares(i)*pair%points%area(p)
+        pair%points%point_nodes(:, p) = facets(:, f)
+        if (facets(n_slaves, f) == 0) pair%points%point_nodes(4:, p) = facets(1, f)
       end do
     end do
   end subroutine make_facet_points
@@ -205,10 +210,10 @@ contains
     integer, intent(in) :: p !! the point
     real(wp) :: l(3)
 
-    l = pair%point_weights(:3, p)
+    l = pair%points%point_weights(:3, p)
     ! N_i + (N_ij + N_ki)/2 = L_i
-    if (pair%n_slaves > 3) l = l + 0.5_wp*(pair%point_weights(4:6, p) &
-      + pair%point_weights([6, 4, 5], p))
+    if (pair%points%n_slaves > 3) l = l + 0.5_wp*(pair%points%point_weights(4:6, p) &
+      + pair%points%point_weights([6, 4, 5], p))
   end function corner_weights
 
   !> The point is a first slot.
@@ -216,6 +221,6 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
 
-    is_first = p <= count_points(pair)/pair%slots
+    is_first = p <= count_points(pair)/pair%points%slots
   end function is_first
 end module contact_points

@@ -8,10 +8,11 @@ module contact_ridges
   use vectors, only: cross
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex
+  use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex, &
+    kink_sine
   implicit none
   private
-  public :: find_ridges, ridge_t, look_at_ridges, is_smooth
+  public :: find_ridges, ridge_t, look_at_ridges, is_smooth, kink
 
   !> Most facets between one that touches a ridge with a corner only and the ridge.
   integer, parameter :: most_between = 4
@@ -25,6 +26,9 @@ module contact_ridges
     logical :: barred(3) = .false. !! edges of the host that the tip must not cross
   end type ridge_t
 
+  !> Share of a kink that patches leave of it at most.
+  real(wp), parameter :: left_by_patches = 0.01_wp
+
 contains
 
   !> Marks the ridges of the master, and the slave facets around each slave node if there are any.
@@ -33,19 +37,19 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
-    if (allocated(pair%ridge)) deallocate (pair%ridge)
+    if (allocated(pair%surface%ridge)) deallocate (pair%surface%ridge)
     if (pair%segmented) return
-    allocate (pair%ridge(3, size(pair%facets, 2)), source=.false.)
-    do f = 1, size(pair%facets, 2)
+    allocate (pair%surface%ridge(3, size(pair%surface%facets, 2)), source=.false.)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
-        if (pair%neighbours(k, f) == 0) cycle
-        pair%ridge(k, f) = is_convex(corners(x, pair%facets(:, f)), &
-          corners(x, pair%facets(:, pair%neighbours(k, f))))
+        if (pair%surface%neighbours(k, f) == 0) cycle
+        pair%surface%ridge(k, f) = is_convex(corners(x, pair%surface%facets(:, f)), &
+          corners(x, pair%surface%facets(:, pair%surface%neighbours(k, f))))
       end do
     end do
-    if (.not. any(pair%ridge)) then
-      deallocate (pair%ridge)
-    else if (pair%n_slaves == 1 .and. allocated(pair%slave_facets)) then
+    if (.not. any(pair%surface%ridge)) then
+      deallocate (pair%surface%ridge)
+    else if (pair%points%n_slaves == 1 .and. allocated(pair%points%slave_facets)) then
       call find_rings(pair)
     end if
   end subroutine find_ridges
@@ -53,34 +57,34 @@ contains
   !> The slave facets around the slave nodes, one node after the other.
   subroutine find_rings(pair)
     type(pair_t), intent(inout) :: pair !! slave_facets given; gets ring, ring_end
-    integer :: place(0:maxval(pair%slave_facets)), f, k, p, n
+    integer :: place(0:maxval(pair%points%slave_facets)), f, k, p, n
 
-    n = count_points(pair)/pair%slots
+    n = count_points(pair)/pair%points%slots
     if (n == 0) return
     place = 0
     do p = 1, n
-      if (pair%point_nodes(1, p) < size(place)) place(pair%point_nodes(1, p)) = p
+      if (pair%points%point_nodes(1, p) < size(place)) place(pair%points%point_nodes(1, p)) = p
     end do
-    pair%ring_end = spread(0, 1, n)
-    do f = 1, size(pair%slave_facets, 2)
+    pair%points%ring_end = spread(0, 1, n)
+    do f = 1, size(pair%points%slave_facets, 2)
       do k = 1, 3
-        p = place(pair%slave_facets(k, f))
-        if (p > 0) pair%ring_end(p) = pair%ring_end(p) + 1
+        p = place(pair%points%slave_facets(k, f))
+        if (p > 0) pair%points%ring_end(p) = pair%points%ring_end(p) + 1
       end do
     end do
     do p = 2, n
-      pair%ring_end(p) = pair%ring_end(p) + pair%ring_end(p - 1)
+      pair%points%ring_end(p) = pair%points%ring_end(p) + pair%points%ring_end(p - 1)
     end do
-    pair%ring = spread(0, 1, pair%ring_end(n))
-    do f = size(pair%slave_facets, 2), 1, -1
+    pair%points%ring = spread(0, 1, pair%points%ring_end(n))
+    do f = size(pair%points%slave_facets, 2), 1, -1
       do k = 1, 3
-        p = place(pair%slave_facets(k, f))
+        p = place(pair%points%slave_facets(k, f))
         if (p == 0) cycle
-        pair%ring(pair%ring_end(p)) = f
-        pair%ring_end(p) = pair%ring_end(p) - 1
+        pair%points%ring(pair%points%ring_end(p)) = f
+        pair%points%ring_end(p) = pair%points%ring_end(p) - 1
       end do
     end do
-    pair%ring_end = [pair%ring_end(2:), size(pair%ring)]
+    pair%points%ring_end = [pair%points%ring_end(2:), size(pair%points%ring)]
   end subroutine find_rings
 
   !> Normal of the slave side at a point, not a unit vector; zero where there is no surface.
@@ -92,14 +96,14 @@ contains
     integer :: i, first, node
 
     n = 0.0_wp
-    if (pair%n_slaves > 1) then
-      n = facet_normal(corners(x, pair%point_nodes(:3, p)))
-    else if (allocated(pair%ring)) then
-      node = mod(p - 1, size(pair%ring_end)) + 1
+    if (pair%points%n_slaves > 1) then
+      n = facet_normal(corners(x, pair%points%point_nodes(:3, p)))
+    else if (allocated(pair%points%ring)) then
+      node = mod(p - 1, size(pair%points%ring_end)) + 1
       first = 1
-      if (node > 1) first = pair%ring_end(node - 1) + 1
-      do i = first, pair%ring_end(node)
-        associate (c => corners(x, pair%slave_facets(:, pair%ring(i))))
+      if (node > 1) first = pair%points%ring_end(node - 1) + 1
+      do i = first, pair%points%ring_end(node)
+        associate (c => corners(x, pair%points%slave_facets(:, pair%points%ring(i))))
           n = n + cross(c(:, 1) - c(:, 3), c(:, 2) - c(:, 3))
         end associate
       end do
@@ -116,12 +120,12 @@ contains
     real(wp) :: y(3), n(3)
     integer :: k, j
 
-    if (.not. allocated(pair%ridge)) return
+    if (.not. allocated(pair%surface%ridge)) return
     y = point_position(pair, p, x)
     n = slave_normal(pair, p, x)
     do k = 1, 3
-      associate (across => pair%neighbours(k, host))
-        if (.not. pair%ridge(k, host)) cycle
+      associate (across => pair%surface%neighbours(k, host))
+        if (.not. pair%surface%ridge(k, host)) cycle
         if (belongs(pair, x, y, n, host, across)) then
           ridge%next = across
           return
@@ -152,17 +156,17 @@ contains
     via = 0
     facet = host
     edge = turn(1)
-    pivot = pair%facets(turn(2), host)
-    far = pair%facets(turn(3), host)
+    pivot = pair%surface%facets(turn(2), host)
+    far = pair%surface%facets(turn(3), host)
     do i = 1, most_between
-      if (pair%ridge(edge, facet) .or. pair%fold(edge, facet)) return
-      facet = pair%neighbours(edge, facet)
+      if (pair%surface%ridge(edge, facet) .or. pair%surface%fold(edge, facet)) return
+      facet = pair%surface%neighbours(edge, facet)
       if (facet == 0) return
       via(i) = facet
-      edge = findloc(pair%facets(:, facet), far, 1)
-      far = sum(pair%facets(:, facet)) - pivot - far
-      if (.not. pair%ridge(edge, facet)) cycle
-      behind = pair%neighbours(edge, facet)
+      edge = findloc(pair%surface%facets(:, facet), far, 1)
+      far = sum(pair%surface%facets(:, facet)) - pivot - far
+      if (.not. pair%surface%ridge(edge, facet)) cycle
+      behind = pair%surface%neighbours(edge, facet)
       if (.not. belongs(pair, x, y, n, host, behind)) return
       if (.not. lies_behind(pair, x, y, behind)) return
       ridge%next = behind
@@ -182,8 +186,8 @@ contains
     integer, intent(in) :: b !! another one
     real(wp) :: ca(3, 3), cb(3, 3), xi(2), gap_a, gap_b
 
-    ca = corners(x, pair%facets(:, a))
-    cb = corners(x, pair%facets(:, b))
+    ca = corners(x, pair%surface%facets(:, a))
+    cb = corners(x, pair%surface%facets(:, b))
     call project_on_facet(ca, y, xi, gap_a)
     call project_on_facet(cb, y, xi, gap_b)
     belongs = gap_a < 0.0_wp .and. gap_b > gap_a .and. &
@@ -202,12 +206,12 @@ contains
     facet = behind
     before = 0
     do step = 1, longest_walk
-      call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
+      call project_on_facet(corners(x, pair%surface%facets(:, facet)), y, xi, gap)
       n = barycentric(xi)
       lies_behind = all(n >= 0.0_wp)
-      k = minloc(n, 1, mask=.not. (pair%ridge(:, facet) .or. pair%fold(:, facet)))
+      k = minloc(n, 1, mask=.not. (pair%surface%ridge(:, facet) .or. pair%surface%fold(:, facet)))
       if (lies_behind .or. k == 0) return
-      next = pair%neighbours(k, facet)
+      next = pair%surface%neighbours(k, facet)
       if (n(k) >= 0.0_wp .or. next == 0 .or. next == before) return
       before = facet
       facet = next
@@ -221,7 +225,19 @@ contains
     integer, intent(in) :: across !! its neighbour
 
     is_smooth = .false.
-    if (allocated(pair%sharp)) is_smooth = any(pair%neighbours(:, host) == across &
-                                     .and. .not. pair%sharp(:, host))
+    if (allocated(pair%surface%sharp)) is_smooth = any(pair%surface%neighbours(:, host) == across &
+                                     .and. .not. pair%surface%sharp(:, host))
   end function is_smooth
+
+  !> Sine of the kink between two neighbouring facets, or what is left of it between their patches.
+  pure real(wp) function kink(pair, x, host, across)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: across !! its neighbour
+
+    kink = kink_sine(corners(x, pair%surface%facets(:, host)), corners(x, pair%surface%facets(:, &
+      across)))
+    if (is_smooth(pair, host, across)) kink = left_by_patches*kink
+  end function kink
 end module contact_ridges

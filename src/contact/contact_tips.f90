@@ -54,10 +54,10 @@ contains
     d = point_parameters(pair, p, point%host)
     e%xl(:, 1) = y
     e%nel = 4
-    e%xl(:, 2:4) = corners(x, pair%facets(:, point%host))
+    e%xl(:, 2:4) = corners(x, pair%surface%facets(:, point%host))
     if (is_quadratic(pair, point%host)) then
       e%nel = 7
-      e%xl(:, 5:7) = corners(x, pair%middles(:, point%host))
+      e%xl(:, 5:7) = corners(x, pair%surface%middles(:, point%host))
     end if
     e%h1 = point%tip
     e%path1 = point%path

@@ -47,6 +47,90 @@ module contact_types
     real(wp) :: place(2) = 0.0_wp !! projection on the host when the cell was made
   end type cell_t
 
+  !> The friction of a pair, as the deck gives it.
+  type :: pair_friction_t
+    real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
+    integer :: direction = direction_vector !! one of the direction constants
+    type(location_t) :: direction_at !! where the deck gives the direction
+    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! unit: the vector, or the axis of turning
+    real(wp) :: point(3) = 0.0_wp !! a point on the axis of turning
+    character(:), allocatable :: field !! DIREction FIELd: its name in the mesh file
+    real(wp) :: angle = 0.0_wp !! turn about the facet normal [degree]
+    logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
+    integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
+  end type pair_friction_t
+
+  !> ADJUst: slave nodes next to the master are moved onto it.
+  type :: pair_fit_t
+    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
+    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
+    integer :: moved = 0 !! slave nodes that it has moved
+    real(wp) :: farthest_way = 0.0_wp !! the longest way of one of them [length]
+    integer :: farthest = 0 !! which one
+  end type pair_fit_t
+
+  !> The master surface of a pair; what its facets are does not change in a run.
+  type :: master_surface_t
+    integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
+    integer, allocatable :: middles(:, :) !! (3, facets) nodes on the edges 12, 23, 31, 0: none;
+    !! only if some facet has six nodes
+    integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
+    integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
+    real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
+    real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
+    logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
+    logical, allocatable :: ridge(:, :) !! (3, facets) the edge facing corner k is a ridge
+    logical, allocatable :: sharp(:, :) !! (3, facets) if curved: the edge facing corner k is kept
+    integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
+    logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
+    logical, allocatable :: at_end(:) !! (corners) the rim turns there
+    real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
+    real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
+    !! at the start of the increment, at the end of the free way, and of the first pass
+    type(facet_tree_t) :: tree !! boxes over the facets
+  end type master_surface_t
+
+  !> SHRInk: an overlap at the start that is taken up step by step.
+  type :: pair_shrink_t
+    integer :: shrink = -1 !! SHRInk: number of its table, -1 without
+    type(location_t) :: shrink_at !! where the deck gives it
+    real(wp), allocatable :: overlap(:, :) !! SHRInk: (1, points), or (3, slave facets) at corners
+    !! if segmented: below the master at the start, negative for a gap [length]
+    real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
+  end type pair_shrink_t
+
+  !> The contact points of a pair, and the slave facets they lie on.
+  type :: pair_points_t
+    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 or 6 a point of a facet
+    integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
+    real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
+    real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
+    real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
+    integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
+    integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
+    integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
+    real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
+    real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
+    real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
+    real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
+    integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
+  end type pair_points_t
+
+  !> What the contact points of a pair remember, and where the search has them.
+  type :: point_history_t
+    type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
+    type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
+    type(contact_point_t), allocatable :: start(:) !! (points) where the increment starts them
+    logical :: crowded = .false. !! if segmented: cells have found no room for all their points
+    logical :: crowd_told = .false. !! and the user has been told
+    type(cell_t), allocatable :: old_cells(:) !! (points) if segmented: where `old` is
+    type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
+    real(wp) :: raise = 1.0_wp !! with multipliers: factor on epsilon at present
+    logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
+    integer, allocatable :: left(:) !! (points) host left last in this increment
+    integer, allocatable :: moves(:) !! (points) changes of host in this increment
+  end type point_history_t
+
   !> One contact pair.
   type :: pair_t
     ! What the deck says
@@ -62,74 +146,20 @@ module contact_types
     type(location_t) :: master_at !! where the deck names the master
     integer :: penalty_kind = penalty_auto !! one of the penalty constants
     real(wp) :: penalty = 10.0_wp !! its value, or the factor of AUTO
-    real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
     real(wp) :: law(n_law_values) = 0.0_wp !! values of the laws that change the cone
-    integer :: direction = direction_vector !! one of the direction constants
-    type(location_t) :: direction_at !! where the deck gives the direction
-    real(wp) :: axis(3) = [1.0_wp, 0.0_wp, 0.0_wp] !! unit: the vector, or the axis of turning
-    real(wp) :: point(3) = 0.0_wp !! a point on the axis of turning
-    character(:), allocatable :: field !! DIREction FIELd: its name in the mesh file
-    real(wp) :: angle = 0.0_wp !! turn about the facet normal [degree]
-    logical :: convected = .false. !! DIREction MATErial: fixed in the reference facet
-    integer :: slip_rule = 0 !! m of doc/theory: 0 collinear, 1 tensor, 2 associated
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
     integer :: augment_most = 0 !! most updates of multipliers in an increment, 0: by the form
-    integer :: shrink = -1 !! SHRInk: number of its table, -1 without
-    type(location_t) :: shrink_at !! where the deck gives it
-    logical :: adjusted = .false. !! ADJUst: slave nodes next to the master are moved onto it
-    real(wp) :: adjust = 0.0_wp !! its tolerance, 0: from the facet size [length]
-    integer :: moved = 0 !! slave nodes that it has moved
-    real(wp) :: farthest_way = 0.0_wp !! the longest way of one of them [length]
-    integer :: farthest = 0 !! which one
 
     ! What is built from it when the mesh is complete
-    integer :: n_slaves = 1 !! slave nodes that make a point: 1 a node, 3 or 6 a point of a facet
-    integer, allocatable :: point_nodes(:, :) !! (n_slaves, points) slave nodes
-    real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
-    real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
-    real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
-    integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
-    integer, allocatable :: middles(:, :) !! (3, facets) nodes on the edges 12, 23, 31, 0: none;
-    !! only if some facet has six nodes
-    integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
-    integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
-    real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
-    real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
-    type(contact_point_t), allocatable :: old(:) !! (points) history at the last converged state
-    type(contact_point_t), allocatable :: new(:) !! (points) history of the current iterate
-    type(contact_point_t), allocatable :: start(:) !! (points) where the increment starts them
-    integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
-    integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
-    integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
-    real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
-    real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
-    logical :: crowded = .false. !! if segmented: cells have found no room for all their points
-    logical :: crowd_told = .false. !! and the user has been told
-    type(cell_t), allocatable :: old_cells(:) !! (points) if segmented: where `old` is
-    type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
-    real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
-    real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
-    real(wp) :: raise = 1.0_wp !! with multipliers: factor on epsilon at present
-    logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
-    integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
-    logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
-    logical, allocatable :: ridge(:, :) !! (3, facets) the edge facing corner k is a ridge
-    logical, allocatable :: sharp(:, :) !! (3, facets) if curved: the edge facing corner k is kept
-    integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
-    logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
-    logical, allocatable :: at_end(:) !! (corners) the rim turns there
-    real(wp), allocatable :: overlap(:, :) !! SHRInk: (1, points), or (3, slave facets) at corners
-    !! if segmented: below the master at the start, negative for a gap [length]
-    real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
-    real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
-    real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
-    !! at the start of the increment, at the end of the free way, and of the first pass
-    type(facet_tree_t) :: tree !! boxes over the facets
-    integer, allocatable :: left(:) !! (points) host left last in this increment
-    integer, allocatable :: moves(:) !! (points) changes of host in this increment
+    type(pair_friction_t) :: friction !! its friction
+    type(pair_fit_t) :: fit !! ADJUst
+    type(master_surface_t) :: surface !! its master surface
+    type(pair_shrink_t) :: shrinking !! SHRInk
+    type(pair_points_t) :: points !! its contact points
+    type(point_history_t) :: history !! what they remember
   end type pair_t
 
 contains
@@ -138,7 +168,7 @@ contains
   pure subroutine forget_moves(pair)
     type(pair_t), intent(inout) :: pair !! gets left, moves
 
-    pair%left = 0
-    pair%moves = 0
+    pair%history%left = 0
+    pair%history%moves = 0
   end subroutine forget_moves
 end module contact_types

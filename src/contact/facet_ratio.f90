@@ -20,19 +20,20 @@ contains
     integer, allocatable :: point(:)
 
     sums = 0.0_wp
-    if (pair%n_slaves > 1) then
+    if (pair%points%n_slaves > 1) then
       do p = 1, used_points(pair)
-        call compare(pair, x, pair%point_nodes(:3, p), pair%old(p)%host, sums)
+        call compare(pair, x, pair%points%point_nodes(:3, p), pair%history%old(p)%host, sums)
       end do
-    else if (allocated(pair%slave_facets)) then
-      allocate (point(maxval(pair%slave_facets)), source=0)
+    else if (allocated(pair%points%slave_facets)) then
+      allocate (point(maxval(pair%points%slave_facets)), source=0)
       do p = 1, used_points(pair)
-        if (pair%point_nodes(1, p) <= size(point)) point(pair%point_nodes(1, p)) = p
+        if (pair%points%point_nodes(1, p) <= size(point)) point(pair%points%point_nodes(1, p)) = p
       end do
-      do f = 1, size(pair%slave_facets, 2)
+      do f = 1, size(pair%points%slave_facets, 2)
         do k = 1, 3
-          p = point(pair%slave_facets(k, f))
-          if (p > 0) call compare(pair, x, pair%slave_facets(:, f), pair%old(p)%host, sums)
+          p = point(pair%points%slave_facets(k, f))
+          if (p > 0) call compare(pair, x, pair%points%slave_facets(:, f), &
+            pair%history%old(p)%host, sums)
         end do
       end do
     end if
@@ -52,7 +53,7 @@ contains
     if (host == 0) return
     area = facet_area(corners(x, nodes))
     if (area > 0.0_wp) sums = sums + area*[1.0_wp, &
-      sqrt(area/facet_area(corners(x, pair%facets(:, host))))]
+      sqrt(area/facet_area(corners(x, pair%surface%facets(:, host))))]
   end subroutine compare
 
   !> Mean of the longest edges of the master facets of a pair.
@@ -62,9 +63,9 @@ contains
     integer :: f
 
     h = 0.0_wp
-    do f = 1, size(pair%facets, 2)
-      h = h + facet_size(corners(x, pair%facets(:, f)))
+    do f = 1, size(pair%surface%facets, 2)
+      h = h + facet_size(corners(x, pair%surface%facets(:, f)))
     end do
-    if (size(pair%facets, 2) > 0) h = h/real(size(pair%facets, 2), wp)
+    if (size(pair%surface%facets, 2) > 0) h = h/real(size(pair%surface%facets, 2), wp)
   end function mean_facet
 end module facet_ratio

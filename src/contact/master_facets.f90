@@ -21,7 +21,7 @@ contains
     integer, intent(in) :: facet !! the facet
 
     is_quadratic = .false.
-    if (allocated(pair%middles)) is_quadratic = pair%middles(1, facet) > 0
+    if (allocated(pair%surface%middles)) is_quadratic = pair%surface%middles(1, facet) > 0
   end function is_quadratic
 
   !> The nodes of a facet: its corners, then the middles of its edges if it has some.
@@ -30,8 +30,8 @@ contains
     integer, intent(in) :: facet !! the facet
     integer, allocatable :: nodes(:)
 
-    nodes = pair%facets(:, facet)
-    if (is_quadratic(pair, facet)) nodes = [nodes, pair%middles(:, facet)]
+    nodes = pair%surface%facets(:, facet)
+    if (is_quadratic(pair, facet)) nodes = [nodes, pair%surface%middles(:, facet)]
   end function all_nodes
 
   !> The contact element on a facet.
@@ -55,7 +55,7 @@ contains
     if (is_quadratic(pair, facet)) then
       y = place_on_quadratic(field(:, all_nodes(pair, facet)), xi)
     else
-      y = matmul(field(:, pair%facets(:, facet)), barycentric(xi))
+      y = matmul(field(:, pair%surface%facets(:, facet)), barycentric(xi))
     end if
   end function field_on_facet
 
@@ -65,12 +65,12 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, across
 
-    allocate (pair%sharp(3, size(pair%facets, 2)), source=.true.)
-    do f = 1, size(pair%facets, 2)
+    allocate (pair%surface%sharp(3, size(pair%surface%facets, 2)), source=.true.)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
-        across = pair%neighbours(k, f)
+        across = pair%surface%neighbours(k, f)
         if (across == 0) cycle
-        pair%sharp(k, f) = dot_product(normal_at_edge(pair, x, f, across), &
+        pair%surface%sharp(k, f) = dot_product(normal_at_edge(pair, x, f, across), &
           normal_at_edge(pair, x, across, f)) < sharp_cosine
       end do
     end do
@@ -86,10 +86,10 @@ contains
     type(facet_shapes_t) :: s
 
     if (.not. is_quadratic(pair, facet)) then
-      normal = facet_normal(corners(x, pair%facets(:, facet)))
+      normal = facet_normal(corners(x, pair%surface%facets(:, facet)))
       return
     end if
-    l = merge(0.0_wp, 0.5_wp, pair%neighbours(:, facet) == across)
+    l = merge(0.0_wp, 0.5_wp, pair%surface%neighbours(:, facet) == across)
     s = facet_shapes(l(1:2), .false.)
     t = matmul(x(:, all_nodes(pair, facet)), s%d)
     normal = cross(t(:, 1), t(:, 2))

@@ -55,12 +55,13 @@ contains
 
     field%point_normal = normal
     allocate (field%vector(3, count_points(pair)), source=0)
-    allocate (faces(most_faces, maxval(pair%point_nodes)), source=0)
+    allocate (faces(most_faces, maxval(pair%points%point_nodes)), source=0)
     allocate (first_normal(3, 3*count(near)), source=0.0_wp)
     do p = 1, count_points(pair)
       if (.not. near(p)) cycle
       do b = 1, 3
-        call find_vector(faces(:, pair%point_nodes(b, p)), normal(:, p), first_normal, field%n, &
+        call find_vector(faces(:, pair%points%point_nodes(b, p)), normal(:, p), first_normal, &
+          field%n, &
           field%vector(b, p))
       end do
     end do
@@ -107,9 +108,9 @@ contains
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        share = weight(b)*pair%area(p)
+        share = weight(b)*pair%points%area(p)
         field%normal(:, i) = field%normal(:, i) + share*field%point_normal(:, p)
-        field%stiffness(i) = field%stiffness(i) + weight(b)*pair%epsilon(p)
+        field%stiffness(i) = field%stiffness(i) + weight(b)*pair%points%epsilon(p)
       end do
     end do
     do i = 1, field%n
@@ -140,7 +141,7 @@ contains
         do b = 1, 3
           call find_neighbour(field%vector(b, p), field%vector(c, p), field, place)
           associate (block => field%mass(:, :, place, field%vector(b, p)))
-            block = block + pair%area(p)*weight(b)*weight(c) &
+            block = block + pair%points%area(p)*weight(b)*weight(c) &
               *matmul(transpose(turn(:, :, b)), turn(:, :, c))
           end associate
         end do
@@ -236,7 +237,7 @@ contains
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        force(:, p) = force(:, p) + pair%area(p)*weight(b) &
+        force(:, p) = force(:, p) + pair%points%area(p)*weight(b) &
           *turned(field%normal(:, i), field%point_normal(:, p), nodal(:, i))
       end do
     end do
@@ -286,7 +287,7 @@ contains
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        diagonal(i) = diagonal(i) + pair%area(p)*weight(b)**2
+        diagonal(i) = diagonal(i) + pair%points%area(p)*weight(b)**2
       end do
     end do
   end function mass_diagonal

@@ -32,31 +32,32 @@ contains
     integer :: f, k, n, facets
     logical :: rim
 
-    facets = size(pair%facets, 2)
-    pair%sharp = spread([.true., .true., .true.], 2, facets)
+    facets = size(pair%surface%facets, 2)
+    pair%surface%sharp = spread([.true., .true., .true.], 2, facets)
     do f = 1, facets
       do k = 1, 3
-        if (pair%neighbours(k, f) == 0) cycle
-        pair%sharp(k, f) = dot_product(facet_normal(corners(x, pair%facets(:, f))), facet_normal( &
-          corners(x, pair%facets(:, pair%neighbours(k, f))))) < sharp_cosine
+        if (pair%surface%neighbours(k, f) == 0) cycle
+        pair%surface%sharp(k, f) = dot_product(facet_normal(corners(x, pair%surface%facets(:, &
+          f))), facet_normal( &
+          corners(x, pair%surface%facets(:, pair%surface%neighbours(k, f))))) < sharp_cosine
       end do
     end do
-    pair%corner = spread([0, 0, 0], 2, facets)
-    allocate (pair%at_rim(3*facets), source=.false.)
+    pair%surface%corner = spread([0, 0, 0], 2, facets)
+    allocate (pair%surface%at_rim(3*facets), source=.false.)
     n = 0
     do f = 1, facets
       do k = 1, 3
-        if (pair%corner(k, f) > 0) cycle
+        if (pair%surface%corner(k, f) > 0) cycle
         n = n + 1
-        pair%corner(k, f) = n
+        pair%surface%corner(k, f) = n
         call mark_fan(pair, k, f, 1, rim)
         if (rim) call mark_fan(pair, k, f, 2, rim)
-        pair%at_rim(n) = rim
+        pair%surface%at_rim(n) = rim
       end do
     end do
-    pair%at_rim = pair%at_rim(1:n)
-    pair%at_end = pair%at_rim .and. angles_at(pair, x) < end_angle
-    allocate (pair%patch(n_patch_values, facets))
+    pair%surface%at_rim = pair%surface%at_rim(1:n)
+    pair%surface%at_end = pair%surface%at_rim .and. angles_at(pair, x) < end_angle
+    allocate (pair%surface%patch(n_patch_values, facets))
     call renew_patches(pair, x)
   end subroutine find_corners
 
@@ -71,15 +72,15 @@ contains
 
     f = facet
     k = corner
-    node = pair%facets(k, f)
+    node = pair%surface%facets(k, f)
     do
       edge = mod(k + direction - 1, 3) + 1
-      rim = pair%sharp(edge, f)
+      rim = pair%surface%sharp(edge, f)
       if (rim) return
-      f = pair%neighbours(edge, f)
-      k = corner_of(pair%facets(:, f), node)
-      if (pair%corner(k, f) > 0) return
-      pair%corner(k, f) = pair%corner(corner, facet)
+      f = pair%surface%neighbours(edge, f)
+      k = corner_of(pair%surface%facets(:, f), node)
+      if (pair%surface%corner(k, f) > 0) return
+      pair%surface%corner(k, f) = pair%surface%corner(corner, facet)
     end do
   end subroutine mark_fan
 
@@ -98,14 +99,14 @@ contains
   subroutine renew_patches(pair, x)
     type(pair_t), intent(inout) :: pair !! gets patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: normal(3, size(pair%at_rim))
+    real(wp) :: normal(3, size(pair%surface%at_rim))
     integer :: f
 
     call average_normals(pair, x, normal)
-    if (any(pair%at_rim)) call tilt_at_rim(pair, x, normal)
-    do f = 1, size(pair%facets, 2)
-      pair%patch(:, f) = patch_values(patch_of(corners(x, pair%facets(:, f)), &
-                                               normal(:, pair%corner(:, f))))
+    if (any(pair%surface%at_rim)) call tilt_at_rim(pair, x, normal)
+    do f = 1, size(pair%surface%facets, 2)
+      pair%surface%patch(:, f) = patch_values(patch_of(corners(x, pair%surface%facets(:, f)), &
+                                               normal(:, pair%surface%corner(:, f))))
     end do
   end subroutine renew_patches
 
@@ -124,14 +125,14 @@ contains
   pure function angles_at(pair, x) result(angles)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: angles(size(pair%at_rim))
+    real(wp) :: angles(size(pair%surface%at_rim))
     integer :: f, k
 
     angles = 0.0_wp
-    do f = 1, size(pair%facets, 2)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
-        associate (angle => angles(pair%corner(k, f)))
-          angle = angle + angle_at(x(:, pair%facets(:, f)), k)
+        associate (angle => angles(pair%surface%corner(k, f)))
+          angle = angle + angle_at(x(:, pair%surface%facets(:, f)), k)
         end associate
       end do
     end do
@@ -146,11 +147,11 @@ contains
     integer :: f, k
 
     normal = 0.0_wp
-    do f = 1, size(pair%facets, 2)
-      y = corners(x, pair%facets(:, f))
+    do f = 1, size(pair%surface%facets, 2)
+      y = corners(x, pair%surface%facets(:, f))
       n = facet_normal(y)
       do k = 1, 3
-        associate (m => normal(:, pair%corner(k, f)))
+        associate (m => normal(:, pair%surface%corner(k, f)))
           m = m + angle_at(y, k)*n
         end associate
       end do
@@ -171,7 +172,7 @@ contains
 
     a = 0.0_wp
     b = 0.0_wp
-    do f = 1, size(pair%facets, 2)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
         first = mod(k, 3) + 1
         last = mod(k + 1, 3) + 1
@@ -180,7 +181,7 @@ contains
       end do
     end do
     do k = 1, size(normal, 2)
-      if (.not. pair%at_rim(k)) cycle
+      if (.not. pair%surface%at_rim(k)) cycle
       tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
       if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
       normal(:, k) = normal(:, k) + tilt/sqrt(1.0_wp - dot_product(tilt, tilt))
@@ -203,11 +204,12 @@ contains
     real(wp) :: way(3), w(2)
     integer :: i, j
 
-    i = pair%corner(here, f)
-    j = pair%corner(there, f)
-    if (.not. pair%at_rim(i)) return
-    if (pair%at_end(j) .or. (pair%at_rim(j) .and. .not. pair%at_end(i))) return
-    way = x(:, pair%facets(there, f)) - x(:, pair%facets(here, f))
+    i = pair%surface%corner(here, f)
+    j = pair%surface%corner(there, f)
+    if (.not. pair%surface%at_rim(i)) return
+    if (pair%surface%at_end(j) .or. (pair%surface%at_rim(j) .and. &
+      .not. pair%surface%at_end(i))) return
+    way = x(:, pair%surface%facets(there, f)) - x(:, pair%surface%facets(here, f))
     way = way/norm2(way)
     w = matmul(way, tangents(normal(:, i)))
     a(:, i) = a(:, i) + [w(1)*w(1), w(2)*w(2), w(1)*w(2)]
@@ -281,13 +283,13 @@ contains
     integer :: p
 
     change = 0.0_wp
-    do p = 1, size(pair%new)
-      associate (host => pair%new(p)%host)
+    do p = 1, size(pair%history%new)
+      associate (host => pair%history%new(p)%host)
         if (host == 0 .or. .not. closed(p)) cycle
-        now = patch_from_values(pair%patch(:, host))
+        now = patch_from_values(pair%surface%patch(:, host))
         then = patch_from_values(before(:, host))
         change = max(change, maxval(abs(now%edge(3, :) - then%edge(3, :))) &
-          /facet_size(corners(x, pair%facets(:, host))))
+          /facet_size(corners(x, pair%surface%facets(:, host))))
       end associate
     end do
   end function patch_change
@@ -310,10 +312,10 @@ contains
       if (p%found) return
     end if
     if (pair%smooth) then
-      call project_on_patch(corners(x, pair%facets(:, facet)), &
-        patch_from_values(pair%patch(:, facet)), y, xi, gap)
+      call project_on_patch(corners(x, pair%surface%facets(:, facet)), &
+        patch_from_values(pair%surface%patch(:, facet)), y, xi, gap)
     else
-      call project_on_facet(corners(x, pair%facets(:, facet)), y, xi, gap)
+      call project_on_facet(corners(x, pair%surface%facets(:, facet)), y, xi, gap)
     end if
   end subroutine project_on_master
 
@@ -332,8 +334,8 @@ contains
       call project_on_master(pair, to, x, field_on_facet(pair, from, x, xi_from), xi_to, gap)
       return
     end if
-    associate (corners => pair%facets(:, from))
-      point = patch_at(patch_from_values(pair%patch(:, from)), xi_from)
+    associate (corners => pair%surface%facets(:, from))
+      point = patch_at(patch_from_values(pair%surface%patch(:, from)), xi_from)
       y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)
     end associate
     call project_on_master(pair, to, x, y, xi_to, gap)

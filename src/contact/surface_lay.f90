@@ -25,9 +25,10 @@ contains
     real(wp) :: a1(3), a2(3), e(3)
     integer :: f, k
 
-    if (abs(pair%mu(1) - pair%mu(2)) <= 0.0_wp .or. size(pair%epsilon) == 0) return
-    do f = 1, size(pair%facets, 2)
-      associate (corners => pair%facets(:, f))
+    if (abs(pair%friction%mu(1) - pair%friction%mu(2)) <= 0.0_wp .or. &
+      size(pair%points%epsilon) == 0) return
+    do f = 1, size(pair%surface%facets, 2)
+      associate (corners => pair%surface%facets(:, f))
         a1 = x(:, corners(1)) - x(:, corners(3))
         a2 = x(:, corners(2)) - x(:, corners(3))
         e = cross(a1, a2)

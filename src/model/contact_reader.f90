@@ -113,9 +113,9 @@ contains
       else if (is_word(word, 'direction')) then
         call read_direction(record, diagnostics, draft)
       else if (is_word(word, 'slip')) then
-        if (is_word(record%items(2), 'collinear')) draft%pair%slip_rule = 0
-        if (is_word(record%items(2), 'tensor')) draft%pair%slip_rule = 1
-        if (is_word(record%items(2), 'associated')) draft%pair%slip_rule = 2
+        if (is_word(record%items(2), 'collinear')) draft%pair%friction%slip_rule = 0
+        if (is_word(record%items(2), 'tensor')) draft%pair%friction%slip_rule = 1
+        if (is_word(record%items(2), 'associated')) draft%pair%friction%slip_rule = 2
       else if (is_word(word, 'smooth')) then
         draft%pair%smooth = .true.
       else if (is_word(word, 'augment')) then
@@ -123,13 +123,13 @@ contains
         if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)
         if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
       else if (is_word(word, 'shrink')) then
-        draft%pair%shrink = item_integer(record, 2)
-        draft%pair%shrink_at = item_location(record, 2)
+        draft%pair%shrinking%shrink = item_integer(record, 2)
+        draft%pair%shrinking%shrink_at = item_location(record, 2)
       else if (is_word(word, 'search')) then
         draft%pair%search_radius = item_real(record, 2)
       else if (is_word(word, 'adjust')) then
-        draft%pair%adjusted = .true.
-        if (item_count(record) > 1) draft%pair%adjust = item_real(record, 2)
+        draft%pair%fit%adjusted = .true.
+        if (item_count(record) > 1) draft%pair%fit%adjust = item_real(record, 2)
       else
         call read_law(record, draft)
       end if
@@ -190,13 +190,13 @@ contains
     type(pair_draft_t), intent(inout) :: draft !! the pair
 
     associate (pair => draft%pair)
-      pair%mu = 0.0_wp
+      pair%friction%mu = 0.0_wp
       if (is_word(record%items(2), 'coulomb')) then
-        pair%mu = item_real(record, 3)
+        pair%friction%mu = item_real(record, 3)
       else if (is_word(record%items(2), 'elliptic')) then
-        pair%mu = [item_real(record, 3), item_real(record, 4)]
+        pair%friction%mu = [item_real(record, 3), item_real(record, 4)]
       end if
-      if (.not. draft%has_direction) pair%direction_at = record%at
+      if (.not. draft%has_direction) pair%friction%direction_at = record%at
     end associate
   end subroutine read_friction
 
@@ -224,30 +224,31 @@ contains
 
     draft%has_direction = .true.
     associate (pair => draft%pair)
-      pair%direction_at = record%at
-      pair%direction = direction_vector
-      pair%angle = 0.0_wp
+      pair%friction%direction_at = record%at
+      pair%friction%direction = direction_vector
+      pair%friction%angle = 0.0_wp
       i = 2
-      pair%convected = is_word(record%items(i), 'material')
-      if (pair%convected) i = i + 1
+      pair%friction%convected = is_word(record%items(i), 'material')
+      if (pair%friction%convected) i = i + 1
       if (word_at(record, i, 'angle')) then
-        pair%angle = item_real(record, i + 1)
+        pair%friction%angle = item_real(record, i + 1)
         i = i + 2
       end if
-      if (word_at(record, i, 'circumferential')) pair%direction = direction_circumferential
-      if (word_at(record, i, 'radial')) pair%direction = direction_radial
-      if (word_at(record, i, 'field')) pair%direction = direction_field
+      if (word_at(record, i, 'circumferential')) pair%friction%direction = direction_circumferential
+      if (word_at(record, i, 'radial')) pair%friction%direction = direction_radial
+      if (word_at(record, i, 'field')) pair%friction%direction = direction_field
       if (item_count(record) <= i) return
-      pair%direction_at = item_location(record, i)
-      select case (pair%direction)
+      pair%friction%direction_at = item_location(record, i)
+      select case (pair%friction%direction)
       case (direction_field)
-        pair%field = item_name(record, i + 1)
-        pair%direction_at = item_location(record, i + 1)
+        pair%friction%field = item_name(record, i + 1)
+        pair%friction%direction_at = item_location(record, i + 1)
       case (direction_vector)
         call read_axis(record, i, diagnostics, draft)
       case default
         if (item_count(record) < i + 6) return
-        pair%point = [item_real(record, i + 1), item_real(record, i + 2), item_real(record, i + 3)]
+        pair%friction%point = [item_real(record, i + 1), item_real(record, i + 2), &
+          item_real(record, i + 3)]
         call read_axis(record, i + 4, diagnostics, draft)
       end select
     end associate
@@ -272,16 +273,17 @@ contains
 
     if (item_count(record) < i + 2) return
     associate (pair => draft%pair)
-      pair%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, i + 2)]
-      if (all(abs(pair%axis) <= 0.0_wp)) then
+      pair%friction%axis = [item_real(record, i), item_real(record, i + 1), item_real(record, &
+        i + 2)]
+      if (all(abs(pair%friction%axis) <= 0.0_wp)) then
         call report_error(diagnostics, item_location(record, i), 'the direction has no length', &
           'write a vector other than 0 0 0')
-        pair%axis = [1.0_wp, 0.0_wp, 0.0_wp]
-        pair%direction = direction_vector
+        pair%friction%axis = [1.0_wp, 0.0_wp, 0.0_wp]
+        pair%friction%direction = direction_vector
         draft%has_direction = .false.
       else
-        pair%axis = pair%axis/maxval(abs(pair%axis))
-        pair%axis = pair%axis/norm2(pair%axis)
+        pair%friction%axis = pair%friction%axis/maxval(abs(pair%friction%axis))
+        pair%friction%axis = pair%friction%axis/norm2(pair%friction%axis)
       end if
     end associate
   end subroutine read_axis
@@ -300,7 +302,7 @@ contains
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
           'write GTOS slave master, or NTOS slave master')
       end if
-      if (pair%smooth .and. pair%adjusted) then
+      if (pair%smooth .and. pair%fit%adjusted) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &
           'delete one of them: ADJUst moves nodes onto the flat facets')
       end if
@@ -348,7 +350,8 @@ contains
     associate (pair => draft%pair)
       do k = 1, size(cone_laws)
         if (.not. acts(k, pair%law)) cycle
-        if (.not. all(has_friction(pair%mu))) call report_error(diagnostics, draft%law_at(k), &
+        if (.not. all(has_friction(pair%friction%mu))) call report_error(diagnostics, &
+          draft%law_at(k), &
           trim(cone_laws(k)%keyword)//' needs two coefficients of friction that are not 0', &
           'write FRICtion COULomb mu or FRICtion ELLIptic mu1 mu2')
         if (cone_laws(k)%needs_area .and. pair%penalty_kind == penalty_nodal .and. &

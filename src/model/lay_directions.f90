@@ -37,7 +37,8 @@ contains
     p = v - dot_product(v, e)*e
     lay = 0.0_wp
     shortest = 0.0_wp
-    if (pair%direction == direction_circumferential .or. pair%direction == direction_radial) then
+    if (pair%friction%direction == direction_circumferential .or. pair%friction%direction == &
+      direction_radial) then
       shortest = normal_limit*max(norm2(x(:, 1) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
     end if
     fault = lay_nowhere
@@ -59,7 +60,8 @@ contains
     integer :: k, fault
 
     c = 0.0_wp
-    if (pair%direction == direction_vector .or. pair%direction == direction_field) then
+    if (pair%friction%direction == direction_vector .or. pair%friction%direction == &
+      direction_field) then
       call lay_on_facet(pair, facet, x, v, fault)
       c(1:2) = components(x, v)
       return
@@ -82,16 +84,16 @@ contains
     real(wp), intent(in) :: x(3) !! the place [length]
     real(wp) :: v(3)
 
-    select case (pair%direction)
+    select case (pair%friction%direction)
     case (direction_circumferential)
-      v = cross(pair%axis, x - pair%point)
+      v = cross(pair%friction%axis, x - pair%friction%point)
     case (direction_radial)
-      v = x - pair%point
-      v = v - dot_product(pair%axis, v)*pair%axis
+      v = x - pair%friction%point
+      v = v - dot_product(pair%friction%axis, v)*pair%friction%axis
     case (direction_field)
-      v = pair%facet_axis(:, facet)
+      v = pair%surface%facet_axis(:, facet)
     case default
-      v = pair%axis
+      v = pair%friction%axis
     end select
   end function direction_at
 
@@ -102,7 +104,7 @@ contains
     real(wp), intent(in) :: p(3) !! the vector
     real(wp) :: lay(3)
 
-    lay = p*cos(pair%angle*pi/180.0_wp) + cross(e, p)*sin(pair%angle*pi/180.0_wp)
+    lay = p*cos(pair%friction%angle*pi/180.0_wp) + cross(e, p)*sin(pair%friction%angle*pi/180.0_wp)
   end function turned
 
   !> Components c of a vector p in the facet, p = c1 (x1 - x3) + c2 (x2 - x3).

@@ -17,15 +17,16 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
-    if (.not. has_load(model%tables, pair%shrink)) then
-      call report_error(diagnostics, pair%shrink_at, 'proportional load '// &
-        to_text(pair%shrink)//' has no table', 'define it with PROPortional '// &
-        to_text(pair%shrink)//', or write 0 for the sum of all tables')
+    if (.not. has_load(model%tables, pair%shrinking%shrink)) then
+      call report_error(diagnostics, pair%shrinking%shrink_at, 'proportional load '// &
+        to_text(pair%shrinking%shrink)//' has no table', 'define it with PROPortional '// &
+        to_text(pair%shrinking%shrink)//', or write 0 for the sum of all tables')
     else if (pair%augmented) then
-      call report_error(diagnostics, pair%shrink_at, 'SHRInk does not go with AUGMent', &
+      call report_error(diagnostics, pair%shrinking%shrink_at, 'SHRInk does not go with AUGMent', &
         'leave AUGMent out; a penalty of AUTO 100 leaves little of the overlap')
-    else if (pair%adjusted) then
-      call report_error(diagnostics, pair%shrink_at, 'SHRInk does not go with ADJUst, which '// &
+    else if (pair%fit%adjusted) then
+      call report_error(diagnostics, pair%shrinking%shrink_at, &
+        'SHRInk does not go with ADJUst, which '// &
         'takes the overlap away', 'leave one of them out')
     end if
   end subroutine check_shrink

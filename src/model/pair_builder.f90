@@ -1,4 +1,5 @@
 !> Builds the contact pairs on the complete mesh: slave points, master facets, penalties, lay.
+!! In more than 400 lines, since each step of the building reads what the one before it has made.
 module pair_builder
   use kinds, only: wp
   use text, only: to_text, range_text, count_noun
@@ -46,7 +47,7 @@ contains
       call exterior_facets(model%mesh, exterior)
     end if
     do i = 1, size(drafts)
-      if (drafts(i)%has_form .and. drafts(i)%pair%adjusted) call adjust_pair(drafts(i)%pair, &
+      if (drafts(i)%has_form .and. drafts(i)%pair%fit%adjusted) call adjust_pair(drafts(i)%pair, &
         exterior, diagnostics, model%mesh)
     end do
     do i = 1, size(drafts)
@@ -75,11 +76,12 @@ contains
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(mesh, pair, later)
     if (error_count(later) > 0) return
-    call adjust_gaps(pair%point_nodes(1, :), pair%slave_facets, pair%facets, pair%neighbours, &
-      pair%adjust, mesh, done)
-    asked%moved = done%moved
-    asked%farthest = done%farthest
-    asked%farthest_way = done%largest
+    call adjust_gaps(pair%points%point_nodes(1, :), pair%points%slave_facets, &
+      pair%surface%facets, pair%surface%neighbours, &
+      pair%fit%adjust, mesh, done)
+    asked%fit%moved = done%moved
+    asked%fit%farthest = done%farthest
+    asked%fit%farthest_way = done%largest
     t = 'pair '//pair%name//': '//count_noun(done%moved, 'slave node')//' moved onto the master'
     if (done%moved > 0) t = t//', at most by '//to_text(done%largest, 4)//' (node '// &
       to_text(done%farthest)//')'
@@ -107,10 +109,10 @@ contains
     if (.not. (found_slave .and. found_master)) return
     call check_common_nodes(model%mesh, pair, diagnostics)
     call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
-    if (pair%shrink >= 0) call check_shrink(model, pair, diagnostics)
+    if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
     call take_penalties(model, diagnostics, pair)
     if (pair%segmented) call prepare_cells(model%mesh%x, pair)
-    allocate (pair%old(count_points(pair)), pair%new(count_points(pair)))
+    allocate (pair%history%old(count_points(pair)), pair%history%new(count_points(pair)))
   end subroutine build_pair
 
   !> The master must be a surface.
@@ -124,11 +126,11 @@ contains
     call find_facets(mesh, 'master', pair%master, pair%master_at, diagnostics, index)
     found = index > 0
     if (.not. found) return
-    pair%facets = mesh%surfaces(index)%facets
-    pair%facet_elements = mesh%surfaces(index)%elements
-    call take_middles(mesh, pair%facets, pair%facet_elements, pair%middles)
-    if (allocated(pair%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
-    call facet_neighbours(pair%facets, pair%neighbours, non_manifold)
+    pair%surface%facets = mesh%surfaces(index)%facets
+    pair%surface%facet_elements = mesh%surfaces(index)%elements
+    call take_middles(mesh, pair%surface%facets, pair%surface%facet_elements, pair%surface%middles)
+    if (allocated(pair%surface%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
+    call facet_neighbours(pair%surface%facets, pair%surface%neighbours, non_manifold)
     if (non_manifold == 0) return
     call report_note(diagnostics, pair%master_at, 'the master '''//pair%master//''' has '// &
       count_noun(non_manifold, 'edge')//' with more than two facets; a node that slides over '// &
@@ -187,7 +189,8 @@ contains
       'place of SEGMent')
     if (pair%smooth) call report_error(diagnostics, at, name//'SMOOth bends flat facets, and '// &
       'those of six nodes (elements of ten) are curved by themselves', 'delete SMOOth')
-    if (pair%adjusted) call report_error(diagnostics, at, name//'ADJUst does not know facets '// &
+    if (pair%fit%adjusted) call report_error(diagnostics, at, name// &
+      'ADJUst does not know facets '// &
       'of six nodes (elements of ten) in this version', 'close the gaps in the mesh')
   end subroutine check_six_nodes
 
@@ -216,7 +219,7 @@ contains
       call move_alloc(six, facets)
     end if
     call make_facet_points(facets, mesh%x, pair)
-    if (pair%segmented) pair%slave_facets = mesh%surfaces(index)%facets
+    if (pair%segmented) pair%points%slave_facets = mesh%surfaces(index)%facets
   end subroutine take_slave_facets
 
   !> Slave nodes and their tributary areas.
@@ -241,15 +244,15 @@ contains
       ' in place of NTOS; its slave is a surface')
     call find_surface(mesh, pair%slave, index)
     if (index > 0) then
-      pair%slave_facets = mesh%surfaces(index)%facets
+      pair%points%slave_facets = mesh%surfaces(index)%facets
     else
-      pair%slave_facets = facets_within(mesh, exterior, nodes)
+      pair%points%slave_facets = facets_within(mesh, exterior, nodes)
     end if
-    call tributary_areas(pair%slave_facets, mesh%x, area)
+    call tributary_areas(pair%points%slave_facets, mesh%x, area)
     call find_region(mesh, pair%slave, index)
     if (index > 0) nodes = pack(nodes, area(nodes) > 0.0_wp)
     call make_node_points(nodes, pair)
-    pair%area = area(nodes)
+    pair%points%area = area(nodes)
   end subroutine take_slave
 
   !> The elements of ten nodes that hold one of the nodes.
@@ -299,12 +302,12 @@ contains
     integer :: i, n
 
     allocate (master(mesh%nodes), source=.false.)
-    do i = 1, size(pair%facets, 2)
-      master(pair%facets(:, i)) = .true.
+    do i = 1, size(pair%surface%facets, 2)
+      master(pair%surface%facets(:, i)) = .true.
     end do
     allocate (common(mesh%nodes), source=.false.)
     do i = 1, count_points(pair)
-      common(pair%point_nodes(:, i)) = master(pair%point_nodes(:, i))
+      common(pair%points%point_nodes(:, i)) = master(pair%points%point_nodes(:, i))
     end do
     n = count(common)
     if (n == 0) return
@@ -332,30 +335,33 @@ contains
     logical :: found
 
     point_noun = 'node'
-    if (pair%n_slaves > 1) point_noun = 'point'
+    if (pair%points%n_slaves > 1) point_noun = 'point'
     call set_penalties(model, pair, found)
     call check_areas(pair, diagnostics)
-    if (found .and. pair%n_slaves > 1 .and. is_round_off(pair)) then
+    if (found .and. pair%points%n_slaves > 1 .and. is_round_off(pair)) then
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': with '// &
-        to_text(pair%relative, 3)//' E/h the penalty makes forces of the round-off of a gap '// &
+        to_text(pair%points%relative, 3)// &
+          ' E/h the penalty makes forces of the round-off of a gap '// &
         'where bodies yield: a factor of AUTO up to 1000 serves GTOS; NTOS or AUGMent take any')
     end if
     if (found) then
-      if (has_field(pair) .and. pair%relative > 0.0_wp) call report_note(diagnostics, pair%at, &
+      if (has_field(pair) .and. pair%points%relative > 0.0_wp) call report_note(diagnostics, &
+        pair%at, &
         'pair '//pair%name//': AUGMent on slave facets has a penalty of its own, the deck''s '// &
         'does not count: multipliers close the gaps on average, it only evens out the points')
-      if (pair%penalty_kind == penalty_nodal .or. size(pair%epsilon) == 0) return
+      if (pair%penalty_kind == penalty_nodal .or. size(pair%points%epsilon) == 0) return
       if (pair%segmented) then
         call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
-          to_text(pair%epsilon(1)/pair%area(1))//' force per length and area'// &
+          to_text(pair%points%epsilon(1)/pair%points%area(1))//' force per length and area'// &
           expected_penetration(pair))
         return
       end if
       call report_note(diagnostics, pair%at, 'pair '//pair%name//': penalty '// &
-        range_text(pair%epsilon)//' force per length and '//point_noun//expected_penetration(pair))
+        range_text(pair%points%epsilon)//' force per length and '//point_noun// &
+          expected_penetration(pair))
     else if (pair%penalty_kind == penalty_area) then
       call report_error(diagnostics, pair%slave_at, 'slave '// &
-        point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &
+        point_text(pair, first_true(pair%points%area <= 0.0_wp))//' of '''//pair%slave// &
         ''' has no area: no exterior facet around it lies in the set', &
         'name a surface as slave, or give the penalty per node')
     else
@@ -371,11 +377,11 @@ contains
     integer :: k
 
     if (pair%segmented .or. pair%penalty_kind == penalty_area) return
-    if (all(pair%area > 0.0_wp)) return
+    if (all(pair%points%area > 0.0_wp)) return
     do k = 1, size(cone_laws)
       if (.not. (cone_laws(k)%needs_area .and. acts(k, pair%law))) cycle
       call report_error(diagnostics, pair%slave_at, 'slave '// &
-        point_text(pair, first_true(pair%area <= 0.0_wp))//' of '''//pair%slave// &
+        point_text(pair, first_true(pair%points%area <= 0.0_wp))//' of '''//pair%slave// &
         ''' has no area, which '//trim(cone_laws(k)%keyword)//' needs', &
         'name a surface as slave')
     end do
@@ -388,13 +394,13 @@ contains
     real(wp) :: depth
 
     t = ''
-    if (pair%relative <= 0.0_wp) return
-    depth = 1.0e-3_wp*pair%cell
-    if (pair%relative < 1.0_wp) depth = min(depth, 0.5_wp*huge(depth)*pair%relative)
-    t = ', '//to_text(pair%relative, 3)//' E/h with h = '//to_text(pair%cell, 3)// &
+    if (pair%points%relative <= 0.0_wp) return
+    depth = 1.0e-3_wp*pair%points%cell
+    if (pair%points%relative < 1.0_wp) depth = min(depth, 0.5_wp*huge(depth)*pair%points%relative)
+    t = ', '//to_text(pair%points%relative, 3)//' E/h with h = '//to_text(pair%points%cell, 3)// &
       '; a pressure of E/1000 penetrates by '// &
-      to_text(depth/pair%relative, 2)//' [length]'
-    if (pair%augmented) t = ', '//to_text(pair%relative, 3)//' E/h with h = '// &
-      to_text(pair%cell, 3)//'; AUGMent closes the gap it leaves'
+      to_text(depth/pair%points%relative, 2)//' [length]'
+    if (pair%augmented) t = ', '//to_text(pair%points%relative, 3)//' E/h with h = '// &
+      to_text(pair%points%cell, 3)//'; AUGMent closes the gap it leaves'
   end function expected_penetration
 end module pair_builder

@@ -29,21 +29,22 @@ contains
     integer :: i, n(2), bad(2), fault
     logical :: found
 
-    if (.not. (given .or. abs(pair%mu(1) - pair%mu(2)) > 0.0_wp)) return
+    if (.not. (given .or. abs(pair%friction%mu(1) - pair%friction%mu(2)) > 0.0_wp)) return
     found = .true.
-    if (pair%direction == direction_field) call take_field(mesh, diagnostics, pair, found)
+    if (pair%friction%direction == direction_field) call take_field(mesh, diagnostics, pair, found)
     if (.not. found) return
-    if (pair%convected) allocate (pair%lay(6, size(pair%facets, 2)), source=0.0_wp)
+    if (pair%friction%convected) allocate (pair%surface%lay(6, size(pair%surface%facets, 2)), &
+      source=0.0_wp)
     n = 0
     bad = 0
-    do i = 1, size(pair%facets, 2)
-      associate (corners => pair%facets(:, i))
+    do i = 1, size(pair%surface%facets, 2)
+      associate (corners => pair%surface%facets(:, i))
         call lay_on_facet(pair, i, mesh%x(:, corners), p, fault)
         if (fault /= lay_fine) then
           if (n(fault) == 0) bad(fault) = i
           n(fault) = n(fault) + 1
-        else if (pair%convected) then
-          pair%lay(:, i) = convected_lay(pair, i, mesh%x(:, corners))
+        else if (pair%friction%convected) then
+          pair%surface%lay(:, i) = convected_lay(pair, i, mesh%x(:, corners))
         end if
       end associate
     end do
@@ -61,7 +62,7 @@ contains
     character(:), allocatable :: what
 
     what = 'the axis of the lay goes through the centre of the facet'
-    if (pair%direction == direction_field) what = 'the lay has no length on the facet'
+    if (pair%friction%direction == direction_field) what = 'the lay has no length on the facet'
   end function what_is_missing
 
   !> Where the direction of a facet is given: in the deck, or in the mesh file of its field.
@@ -73,9 +74,9 @@ contains
     type(location_t) :: at
     integer :: field, place
 
-    at = pair%direction_at
-    if (pair%direction /= direction_field) return
-    call find_vector(mesh, pair%field, pair%facets(:, facet), field, place)
+    at = pair%friction%direction_at
+    if (pair%friction%direction /= direction_field) return
+    call find_vector(mesh, pair%friction%field, pair%surface%facets(:, facet), field, place)
     if (place > 0) at = place_in_file(diagnostics%source, mesh%fields(field)%file, &
       mesh%fields(field)%at(place))
   end function where_given
@@ -88,16 +89,16 @@ contains
     logical, intent(out) :: good !! each facet has a vector
     integer :: i, n, bad, field, place
 
-    allocate (pair%facet_axis(3, size(pair%facets, 2)), source=0.0_wp)
+    allocate (pair%surface%facet_axis(3, size(pair%surface%facets, 2)), source=0.0_wp)
     n = 0
     bad = 0
-    do i = 1, size(pair%facets, 2)
-      call find_vector(mesh, pair%field, pair%facets(:, i), field, place)
+    do i = 1, size(pair%surface%facets, 2)
+      call find_vector(mesh, pair%friction%field, pair%surface%facets(:, i), field, place)
       if (field == 0) exit
       if (place > 0) then
-        pair%facet_axis(:, i) = mesh%fields(field)%vectors(:, place)
-        if (any(abs(pair%facet_axis(:, i)) > 0.0_wp)) pair%facet_axis(:, i) = &
-          pair%facet_axis(:, i)/maxval(abs(pair%facet_axis(:, i)))
+        pair%surface%facet_axis(:, i) = mesh%fields(field)%vectors(:, place)
+        if (any(abs(pair%surface%facet_axis(:, i)) > 0.0_wp)) pair%surface%facet_axis(:, i) = &
+          pair%surface%facet_axis(:, i)/maxval(abs(pair%surface%facet_axis(:, i)))
       else
         if (n == 0) bad = i
         n = n + 1
@@ -105,11 +106,13 @@ contains
     end do
     good = field > 0 .and. n == 0
     if (field == 0) then
-      call report_error(diagnostics, pair%direction_at, 'no mesh file has element data '''// &
-        pair%field//''' of three components', 'write a vector for each triangle of '''// &
+      call report_error(diagnostics, pair%friction%direction_at, &
+        'no mesh file has element data '''// &
+        pair%friction%field//''' of three components', 'write a vector for each triangle of '''// &
         pair%master//''' to $ElementData of a Gmsh file')
     else if (n > 0) then
-      call report_facets(pair, pair%direction_at, 'the element data '''//pair%field// &
+      call report_facets(pair, pair%friction%direction_at, 'the element data '''// &
+        pair%friction%field// &
         ''' has no vector for the facet', bad, n, 'each master facet needs one', diagnostics)
     end if
   end subroutine take_field
@@ -127,8 +130,9 @@ contains
 
     more = ''
     if (n > 1) more = ' and '//count_noun(n - 1, 'other facet')
-    call report_error(diagnostics, at, what//' '//to_text(pair%facets(1, facet))//' '// &
-      to_text(pair%facets(2, facet))//' '//to_text(pair%facets(3, facet))//' of '''// &
+    call report_error(diagnostics, at, what//' '//to_text(pair%surface%facets(1, facet))//' '// &
+      to_text(pair%surface%facets(2, facet))//' '//to_text(pair%surface%facets(3, facet))// &
+        ' of '''// &
       pair%master//''''//more, remedy)
   end subroutine report_facets
 end module pair_lay

@@ -35,28 +35,28 @@ contains
     side = softer_side(slave_side(model, pair), master_side(model, pair))
     select case (pair%penalty_kind)
     case (penalty_nodal)
-      allocate (pair%epsilon(count_points(pair)), source=pair%penalty)
+      allocate (pair%points%epsilon(count_points(pair)), source=pair%penalty)
     case (penalty_area)
-      pair%epsilon = pair%penalty*pair%area
-      found = all(pair%area > 0.0_wp)
+      pair%points%epsilon = pair%penalty*pair%points%area
+      found = all(pair%points%area > 0.0_wp)
     case default
       found = side%elements > 0
       if (.not. found) return
-      pair%epsilon = pair%penalty*unit_penalties(pair, side)
+      pair%points%epsilon = pair%penalty*unit_penalties(pair, side)
     end select
-    if (side%elements == 0 .or. size(pair%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
-    if (has_field(pair)) pair%epsilon = field_penalty*unit_penalties(pair, side)
-    pair%relative = maxval(pair%epsilon)/maxval(unit_penalties(pair, side))
-    pair%cell = side%h
+    if (side%elements == 0 .or. size(pair%points%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
+    if (has_field(pair)) pair%points%epsilon = field_penalty*unit_penalties(pair, side)
+    pair%points%relative = maxval(pair%points%epsilon)/maxval(unit_penalties(pair, side))
+    pair%points%cell = side%h
   end subroutine set_penalties
 
   !> E/h A of each point.
   pure function unit_penalties(pair, side) result(epsilon)
     type(pair_t), intent(in) :: pair !! the pair
     type(side_t), intent(in) :: side !! its softer side, an elastic one
-    real(wp) :: epsilon(size(pair%area))
+    real(wp) :: epsilon(size(pair%points%area))
 
-    epsilon = (side%modulus/side%h)*merge(pair%area, side%h**2, pair%area > 0.0_wp)
+    epsilon = (side%modulus/side%h)*merge(pair%points%area, side%h**2, pair%points%area > 0.0_wp)
   end function unit_penalties
 
   !> The side with the smaller E/h; a rigid side is ignored.
@@ -82,7 +82,7 @@ contains
     allocate (is_slave(model%mesh%nodes), source=.false.)
     allocate (near(model%mesh%elements), source=.false.)
     do p = 1, count_points(pair)
-      is_slave(pair%point_nodes(:, p)) = .true.
+      is_slave(pair%points%point_nodes(:, p)) = .true.
     end do
     do e = 1, model%mesh%elements
       do k = 1, size(model%mesh%ix, 1)
@@ -101,7 +101,7 @@ contains
     logical, allocatable :: near(:)
 
     allocate (near(model%mesh%elements), source=.false.)
-    near(pair%facet_elements) = .true.
+    near(pair%surface%facet_elements) = .true.
     side = side_of(model, near)
   end function master_side
 

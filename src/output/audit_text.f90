@@ -65,12 +65,14 @@ contains
     associate (value => audit%value(check), worst => audit%worst(check))
       select case (check)
       case (check_balance)
-        t = 'forces and moments of '//count_noun(system%bodies, 'body')//' cancel to '// &
+        t = 'forces and moments of '//count_noun(system%body%bodies, 'body')//' cancel to '// &
           to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
-        if (system%bodies > 1) t = 'forces and moments of each of '//to_text(system%bodies)// &
+        if (system%body%bodies > 1) t = 'forces and moments of each of '// &
+          to_text(system%body%bodies)// &
           ' bodies cancel to '//to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
       case (check_work)
-        t = 'work '//to_text(audit%work, 4)//' is in strain '//to_text(audit%strain_energy, 4)// &
+        t = 'work '//to_text(audit%sum%work, 4)//' is in strain '//to_text(audit%strain_energy, &
+          4)// &
           ', penalty '//to_text(audit%penalty_energy, 4)//', friction '// &
           to_text(audit%dissipation, 4)//'; not found again '//to_text(100.0_wp*value, 2)//' %'
       case (check_strain, check_rotation)
@@ -130,16 +132,16 @@ contains
         t = 'not known'
         if (size(model%pairs) == 0) t = 'no contact'
         if (any(model%pairs%segmented)) t = 'segments fit any'
-        if (worst > 0) t = 'those of the slave are '//to_text(audit%ratio(worst), 3)// &
+        if (worst > 0) t = 'those of the slave are '//to_text(audit%fixed%ratio(worst), 3)// &
           ' times as large as those of the master, pair '//model%pairs(worst)%name
       case (check_locking)
         t = 'no element deforms'
         if (worst > 0) t = 'Poisson''s ratio is at most '//to_text(audit%value(check), 4)
       case (check_moved)
         t = 'none'
-        if (worst > 0) t = count_noun(model%pairs(worst)%moved, 'node')//' by at most '// &
-          to_text(model%pairs(worst)%farthest_way, 4)//' (node '// &
-          to_text(model%pairs(worst)%farthest)//'), '//to_text(audit%value(check), 3)// &
+        if (worst > 0) t = count_noun(model%pairs(worst)%fit%moved, 'node')//' by at most '// &
+          to_text(model%pairs(worst)%fit%farthest_way, 4)//' (node '// &
+          to_text(model%pairs(worst)%fit%farthest)//'), '//to_text(audit%value(check), 3)// &
           ' of a facet, pair '//model%pairs(worst)%name
       case default
         t = 'enough'
@@ -211,7 +213,7 @@ contains
       t = t//'  '//body_name(model, system, body)//': '//trim(what(merge(1, 2, &
         audit%component <= 3)))//' x'//to_text(1 + mod(audit%component - 1, 3))// &
         ' leave '//to_text(audit%balance(audit%component, body), 4)//', where '// &
-        to_text(audit%allowed*merge(1.0_wp, audit%reach(body), audit%component <= 3), 3)// &
+        to_text(audit%allowed*merge(1.0_wp, audit%fixed%reach(body), audit%component <= 3), 3)// &
         ' is allowed; the force scale is '//to_text(audit%scale, 4)//nl
     end if
     t = t//'  this is no solution: ask for more by TOL,RESI,1e-10, or for another SOLVer; see '// &

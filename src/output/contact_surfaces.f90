@@ -48,15 +48,15 @@ contains
     integer, allocatable :: facets(:, :), nodes(:)
     logical, allocatable :: chosen(:)
 
-    if (allocated(pair%slave_facets)) then
-      facets = pair%slave_facets
+    if (allocated(pair%points%slave_facets)) then
+      facets = pair%points%slave_facets
     else if (pair%form == form_quadrature_to_surface) then
-      facets = pair%point_nodes(:3, 1:count_points(pair)/pair%slots:pair%facet_points)
+      facets = pair%points%point_nodes(:3, 1:count_points(pair)/pair%points%slots:pair%facet_points)
     else
       allocate (facets(3, 0))
     end if
     allocate (chosen(size(x, 2)), source=.false.)
-    if (pair%form /= form_quadrature_to_surface) chosen(pair%point_nodes(1, :)) = .true.
+    if (pair%form /= form_quadrature_to_surface) chosen(pair%points%point_nodes(1, :)) = .true.
     nodes = reshape(facets, [size(facets)])
     chosen(nodes) = .true.
     call fill_surface(facets, chosen, x, surface)
@@ -71,9 +71,9 @@ contains
     integer, allocatable :: nodes(:)
 
     allocate (chosen(size(x, 2)), source=.false.)
-    nodes = reshape(pair%facets, [size(pair%facets)])
+    nodes = reshape(pair%surface%facets, [size(pair%surface%facets)])
     chosen(nodes) = .true.
-    call fill_surface(pair%facets, chosen, x, surface)
+    call fill_surface(pair%surface%facets, chosen, x, surface)
   end subroutine find_master_surface
 
   !> Nodes, facets and areas.
@@ -121,7 +121,7 @@ contains
   pure logical function has_lay(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    has_lay = abs(pair%mu(1) - pair%mu(2)) > 0.0_wp
+    has_lay = abs(pair%friction%mu(1) - pair%friction%mu(2)) > 0.0_wp
   end function has_lay
 
   !> Nothing yet.
@@ -148,14 +148,14 @@ contains
     place = places(surface%nodes, highest)
     nodes = empty_sums(size(surface%nodes))
     facets = empty_sums(size(surface%facets, 2))
-    n = count_points(pair)/pair%slots
+    n = count_points(pair)/pair%points%slots
     do p = 1, count_points(pair)
       if (points%facet(p) < 0) cycle
       weight = 0.0_wp
       weight(1) = 1.0_wp
-      if (pair%n_slaves > 1) weight = corner_weights(pair, p)
-      do b = 1, min(3, pair%n_slaves)
-        associate (i => place(pair%point_nodes(b, p)))
+      if (pair%points%n_slaves > 1) weight = corner_weights(pair, p)
+      do b = 1, min(3, pair%points%n_slaves)
+        associate (i => place(pair%points%point_nodes(b, p)))
           call add_force(points, p, weight(b), nodes, i)
           if (p <= n) call add_means(points, nearest_slot(points, p, n), weight(b), nodes, i)
         end associate

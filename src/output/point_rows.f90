@@ -79,7 +79,7 @@ contains
       rows(surface%lone(i))%values(1:4) = 0.0_wp
     end do
     do p = 1, count_points(pair)
-      i = row_of(pair%point_nodes(1, p))
+      i = row_of(pair%points%point_nodes(1, p))
       if (i == 0) cycle
       associate (values => rows(i)%values, normal => points%normal_force(p))
         values(1) = values(1) + normal
@@ -97,7 +97,7 @@ contains
     logical :: slave(highest)
 
     slave = .false.
-    slave(pair%point_nodes(1, :)) = .true.
+    slave(pair%points%point_nodes(1, :)) = .true.
     yes = slave(surface%nodes)
   end function is_slave
 end module point_rows

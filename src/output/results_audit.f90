@@ -63,8 +63,9 @@ contains
     if (allocated(error)) return
     call write_block(file, '/audit/value', audit%value, at_end, error)
     if (allocated(error)) return
-    call write_block(file, '/audit/sums', [audit%scale, audit%allowed, audit%work, &
-      audit%strain_energy, audit%penalty_energy, audit%dissipation, audit%largest_energy], at_end, &
+    call write_block(file, '/audit/sums', [audit%scale, audit%allowed, audit%sum%work, &
+      audit%strain_energy, audit%penalty_energy, audit%dissipation, audit%sum%largest_energy], &
+        at_end, &
       error)
     if (allocated(error) .or. size(audit%balance) == 0) return
     call write_block(file, '/audit/balance', reshape(audit%balance, [size(audit%balance)]), &

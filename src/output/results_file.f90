@@ -95,7 +95,7 @@ contains
 
     bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
-      bytes = bytes + 20*size(model%pairs(k)%point_nodes, kind=long)
+      bytes = bytes + 20*size(model%pairs(k)%points%point_nodes, kind=long)
     end do
     bytes = 8*bytes
   end function bytes_of_fields

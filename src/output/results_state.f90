@@ -156,10 +156,11 @@ contains
     if (allocated(error)) return
     call write_block(file, group//'/nodes', slave_nodes(pair), at_end, error)
     if (allocated(error)) return
-    call make_series(file, group//'/facets', stored_integer, [3], max(1, size(pair%facets, 2)), &
+    call make_series(file, group//'/facets', stored_integer, [3], max(1, &
+      size(pair%surface%facets, 2)), &
       '1', 'nodes of the master facets', error)
     if (allocated(error)) return
-    call write_block(file, group//'/facets', pair%facets, at_end, error)
+    call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
   end subroutine create_pair
 
   !> Nodes of the points in their order; of a segmented pair, those of its slave facets.
@@ -168,9 +169,9 @@ contains
     integer, allocatable :: nodes(:)
 
     if (pair%segmented) then
-      nodes = reshape(pair%slave_facets, [size(pair%slave_facets)])
+      nodes = reshape(pair%points%slave_facets, [size(pair%points%slave_facets)])
     else
-      nodes = reshape(pair%point_nodes, [size(pair%point_nodes)])
+      nodes = reshape(pair%points%point_nodes, [size(pair%points%point_nodes)])
     end if
   end function slave_nodes
 

@@ -217,10 +217,11 @@ contains
     if (allocated(error)) return
     call create_points(file, pair, group, error)
     if (allocated(error)) return
-    call make_series(file, group//'/facets', stored_integer, [3], size(pair%facets, 2), '1', &
+    call make_series(file, group//'/facets', stored_integer, [3], size(pair%surface%facets, 2), &
+      '1', &
       'corner nodes of the master facets, counter-clockwise seen from outside', error)
     if (allocated(error)) return
-    call write_block(file, group//'/facets', pair%facets, at_end, error)
+    call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
     if (allocated(error)) return
     call create_point_fields(file, group, count_points(pair), error)
     if (allocated(error) .or. .not. keeps_path(pair%law)) return
@@ -235,11 +236,11 @@ contains
     character(*), intent(in) :: group !! its group
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    if (pair%n_slaves == 1) then
+    if (pair%points%n_slaves == 1) then
       call make_series(file, group//'/node', stored_integer, [integer ::], count_points(pair), &
         '1', 'slave node of each point', error)
       if (allocated(error)) return
-      call write_block(file, group//'/node', reshape(pair%point_nodes, &
+      call write_block(file, group//'/node', reshape(pair%points%point_nodes, &
         [count_points(pair)]), at_end, error)
     else if (pair%segmented) then
       call make_series(file, group//'/node', stored_integer, [3, count_points(pair)], 1, '1', &
@@ -248,15 +249,17 @@ contains
       call make_series(file, group//'/weight', stored_real, [3, count_points(pair)], 1, '1', &
         'weights of the corners: a point is the weighted sum of its nodes', error)
     else
-      call make_series(file, group//'/node', stored_integer, [pair%n_slaves], count_points(pair), &
+      call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
+        count_points(pair), &
         '1', 'corner nodes of the slave facet of each point', error)
       if (allocated(error)) return
-      call write_block(file, group//'/node', pair%point_nodes, at_end, error)
+      call write_block(file, group//'/node', pair%points%point_nodes, at_end, error)
       if (allocated(error)) return
-      call make_series(file, group//'/weight', stored_real, [pair%n_slaves], count_points(pair), &
+      call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves], &
+        count_points(pair), &
         '1', 'weights of the corners: a point is the weighted sum of its nodes', error)
       if (allocated(error)) return
-      call write_block(file, group//'/weight', pair%point_weights, at_end, error)
+      call write_block(file, group//'/weight', pair%points%point_weights, at_end, error)
     end if
   end subroutine create_points
 

@@ -137,21 +137,22 @@ contains
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
       count_noun(used_points(pair), 'point')//' against '// &
-      count_noun(size(pair%facets, 2), 'facet')//', penalty '
+      count_noun(size(pair%surface%facets, 2), 'facet')//', penalty '
     if (pair%segmented) then
-      line = line//to_text(pair%density)//' force/length^3 times the area of a point'
-    else if (size(pair%epsilon) > 0) then
-      line = line//range_text(pair%epsilon)
+      line = line//to_text(pair%points%density)//' force/length^3 times the area of a point'
+    else if (size(pair%points%epsilon) > 0) then
+      line = line//range_text(pair%points%epsilon)
     end if
     if (.not. pair%segmented) line = line//' force/length a point'
     line = line//penalty_origin(pair)
-    if (maxval(pair%mu) > 0.0_wp) then
-      line = line//', mu '//to_text(pair%mu(1))//' and '//to_text(pair%mu(2))//', slip '// &
-        trim(rules(pair%slip_rule))//law_text(pair%law)
+    if (maxval(pair%friction%mu) > 0.0_wp) then
+      line = line//', mu '//to_text(pair%friction%mu(1))//' and '// &
+        to_text(pair%friction%mu(2))//', slip '// &
+        trim(rules(pair%friction%slip_rule))//law_text(pair%law)
     else
       line = line//', frictionless'
     end if
-    if (pair%n_slaves > 1) line = line//', GTOS'
+    if (pair%points%n_slaves > 1) line = line//', GTOS'
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
@@ -178,7 +179,7 @@ contains
     character(:), allocatable :: text
 
     text = ''
-    if (has_field(pair) .and. pair%relative > 0.0_wp) then
+    if (has_field(pair) .and. pair%points%relative > 0.0_wp) then
       text = ' (that of AUGMent on slave facets)'
       return
     end if

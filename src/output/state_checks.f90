@@ -71,7 +71,7 @@ contains
     integer :: p
 
     do p = 1, count_points(pair)
-      if (len(why) == 0) why = fault_of(history%points(p), size(pair%facets, 2))
+      if (len(why) == 0) why = fault_of(history%points(p), size(pair%surface%facets, 2))
       if (len(why) == 0 .and. allocated(history%cells)) then
         associate (cell => history%cells(p))
           if (.not. all_finite([cell%weight, cell%area, cell%place])) then

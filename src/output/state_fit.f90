@@ -133,9 +133,9 @@ contains
     call read_block(file, pair_group(pair%number)//'/nodes', nodes, 1, error)
     if (allocated(error)) return
     call series_shape(file, pair_group(pair%number)//'/facets', dims, rank)
-    if (dims(2) /= size(pair%facets, 2)) then
+    if (dims(2) /= size(pair%surface%facets, 2)) then
       call raise_other(file, count_noun(dims(2), 'master facet')//where_it_is, &
-        count_noun(size(pair%facets, 2), 'master facet'), error)
+        count_noun(size(pair%surface%facets, 2), 'master facet'), error)
       return
     end if
     allocate (facets(3, dims(2)))
@@ -143,7 +143,7 @@ contains
     if (allocated(error)) return
     if (any(nodes /= slave_nodes(pair))) then
       call raise_other(file, 'other slave nodes'//where_it_is, 'its own', error)
-    else if (any(facets /= pair%facets)) then
+    else if (any(facets /= pair%surface%facets)) then
       call raise_other(file, 'other master facets'//where_it_is, 'its own', error)
     end if
   end subroutine check_pair

@@ -248,7 +248,7 @@ contains
       if (.not. model%pairs(i)%segmented) cycle
       allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
       call read_cells(file, pair_group(model%pairs(i)%number), &
-        size(model%pairs(i)%slave_facets, 2), slot, state%pairs(i)%cells, error)
+        size(model%pairs(i)%points%slave_facets, 2), slot, state%pairs(i)%cells, error)
     end do
   end subroutine read_slot
 
@@ -310,7 +310,7 @@ contains
     call read_block(file, pair_group(pair%number)//'/coupled', state%pairs(index)%coupled, slot, &
       error)
     if (allocated(error)) return
-    if (any(host < 0 .or. host > size(pair%facets, 2)) .or. &
+    if (any(host < 0 .or. host > size(pair%surface%facets, 2)) .or. &
       any(state%pairs(index)%coupled < 0 .or. &
       state%pairs(index)%coupled > most_coupled(pair))) then
       call raise(error, exit_deck, 'facet out of range')

@@ -108,11 +108,11 @@ contains
     integer :: i, k
 
     do k = 1, size(pairs)
-      if (pairs(k)%n_slaves > 1 .or. .not. is_round_off(pairs(k))) cycle
+      if (pairs(k)%points%n_slaves > 1 .or. .not. is_round_off(pairs(k))) cycle
       do i = 1, size(commands)
         if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
         call report_note(diagnostics, commands(i)%at, 'TANG takes the penalty as it is, '// &
-          'and the '//to_text(pairs(k)%relative, 3)//' E/h of pair '//pairs(k)%name// &
+          'and the '//to_text(pairs(k)%points%relative, 3)//' E/h of pair '//pairs(k)%name// &
           ' make forces of the round-off of a gap between bodies that yield: '// &
           'STEP,,n helps it by multipliers')
         return

@@ -55,8 +55,8 @@ contains
                monitor => context%monitor)
       monitor%step = state%step + 1
       call choose_solver(model, system, monitor)
-      model%pairs%softened = .false.
-      system%x_old = model%mesh%x + state%u
+      model%pairs%history%softened = .false.
+      system%position%x_old = model%mesh%x + state%u
       call choose_start(model, system, state, run%pending_time, monitor)
       call couple(system)
       system%contact%slip_before = 0.0_wp

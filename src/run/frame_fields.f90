@@ -41,7 +41,8 @@ contains
     if (size(model%pairs) > 0) frame%motion = state%u
     do k = 1, size(model%pairs)
       call fill_points(model%pairs(k), model%mesh%x, state%u, &
-        point_state(:, system%first_point(k):system%first_point(k + 1) - 1), frame%pairs(k))
+        point_state(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), &
+          frame%pairs(k))
     end do
   end subroutine fill_frame
 
@@ -71,21 +72,21 @@ contains
     integer :: n, p
 
     n = count_points(pair)
-    points%host = pair%old%host
-    points%status = pair%old%status
-    points%dissipation = pair%old%dissipation
-    if (keeps_path(pair%law)) points%path = pair%old%path
-    points%tip = reshape([pair%old%tip(1), pair%old%tip(2)], [2, n], order=[2, 1])
+    points%host = pair%history%old%host
+    points%status = pair%history%old%status
+    points%dissipation = pair%history%old%dissipation
+    if (keeps_path(pair%law)) points%path = pair%history%old%path
+    points%tip = reshape([pair%history%old%tip(1), pair%history%old%tip(2)], [2, n], order=[2, 1])
     points%area = spread(1.0_wp, 1, n)
     points%facet = spread(0, 1, n)
     if (pair%segmented) then
-      points%node = pair%point_nodes
-      points%weight = pair%point_weights
-      points%facet = merge(pair%cells%slave, -1, pair%cells%slave > 0)
-      points%area = pair%area
-    else if (pair%n_slaves > 1) then
-      points%facet = [(1 + mod(p - 1, n/pair%slots)/pair%facet_points, p=1, n)]
-      points%area = pair%area
+      points%node = pair%points%point_nodes
+      points%weight = pair%points%point_weights
+      points%facet = merge(pair%history%cells%slave, -1, pair%history%cells%slave > 0)
+      points%area = pair%points%area
+    else if (pair%points%n_slaves > 1) then
+      points%facet = [(1 + mod(p - 1, n/pair%points%slots)/pair%facet_points, p=1, n)]
+      points%area = pair%points%area
     end if
   end subroutine place_points
 
@@ -141,7 +142,7 @@ contains
 
     do p = 1, count_points(pair)
       if (points%host(p) == 0) cycle
-      associate (corners => pair%facets(:, points%host(p)), y => point_position(pair, p, x))
+      associate (corners => pair%surface%facets(:, points%host(p)), y => point_position(pair, p, x))
         call project_on_master(pair, points%host(p), x, y, xi, points%gap(p))
         frame = facet_frame(x(:, corners))
         points%normal(:, p) = frame(:, 3)

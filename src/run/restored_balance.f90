@@ -61,9 +61,9 @@ contains
       share = max(share, least_augmented, over_left*model%pairs(k)%augment_tolerance)
     end do
     share = max(share, min(most, over_left*saved%residual))
-    share = share*computed_forces(system) + round_off_factor*system%round_off
-    support = norm2(merge(state%reaction - system%bulk_force - system%contact_force &
-      + system%external, 0.0_wp, system%equation == 0))
+    share = share*computed_forces(system) + round_off_factor*system%scale%round_off
+    support = norm2(merge(state%reaction - system%inner%bulk_force - system%contact_force &
+      + system%loads%external, 0.0_wp, system%equation == 0))
     if (residual_norm(system) > share) then
       call refuse(path, saved, 'its residual is '//to_text(residual_norm(system), 3)// &
         ', where forces are '//to_text(computed_forces(system), 3), error)
@@ -84,11 +84,12 @@ contains
     call take_overlaps(model, state%time)
     call begin_at(model, system, state, state%time)
     system%u = state%u
-    system%x_now = model%mesh%x + state%u
+    system%position%x_now = model%mesh%x + state%u
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%smooth) call renew_patches(model%pairs(k), system%x_now)
-      model%pairs(k)%raise = 1.0_wp
-      if (model%pairs(k)%softened) model%pairs(k)%raise = first_raise(model%pairs(k))
+      if (model%pairs(k)%smooth) call renew_patches(model%pairs(k), system%position%x_now)
+      model%pairs(k)%history%raise = 1.0_wp
+      if (model%pairs(k)%history%softened) model%pairs(k)%history%raise = &
+        first_raise(model%pairs(k))
     end do
     call load_contact(model, system)
     call form_residual(system, model%mesh%x)
@@ -99,8 +100,8 @@ contains
   pure real(wp) function computed_forces(system) result(norm)
     type(system_t), intent(in) :: system !! residual formed
 
-    norm = norm2([norm2(system%external), norm2(system%contact_force), norm2(merge( &
-      system%bulk_force + system%contact_force, 0.0_wp, system%equation == 0))])
+    norm = norm2([norm2(system%loads%external), norm2(system%contact_force), norm2(merge( &
+      system%inner%bulk_force + system%contact_force, 0.0_wp, system%equation == 0))])
   end function computed_forces
 
   !> What the residual of an accepted state was, over the force scale.

@@ -85,7 +85,7 @@ contains
     if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
       model%title, model%conditions%rigid, error)
     if (allocated(error)) return
-    call create_results(files%results, base//'.h5', model, system%bodies, origin, error)
+    call create_results(files%results, base//'.h5', model, system%body%bodies, origin, error)
     if (allocated(error)) return
     if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
       files%surfaces, base//contact_ending, model, error)
@@ -182,7 +182,8 @@ contains
     do i = 1, size(model%output%points)
       k = model%output%points(i)
       call fill_points(model%pairs(k), model%mesh%x, state%u, &
-        files%point_state(:, system%first_point(k):system%first_point(k + 1) - 1), points)
+        files%point_state(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), &
+          points)
       call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
       call write_points(files%points, state%step, state%time, i, rows, error)
       if (allocated(error)) return
@@ -246,7 +247,7 @@ contains
 
     row%max_criterion = -huge(1.0_wp)
     do p = 1, count_points(model%pairs(k))
-      element = system%first_point(k) + p - 1
+      element = system%place%first_point(k) + p - 1
       if (system%contact%status(element) <= status_open) cycle
       if (system%contact%status(element) == status_stick) row%stick = row%stick + 1
       if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
@@ -281,14 +282,14 @@ contains
     sums = 0.0_wp
     associate (pair => model%pairs(k))
       do p = 1, count_points(pair)
-        element = system%first_point(k) + p - 1
+        element = system%place%first_point(k) + p - 1
         if (system%contact%status(element) <= status_open) cycle
         associate (f => point_state(1:3, element), e => point_state(10:12, element))
           friction = f - dot_product(f, e)*e
         end associate
-        do b = 1, pair%n_slaves
-          associate (node => pair%point_nodes(b, p))
-            sums(:, node) = sums(:, node) + pair%point_weights(b, p)*friction
+        do b = 1, pair%points%n_slaves
+          associate (node => pair%points%point_nodes(b, p))
+            sums(:, node) = sums(:, node) + pair%points%point_weights(b, p)*friction
           end associate
         end do
       end do
@@ -313,9 +314,9 @@ contains
     saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
     saved%residual = residual_share_of(system)
-    if (system%condensed%active .and. allocated(system%condensed%kept)) then
+    if (system%condensed%active .and. allocated(system%condensed%outer%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
-      saved%contact_force = system%condensed%kept
+      saved%contact_force = system%condensed%outer%kept
     else if (system%condensed%preconditions) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = 0.0_wp*state%u
@@ -329,10 +330,10 @@ contains
     end if
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
-      saved%pairs(k)%points = model%pairs(k)%old
-      if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%old_cells
-      saved%pairs(k)%coupled = system%coupled_hosts(system%first_point(k): &
-        system%first_point(k + 1) - 1)
+      saved%pairs(k)%points = model%pairs(k)%history%old
+      if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%history%old_cells
+      saved%pairs(k)%coupled = system%place%coupled_hosts(system%place%first_point(k): &
+        system%place%first_point(k + 1) - 1)
     end do
   end subroutine fill_state
 

@@ -89,13 +89,14 @@ contains
     if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
     system%touch%span_before = saved%span_before
     do k = 1, size(model%pairs)
-      model%pairs(k)%old = saved%pairs(k)%points
-      model%pairs(k)%new = saved%pairs(k)%points
+      model%pairs(k)%history%old = saved%pairs(k)%points
+      model%pairs(k)%history%new = saved%pairs(k)%points
       if (model%pairs(k)%segmented) then
-        model%pairs(k)%old_cells = saved%pairs(k)%cells
+        model%pairs(k)%history%old_cells = saved%pairs(k)%cells
         call begin_cells(model%pairs(k))
       end if
-      hosts(system%first_point(k):system%first_point(k + 1) - 1) = saved%pairs(k)%coupled
+      hosts(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
+        saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
     if (.not. (system%condensed%active .or. system%condensed%preconditions)) &
@@ -110,20 +111,20 @@ contains
 
     if (system%condensed%preconditions) then
       call free_condensed(system)
-      system%choice = solver_unknown
+      system%whole%choice = solver_unknown
     else if (system%condensed%active) then
       if (.not. allocated(saved%candidate)) then
-        if (allocated(system%condensed%kept)) deallocate (system%condensed%kept)
+        if (allocated(system%condensed%outer%kept)) deallocate (system%condensed%outer%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
         call free_condensed(system)
-        system%choice = solver_unknown
+        system%whole%choice = solver_unknown
       end if
     end if
     if (.not. allocated(saved%candidate)) return
     system%condensed%candidate = saved%candidate > 0
-    system%condensed%kept = saved%contact_force
+    system%condensed%outer%kept = saved%contact_force
     system%condensed%wear = saved%factor_wear(1)
     system%condensed%refusals = nint(saved%factor_wear(2))
     if (allocated(saved%factor_displacement)) system%condensed%made_at = saved%factor_displacement

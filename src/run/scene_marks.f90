@@ -38,15 +38,17 @@ contains
         load_factor(model%tables, model%conditions%pressures(k)%table, time), &
         k=1, size(model%conditions%pressures))]))
     end if
-    if (allocated(system%spring)) sum = ieor(sum, sum_of('springs', reshape(system%spring, &
-      [size(system%spring)])))
+    if (allocated(system%loads%spring)) sum = ieor(sum, sum_of('springs', &
+      reshape(system%loads%spring, &
+      [size(system%loads%spring)])))
     if (count_rigid(model) > 0) sum = ieor(sum, sum_of('rigid', &
       [([model%conditions%rigid(k)%point, merge(1.0_wp, 0.0_wp, model%conditions%rigid(k)%free), &
       load_at(model, k, time)], k=1, count_rigid(model))]))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
-      if (model%pairs(k)%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name//' shrink', &
-        [load_factor(model%tables, model%pairs(k)%shrink, time)]))
+      if (model%pairs(k)%shrinking%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name// &
+        ' shrink', &
+        [load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)]))
     end do
     mark = transfer(sum, mark)
   end function mark_scene
@@ -81,20 +83,22 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer :: flags(7)
 
-    flags = [merge(1, 0, [pair%segmented, pair%smooth, pair%augmented, pair%softened, &
-                          pair%convected]), pair%slip_rule, pair%direction]
-    sum = ieor(block_sum(pair%name//' form', flags), sum_of(pair%name//' friction', [pair%mu, &
-      pair%axis, pair%point, pair%angle]))
+    flags = [merge(1, 0, [pair%segmented, pair%smooth, pair%augmented, pair%history%softened, &
+                          pair%friction%convected]), pair%friction%slip_rule, &
+                            pair%friction%direction]
+    sum = ieor(block_sum(pair%name//' form', flags), sum_of(pair%name//' friction', &
+      [pair%friction%mu, &
+      pair%friction%axis, pair%friction%point, pair%friction%angle]))
     if (pair%segmented) then
-      sum = ieor(sum, sum_of(pair%name//' density', [pair%density]))
+      sum = ieor(sum, sum_of(pair%name//' density', [pair%points%density]))
     else
-      sum = ieor(sum, sum_of(pair%name//' penalty', pair%epsilon))
+      sum = ieor(sum, sum_of(pair%name//' penalty', pair%points%epsilon))
     end if
     if (any_acts(pair%law)) sum = ieor(sum, sum_of(pair%name//' laws', pair%law))
-    if (allocated(pair%lay)) sum = ieor(sum, sum_of(pair%name//' lay', &
-      reshape(pair%lay, [size(pair%lay)])))
-    if (allocated(pair%facet_axis)) sum = ieor(sum, sum_of(pair%name//' field', &
-      reshape(pair%facet_axis, [size(pair%facet_axis)])))
+    if (allocated(pair%surface%lay)) sum = ieor(sum, sum_of(pair%name//' lay', &
+      reshape(pair%surface%lay, [size(pair%surface%lay)])))
+    if (allocated(pair%surface%facet_axis)) sum = ieor(sum, sum_of(pair%name//' field', &
+      reshape(pair%surface%facet_axis, [size(pair%surface%facet_axis)])))
   end function sum_of_pair
 
   !> The sum over numbers; zeros of either sign are the same.

@@ -59,7 +59,7 @@ contains
 
     call set_threads(options%threads)
     call set_blas_threads(1)
-    context%system%forced = options%solver
+    context%system%whole%forced = options%solver
     context%terminal = open_terminal(options%quiet)
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
@@ -76,7 +76,7 @@ contains
     end if
     call run_problem(options, context, commands, deck_text, study, error)
     call close_terminal(context%terminal)
-    call free_solver(context%system%solver)
+    call free_solver(context%system%whole%solver)
   end subroutine run_session
 
   !> What makes the files of this run.

@@ -89,8 +89,9 @@ contains
       if (result%code /= exit_done) failed = failed + 1
       call write_variant(table, study, study%order(k), result, error)
       if (allocated(error)) return
-      call print_line(context%terminal, 'variant '//to_text(k)//' of '//to_text(size(study% &
-        order))//'  '//values_text(study, study%order(k))//'  '//count_noun(result%iterations, &
+      call print_line(context%terminal, 'variant '//to_text(k)//' of '// &
+        to_text(size(study%order))//'  '//values_text(study, study%order(k))//'  '// &
+          count_noun(result%iterations, &
         'solve')//left_text(k, size(study%order), wall_seconds() - began))
     end do
     call close_study_table(table, error)
@@ -176,11 +177,11 @@ contains
           'part in common with the others'//new_line('a')//'  leave FROM out')
         return
       end if
-      own%forced = context%system%forced
+      own%whole%forced = context%system%whole%forced
       call build_system(variant%model, own, state)
       call solve_variant(variant%model, own, state, shared, .false., result, trouble)
       call free_condensed(own)
-      call free_solver(own%solver)
+      call free_solver(own%whole%solver)
     end if
     if (allocated(trouble)) then
       result%code = trouble%code
@@ -211,14 +212,15 @@ contains
     end do
     call read_next_variant(options%deck, overrides, shared%base%deck, shared%base%model, &
       shared%exterior, variant, difference, trouble)
-    sharing = difference%worst <= place_load .and. .not. any(shared%base%model%pairs%adjusted)
+    sharing = difference%worst <= place_load .and. .not. any(shared%base%model%pairs%fit%adjusted)
     if (allocated(trouble)) return
     if (sharing) sharing = all(abs(shared%base%model%materials%youngs_modulus &
       - variant%model%materials%youngs_modulus) <= 0.0_wp)
     do p = 1, size(study%varied)
       if (.not. study%varied(p)%rule) cycle
       do k = 1, size(variant%model%pairs)
-        if (any(has_friction(variant%model%pairs(k)%mu))) variant%model%pairs(k)%slip_rule = &
+        if (any(has_friction(variant%model%pairs(k)%friction%mu))) &
+          variant%model%pairs(k)%friction%slip_rule = &
           nint(study%variants(p, number))
       end do
     end do
@@ -242,9 +244,9 @@ contains
     do i = state%step + 1, size(shared%plan%times)
       settings = shared%plan%settings(i)
       if (sharing) then
-        if (.not. allocated(system%condensed%kept)) allocate (system%condensed%kept(3, &
+        if (.not. allocated(system%condensed%outer%kept)) allocate (system%condensed%outer%kept(3, &
           model%mesh%nodes), source=0.0_wp)
-        call guess_forces(shared%starts, i, system%condensed%kept)
+        call guess_forces(shared%starts, i, system%condensed%outer%kept)
         settings%first_energy = shared%energy(i)
       end if
       monitor%first_energy = 0.0_wp
@@ -254,7 +256,7 @@ contains
       result%step = i
       if (sharing) then
         if (shared%energy(i) <= 0.0_wp) shared%energy(i) = monitor%first_energy
-        call keep_forces_of(shared%starts, i, system%condensed%kept)
+        call keep_forces_of(shared%starts, i, system%condensed%outer%kept)
         call reactions_by_levers(model, system, state%time, shared%lever, shared%hold, &
           result%reactions(:, :, i))
       else

@@ -119,9 +119,9 @@ contains
     end do
     allocate (common%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
-      common%pairs(k)%points = model%pairs(k)%old
+      common%pairs(k)%points = model%pairs(k)%history%old
     end do
-    common%kept = system%condensed%kept
+    common%kept = system%condensed%outer%kept
     if (allocated(system%touch%u_before)) common%u_before = system%touch%u_before
     common%span_before = system%touch%span_before
   end subroutine begin_common
@@ -147,15 +147,15 @@ contains
       return
     end if
     do k = 1, size(model%pairs)
-      model%pairs(k)%old = common%pairs(k)%points
-      model%pairs(k)%new = common%pairs(k)%points
+      model%pairs(k)%history%old = common%pairs(k)%points
+      model%pairs(k)%history%new = common%pairs(k)%points
     end do
     state%time = common%state%time
     state%step = common%state%step
     state%u = common%state%u
     state%reaction = common%state%reaction
     system%u = state%u
-    system%condensed%kept = common%kept
+    system%condensed%outer%kept = common%kept
     if (allocated(common%u_before)) system%touch%u_before = common%u_before
     system%touch%span_before = common%span_before
   end subroutine begin_variant
@@ -183,9 +183,10 @@ contains
     acts = .false.
     do k = 1, size(model%pairs)
       associate (a => base%pairs(k), b => model%pairs(k))
-        acts = acts .or. any(abs([a%mu - b%mu, a%law - b%law]) > 0.0_wp) .or. &
-          abs(a%angle - b%angle) > 0.0_wp .or. a%slip_rule /= b%slip_rule .or. &
-          any(abs(a%epsilon - b%epsilon) > 0.0_wp)
+        acts = acts .or. any(abs([a%friction%mu - b%friction%mu, a%law - b%law]) > 0.0_wp) .or. &
+          abs(a%friction%angle - b%friction%angle) > 0.0_wp .or. a%friction%slip_rule /= &
+            b%friction%slip_rule .or. &
+          any(abs(a%points%epsilon - b%points%epsilon) > 0.0_wp)
       end associate
     end do
     do i = 1, common%step

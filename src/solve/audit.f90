@@ -52,27 +52,30 @@ contains
     type(audit_t), intent(out) :: audit !! ready for the first end time
     integer :: k
 
-    call measure_bodies(model%mesh%x, system, audit%center, audit%reach, audit%spread, audit%moves)
-    audit%model_size = norm2(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2))
-    allocate (audit%facet(size(model%pairs)), audit%ratio(size(model%pairs)), source=0.0_wp)
-    allocate (audit%balance(6, system%bodies), source=0.0_wp)
+    call measure_bodies(model%mesh%x, system, audit%fixed%center, audit%fixed%reach, &
+      audit%fixed%spread, audit%fixed%moves)
+    audit%fixed%model_size = norm2(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2))
+    allocate (audit%fixed%facet(size(model%pairs)), audit%fixed%ratio(size(model%pairs)), &
+      source=0.0_wp)
+    allocate (audit%balance(6, system%body%bodies), source=0.0_wp)
     allocate (audit%withheld(size(model%pairs)), source=1.0_wp)
     allocate (audit%shrink(size(model%pairs)), source=0.0_wp)
     do k = 1, size(model%pairs)
-      audit%facet(k) = model%pairs(k)%cell
-      if (audit%facet(k) <= 0.0_wp) audit%facet(k) = mean_facet(model%pairs(k), model%mesh%x)
-      audit%ratio(k) = slave_over_master(model%pairs(k), model%mesh%x)
-      if (state%step == 0) audit%work = audit%work + overlap_energy(model, k)
+      audit%fixed%facet(k) = model%pairs(k)%points%cell
+      if (audit%fixed%facet(k) <= 0.0_wp) audit%fixed%facet(k) = mean_facet(model%pairs(k), &
+        model%mesh%x)
+      audit%fixed%ratio(k) = slave_over_master(model%pairs(k), model%mesh%x)
+      if (state%step == 0) audit%sum%work = audit%sum%work + overlap_energy(model, k)
     end do
-    audit%u = state%u
-    audit%force = state%reaction
+    audit%sum%u = state%u
+    audit%sum%force = state%reaction
     if (state%step > 0) then
       call begin_at(model, system, state, state%time)
-      audit%force = audit%force + system%external
-      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system, audit%force)
-      audit%work_known = .false.
+      audit%sum%force = audit%sum%force + system%loads%external
+      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system, audit%sum%force)
+      audit%sum%work_known = .false.
     end if
-    audit%force_before = norm2(audit%force)
+    audit%sum%force_before = norm2(audit%sum%force)
     audit%told(check_room) = .true.
     call judge_scene(model, audit)
   end subroutine begin_audit
@@ -86,11 +89,12 @@ contains
 
     energy = 0.0_wp
     associate (pair => model%pairs(k), x => model%mesh%x)
-      if (pair%augmented .or. pair%shrink >= 0) return
+      if (pair%augmented .or. pair%shrinking%shrink >= 0) return
       do p = 1, used_points(pair)
-        if (pair%old(p)%host == 0) cycle
-        call project_on_master(pair, pair%old(p)%host, x, point_position(pair, p, x), xi, gap)
-        if (gap < 0.0_wp) energy = energy + 0.5_wp*pair%epsilon(p)*gap**2
+        if (pair%history%old(p)%host == 0) cycle
+        call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), &
+          xi, gap)
+        if (gap < 0.0_wp) energy = energy + 0.5_wp*pair%points%epsilon(p)*gap**2
       end do
     end associate
   end function overlap_energy
@@ -111,13 +115,13 @@ contains
     audit%step = state%step
     audit%time = state%time
     if (system%bulk%linear) then
-      call find_balance(model%mesh%x, system, state%reaction, audit%center, audit%balance)
+      call find_balance(model%mesh%x, system, state%reaction, audit%fixed%center, audit%balance)
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
-        audit%center, audit%balance)
+        audit%fixed%center, audit%balance)
     end if
-    if (system%border%n > 0) then
-      do b = 1, system%bodies
+    if (system%tools%border%n > 0) then
+      do b = 1, system%body%bodies
         audit%balance(:, b) = audit%balance(:, b) + rigid_imbalance(model, system, state, b)
       end do
     end if
@@ -137,22 +141,23 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(in) :: system !! bulk elements, bodies
     real(wp) :: y(3, size(u, 2))
-    logical :: finite(0:system%bodies)
+    logical :: finite(0:system%body%bodies)
 
     finite = has_finite_strain(system)
-    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%node_body), 1, 3))
+    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
   end function lever_ends
 
   !> Bodies with elements of finite strain.
   pure function has_finite_strain(system) result(finite)
     type(system_t), intent(in) :: system !! bulk elements, bodies
-    logical :: finite(0:system%bodies)
+    logical :: finite(0:system%body%bodies)
     integer :: k
 
     finite = .false.
     if (system%bulk%linear) return
     do k = 1, system%bulk%n
-      if (system%bulk%routine(k) == routine_finite) finite(system%node_body(system%bulk%ix(1, k))) &
+      if (system%bulk%routine(k) == routine_finite) &
+        finite(system%body%node_body(system%bulk%ix(1, k))) &
         = .true.
     end do
   end function has_finite_strain
@@ -167,23 +172,24 @@ contains
     real(wp) :: now, sane, lack, noise
     integer :: b, i
 
-    now = norm2([norm2(system%external), norm2(state%reaction), norm2(system%contact_force)])
+    now = norm2([norm2(system%loads%external), norm2(state%reaction), norm2(system%contact_force)])
     sane = sane_share(audit, system%equation, state%u)
-    audit%scale = max(norm2(system%external), audit%force_before)
+    audit%scale = max(norm2(system%loads%external), audit%sum%force_before)
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
-    audit%force_before = audit%scale
-    if (sane >= 1.0_wp) audit%force_before = now
-    noise = round_off_factor*(sane*system%round_off + place_noise(system, audit%model_size) &
-      + machine_epsilon*stiffest(model)*audit%model_size*sane*maxval(abs(state%u)))
+    audit%sum%force_before = audit%scale
+    if (sane >= 1.0_wp) audit%sum%force_before = now
+    noise = round_off_factor*(sane*system%scale%round_off + place_noise(system, &
+      audit%fixed%model_size) &
+      + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*maxval(abs(state%u)))
     audit%allowed = max(tolerance(model, settings)*audit%scale, min(noise, &
-      max(most_round_off*audit%scale, no_strain*system%stiffest*audit%model_size)))
+      max(most_round_off*audit%scale, no_strain*system%scale%stiffest*audit%fixed%model_size)))
     audit%lacking = 0.0_wp
     audit%component = 0
     audit%worst(check_balance) = 0
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       do i = 1, 6
         lack = abs(audit%balance(i, b))
-        if (i > 3) lack = lack/max(audit%reach(b), tiny(1.0_wp))
+        if (i > 3) lack = lack/max(audit%fixed%reach(b), tiny(1.0_wp))
         if (lack <= audit%lacking) cycle
         audit%lacking = lack
         audit%component = i
@@ -252,7 +258,7 @@ contains
         if (equation(k, i) == 0) allowed = max(allowed, abs(u(k, i)))
       end do
     end do
-    allowed = allowed + most_sizes*audit%model_size
+    allowed = allowed + most_sizes*audit%fixed%model_size
     share = 1.0_wp
     if (most > allowed) share = allowed/most
   end function sane_share
@@ -271,27 +277,27 @@ contains
 
     audit%strain_energy = 0.0_wp
     do i = 1, size(state%u, 2)
-      f = system%external(:, i) + state%reaction(:, i)
-      audit%work = audit%work + 0.5_wp*dot_product(f + audit%force(:, i), &
-        state%u(:, i) - audit%u(:, i))
+      f = system%loads%external(:, i) + state%reaction(:, i)
+      audit%sum%work = audit%sum%work + 0.5_wp*dot_product(f + audit%sum%force(:, i), &
+        state%u(:, i) - audit%sum%u(:, i))
       if (system%bulk%linear) audit%strain_energy = audit%strain_energy &
         + 0.5_wp*dot_product(state%u(:, i), f - system%contact_force(:, i))
-      audit%u(:, i) = state%u(:, i)
-      audit%force(:, i) = f
+      audit%sum%u(:, i) = state%u(:, i)
+      audit%sum%force(:, i) = f
     end do
-    if (.not. system%bulk%linear) audit%strain_energy = system%bulk_energy
+    if (.not. system%bulk%linear) audit%strain_energy = system%inner%bulk_energy
     call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp
     do k = 1, size(model%pairs)
-      audit%dissipation = audit%dissipation + sum(model%pairs(k)%old%dissipation)
+      audit%dissipation = audit%dissipation + sum(model%pairs(k)%history%old%dissipation)
     end do
     stored = audit%strain_energy + audit%penalty_energy + audit%dissipation
-    if (.not. audit%work_known) audit%work = stored
-    audit%work_known = .true.
-    largest = max(audit%largest_energy, abs(audit%work), abs(stored))
-    audit%largest_energy = largest
+    if (.not. audit%sum%work_known) audit%sum%work = stored
+    audit%sum%work_known = .true.
+    largest = max(audit%sum%largest_energy, abs(audit%sum%work), abs(stored))
+    audit%sum%largest_energy = largest
     audit%value(check_work) = 0.0_wp
-    if (largest > 0.0_wp) audit%value(check_work) = abs(audit%work - stored)/largest
+    if (largest > 0.0_wp) audit%value(check_work) = abs(audit%sum%work - stored)/largest
     audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
       last .and. audit%value(check_work) > most_lost .and. has_friction(model))
   end subroutine find_energies
@@ -308,18 +314,18 @@ contains
     audit%penalty_energy = 0.0_wp
     do k = 1, size(model%pairs)
       force = 0.0_wp
-      do e = system%first_point(k), system%first_point(k + 1) - 1
+      do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%status(e) <= status_open) cycle
-        p = e - system%first_point(k) + 1
+        p = e - system%place%first_point(k) + 1
         force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
         audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, e)) &
           *hypot(point_state(4, e) + withheld_gap(model%pairs(k), p), point_state(5, e))
       end do
-      if (model%pairs(k)%shrink < 0) cycle
-      audit%work = audit%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &
-        - model%pairs(k)%withheld)
+      if (model%pairs(k)%shrinking%shrink < 0) cycle
+      audit%sum%work = audit%sum%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &
+        - model%pairs(k)%shrinking%withheld)
       audit%shrink(k) = force
-      audit%withheld(k) = model%pairs(k)%withheld
+      audit%withheld(k) = model%pairs(k)%shrinking%withheld
     end do
   end subroutine add_contact_energies
 
@@ -330,7 +336,7 @@ contains
 
     has_friction = .false.
     do k = 1, size(model%pairs)
-      has_friction = has_friction .or. any(model%pairs(k)%mu > 0.0_wp)
+      has_friction = has_friction .or. any(model%pairs(k)%friction%mu > 0.0_wp)
     end do
   end function has_friction
 
@@ -340,16 +346,17 @@ contains
     type(system_t), intent(in) :: system !! bodies of the nodes
     type(state_t), intent(in) :: state !! the converged state
     type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
-    real(wp) :: angle(system%bodies)
-    logical :: finite(0:system%bodies)
+    real(wp) :: angle(system%body%bodies)
+    logical :: finite(0:system%body%bodies)
 
-    call find_turns(model%mesh%x, state%u, system%node_body, audit%center, audit%spread, angle)
+    call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
+      audit%fixed%spread, angle)
     audit%value(check_turning) = 0.0_wp
     audit%worst(check_turning) = 0
     audit%verdict(check_turning) = verdict_ok
     finite = has_finite_strain(system)
-    if (.not. any(audit%moves .and. .not. finite(1:))) return
-    audit%worst(check_turning) = maxloc(angle, 1, audit%moves .and. .not. finite(1:))
+    if (.not. any(audit%fixed%moves .and. .not. finite(1:))) return
+    audit%worst(check_turning) = maxloc(angle, 1, audit%fixed%moves .and. .not. finite(1:))
     audit%value(check_turning) = angle(audit%worst(check_turning))
     audit%verdict(check_turning) = merge(verdict_warning, verdict_ok, &
       audit%value(check_turning) > most_rotation)
@@ -369,14 +376,14 @@ contains
     audit%worst(checks) = 0
     do k = 1, size(model%pairs)
       way = 0.0_wp
-      do e = system%first_point(k), system%first_point(k + 1) - 1
+      do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%status(e) <= status_open) cycle
         way = max(way, [-point_state(4, e) - withheld_gap(model%pairs(k), &
-          e - system%first_point(k) + 1), point_state(5, e)])
+          e - system%place%first_point(k) + 1), point_state(5, e)])
       end do
       do i = 1, 2
-        if (way(i) <= audit%value(checks(i))*audit%facet(k)) cycle
-        audit%value(checks(i)) = way(i)/audit%facet(k)
+        if (way(i) <= audit%value(checks(i))*audit%fixed%facet(k)) cycle
+        audit%value(checks(i)) = way(i)/audit%fixed%facet(k)
         audit%worst(checks(i)) = k
       end do
     end do

@@ -29,25 +29,33 @@ module audit_types
     'strain', 'rotation', 'turning', 'penetration', 'elastic slip', 'facets', 'locking', &
     'moved nodes', 'room']
 
-  !> The audit of a run: what stays the same, what it sums up, and the last end time's results.
-  type :: audit_t
-    ! What stays the same
+  !> What stays the same in a run.
+  type :: audit_fixed_t
     real(wp), allocatable :: center(:, :) !! (3, bodies) mean of its nodes [length]
     real(wp), allocatable :: reach(:) !! (bodies) distance of its farthest node from there [length]
     real(wp), allocatable :: spread(:, :, :) !! (3, 3, bodies) sum of (y.y I - y y^T) over its nodes
     logical, allocatable :: moves(:) !! (bodies) it has free degrees of freedom
     real(wp) :: model_size = 0.0_wp !! diagonal of the box around all nodes [length]
-    real(wp), allocatable :: withheld(:) !! (pairs) SHRInk: share of the overlap at the last audit
-    real(wp), allocatable :: shrink(:) !! (pairs) and the force that works on it [force length]
     real(wp), allocatable :: facet(:) !! (pairs) size of a facet of the softer side [length]
     real(wp), allocatable :: ratio(:) !! (pairs) slave facets over master facets, 0 if unknown
-    ! What it sums up
+  end type audit_fixed_t
+
+  !> What is summed up from end time to end time.
+  type :: audit_sum_t
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the last end time [length]
     real(wp), allocatable :: force(:, :) !! (3, nodes) loads and reactions there [force]
     real(wp) :: force_before = 0.0_wp !! norm of all forces there [force]
     real(wp) :: work = 0.0_wp !! of loads and supports, and what overlaps held [force length]
     real(wp) :: largest_energy = 0.0_wp !! largest work or energy so far [force length]
     logical :: work_known = .true. !! it has been summed up from the start
+  end type audit_sum_t
+
+  !> The audit of a run: what stays the same, what it sums up, and the last end time's results.
+  type :: audit_t
+    ! What stays the same
+    real(wp), allocatable :: withheld(:) !! (pairs) SHRInk: share of the overlap at the last audit
+    real(wp), allocatable :: shrink(:) !! (pairs) and the force that works on it [force length]
+    ! What it sums up
     ! What it finds at an end time
     integer :: step = 0 !! the end time, 0 before the first
     real(wp) :: time = 0.0_wp !! its time
@@ -65,5 +73,7 @@ module audit_types
     integer :: verdict(n_checks) = verdict_ok !! one of the verdicts
     integer :: before(n_checks) = -1 !! the same one end time before
     logical :: told(n_checks) = .false. !! the terminal has had this warning
+    type(audit_fixed_t) :: fixed !! what stays the same
+    type(audit_sum_t) :: sum !! what it sums up
   end type audit_t
 end module audit_types

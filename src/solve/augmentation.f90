@@ -74,14 +74,15 @@ contains
         else
           call measure_pair(model, system, k, augmentation)
         end if
-        closed = pair%softened .or. augmentation%gap(k) <= pair%augment_tolerance
-        closed = closed .and. augmentation%change(k) <= max(round_off_factor*system%round_off, &
+        closed = pair%history%softened .or. augmentation%gap(k) <= pair%augment_tolerance
+        closed = closed .and. augmentation%change(k) <= &
+          max(round_off_factor*system%scale%round_off, &
           augmentation%force(k)*force_tolerance(pair))
         call monitor%detail('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
         if (has_field(pair) .and. augmentation%force(k) > 0.0_wp) closed = closed .and. &
-          pair%raise >= 1.0_wp
+          pair%history%raise >= 1.0_wp
         augmentation%closed = augmentation%closed .and. closed
       end associate
     end do
@@ -92,7 +93,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     tolerance = pair%augment_tolerance
-    if (pair%softened) tolerance = softened_tolerance
+    if (pair%history%softened) tolerance = softened_tolerance
     if (has_field(pair)) tolerance = field_factor*tolerance
   end function force_tolerance
 
@@ -121,8 +122,9 @@ contains
     change = 0.0_wp
     force = 0.0_wp
     do p = 1, count_points(model%pairs(k))
-      element = system%first_point(k) + p - 1
-      associate (lambda => model%pairs(k)%new(p)%lambda, stress => augmentation%stress(:, element))
+      element = system%place%first_point(k) + p - 1
+      associate (lambda => model%pairs(k)%history%new(p)%lambda, &
+        stress => augmentation%stress(:, element))
         if (system%contact%status(element) <= status_open) then
           change = max(change, norm2(lambda))
         else
@@ -145,7 +147,7 @@ contains
     integer, intent(in) :: k !! the pair
     type(augmentation_t), intent(inout) :: augmentation !! stress given; gets gap, change, force
 
-    associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+    associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
       call measure_field(model, system, k, augmentation%stress(:, first:last), &
         augmentation%multiplier(:, first:last), augmentation%gap(k), augmentation%change(k), &
         augmentation%force(k))
@@ -180,15 +182,15 @@ contains
       if (.not. shifts_gap(model%pairs(k))) cycle
       if (has_field(model%pairs(k))) then
         do p = 1, count_points(model%pairs(k))
-          element = system%first_point(k) + p - 1
-          model%pairs(k)%new(p)%lambda = augmentation%multiplier(:, element)
+          element = system%place%first_point(k) + p - 1
+          model%pairs(k)%history%new(p)%lambda = augmentation%multiplier(:, element)
         end do
         call use_own_penalty(model%pairs(k), augmentation%memory)
         cycle
       end if
       do p = 1, count_points(model%pairs(k))
-        element = system%first_point(k) + p - 1
-        associate (point => model%pairs(k)%new(p))
+        element = system%place%first_point(k) + p - 1
+        associate (point => model%pairs(k)%history%new(p))
           point%lambda = 0.0_wp
           if (system%contact%status(element) <= status_open) cycle
           point%lambda = force_in_facet(model, system, element, augmentation%stress(1:3, element))
@@ -213,9 +215,9 @@ contains
     moves = 0
     do k = 1, size(model%pairs)
       if (.not. has_field(model%pairs(k))) cycle
-      moves = moves + sum(model%pairs(k)%moves)
-      call take_multipliers(model%pairs(k), now(:, system%first_point(k): &
-                                                system%first_point(k + 1) - 1))
+      moves = moves + sum(model%pairs(k)%history%moves)
+      call take_multipliers(model%pairs(k), now(:, system%place%first_point(k): &
+                                                system%place%first_point(k + 1) - 1))
     end do
     if (moves /= augmentation%moves) call forget(augmentation%memory)
     augmentation%moves = moves
@@ -231,7 +233,7 @@ contains
     integer :: p
 
     do p = 1, size(lambda, 2)
-      lambda(:, p) = pair%new(p)%lambda
+      lambda(:, p) = pair%history%new(p)%lambda
     end do
   end subroutine take_multipliers
 
@@ -241,8 +243,8 @@ contains
     type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
     type(acceleration_t), intent(inout) :: memory !! iterates with another penalty are of no use
 
-    if (pair%raise >= 1.0_wp) return
-    pair%raise = 1.0_wp
+    if (pair%history%raise >= 1.0_wp) return
+    pair%history%raise = 1.0_wp
     call forget_moves(pair)
     call forget(memory)
   end subroutine use_own_penalty
@@ -257,13 +259,13 @@ contains
     real(wp) :: relative, raise
 
     if (change <= fast*before) return
-    relative = pair%relative
+    relative = pair%points%relative
     if (relative <= 0.0_wp) relative = least_raised
-    raise = max(raise_by*pair%raise, least_raised/relative)
+    raise = max(raise_by*pair%history%raise, least_raised/relative)
     raise = min(raise, most_raised/relative)
-    if (pair%softened) raise = min(raise, 1.0_wp)
-    if (raise <= pair%raise) return
-    pair%raise = raise
+    if (pair%history%softened) raise = min(raise, 1.0_wp)
+    if (raise <= pair%history%raise) return
+    pair%history%raise = raise
     call forget_moves(pair)
     call monitor%detail('  pair '//pair%name//': penalty '//to_text(raise, 3)//' times its value')
   end subroutine raise_penalty

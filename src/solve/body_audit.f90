@@ -18,31 +18,32 @@ contains
     real(wp), allocatable, intent(out) :: reach(:) !! (bodies) farthest node [length]
     real(wp), allocatable, intent(out) :: inertia(:, :, :) !! (3, 3, bodies) inverse [1/length^2]
     logical, allocatable, intent(out) :: moves(:) !! (bodies) it has free degrees of freedom
-    integer :: nodes(system%bodies), i, b
+    integer :: nodes(system%body%bodies), i, b
     real(wp) :: y(3)
 
-    allocate (center(3, system%bodies), reach(system%bodies), inertia(3, 3, system%bodies), &
+    allocate (center(3, system%body%bodies), reach(system%body%bodies), inertia(3, 3, &
+      system%body%bodies), &
       source=0.0_wp)
-    allocate (moves(system%bodies), source=.false.)
+    allocate (moves(system%body%bodies), source=.false.)
     nodes = 0
-    do i = 1, size(system%node_body)
-      b = system%node_body(i)
+    do i = 1, size(system%body%node_body)
+      b = system%body%node_body(i)
       if (b == 0) cycle
       nodes(b) = nodes(b) + 1
       center(:, b) = center(:, b) + x(:, i)
       if (any(system%equation(:, i) > 0)) moves(b) = .true.
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       center(:, b) = center(:, b)/real(max(nodes(b), 1), wp)
     end do
-    do i = 1, size(system%node_body)
-      b = system%node_body(i)
+    do i = 1, size(system%body%node_body)
+      b = system%body%node_body(i)
       if (b == 0) cycle
       y = x(:, i) - center(:, b)
       reach(b) = max(reach(b), norm2(y))
       inertia(:, :, b) = inertia(:, :, b) + inertia_of(y)
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       inertia(:, :, b) = inverse(inertia(:, :, b))
     end do
   end subroutine measure_bodies
@@ -88,10 +89,10 @@ contains
     integer :: i, b
 
     balance = 0.0_wp
-    do i = 1, size(system%node_body)
-      b = system%node_body(i)
+    do i = 1, size(system%body%node_body)
+      b = system%body%node_body(i)
       if (b == 0) cycle
-      f = system%external(:, i) + reaction(:, i) - system%contact_force(:, i)
+      f = system%loads%external(:, i) + reaction(:, i) - system%contact_force(:, i)
       if (all(abs(f) <= 0.0_wp)) cycle
       balance(1:3, b) = balance(1:3, b) + f
       balance(4:6, b) = balance(4:6, b) + cross(x(:, i) - center(:, b), f)

@@ -21,24 +21,24 @@ contains
   !! holds a node in some directions must hold it in the same ones after the rotation.
   subroutine start_turns(system)
     type(system_t), intent(inout) :: system !! bulk, equations; gets turns_about
-    logical :: finite(system%bodies)
+    logical :: finite(system%body%bodies)
     integer :: k, b, axis
 
     finite = .true.
     do k = 1, system%bulk%n
       if (any(system%bulk%routine(k) == [routine_none, routine_finite])) cycle
-      b = system%node_body(system%bulk%ix(1, k))
+      b = system%body%node_body(system%bulk%ix(1, k))
       if (b > 0) finite(b) = .false.
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         body%turns_about = merge(turns_freely, turns_not, finite(b))
         body%turned_then = identity()
         body%turn = identity()
       end associate
     end do
-    do k = 1, size(system%node_body)
-      b = system%node_body(k)
+    do k = 1, size(system%body%node_body)
+      b = system%body%node_body(k)
       if (b == 0) cycle
       axis = held_axis(system%equation(:, k) == 0)
       associate (about => system%condensed%bodies(b)%turns_about)
@@ -63,11 +63,11 @@ contains
   subroutine follow_turns(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u given; gets turn of its bodies
-    real(wp) :: turned(3, 3, system%bodies)
+    real(wp) :: turned(3, 3, system%body%bodies)
     integer :: b
 
     call find_turns(x, system%u, system, turned)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         body%turn = matmul(turned(:, :, b), transpose(body%turned_then))
       end associate
@@ -79,11 +79,11 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(inout) :: system !! gets turned_then of its bodies
-    real(wp) :: turned(3, 3, system%bodies)
+    real(wp) :: turned(3, 3, system%body%bodies)
     integer :: b
 
     call find_turns(x, u, system, turned)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       system%condensed%bodies(b)%turned_then = turned(:, :, b)
     end do
   end subroutine mark_turns
@@ -94,30 +94,31 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(in) :: system !! bodies
     real(wp), intent(out) :: turned(:, :, :) !! (3, 3, bodies)
-    real(wp) :: mean(3, system%bodies), moved(3, system%bodies), h(3, 3, system%bodies)
-    integer :: i, b, nodes(system%bodies)
+    real(wp) :: mean(3, system%body%bodies), moved(3, system%body%bodies), h(3, 3, &
+      system%body%bodies)
+    integer :: i, b, nodes(system%body%bodies)
 
     mean = 0.0_wp
     moved = 0.0_wp
     h = 0.0_wp
     nodes = 0
     do i = 1, size(x, 2)
-      b = system%node_body(i)
+      b = system%body%node_body(i)
       if (b == 0) cycle
       nodes(b) = nodes(b) + 1
       mean(:, b) = mean(:, b) + x(:, i)
       moved(:, b) = moved(:, b) + x(:, i) + u(:, i)
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       mean(:, b) = mean(:, b)/real(max(1, nodes(b)), wp)
       moved(:, b) = moved(:, b)/real(max(1, nodes(b)), wp)
     end do
     do i = 1, size(x, 2)
-      b = system%node_body(i)
+      b = system%body%node_body(i)
       if (b == 0) cycle
       h(:, :, b) = h(:, :, b) + dyad(x(:, i) + u(:, i) - moved(:, b), x(:, i) - mean(:, b))
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       turned(:, :, b) = mean_rotation(h(:, :, b), system%condensed%bodies(b)%turns_about)
     end do
   end subroutine find_turns
@@ -184,7 +185,7 @@ contains
     integer :: i, b
 
     do i = 1, size(field, 2)
-      b = system%node_body(i)
+      b = system%body%node_body(i)
       if (b > 0) field(:, i) = matmul(field(:, i), system%condensed%bodies(b)%turn)
     end do
   end subroutine to_frames
@@ -196,7 +197,7 @@ contains
     integer :: i, b
 
     do i = 1, size(field, 2)
-      b = system%node_body(i)
+      b = system%body%node_body(i)
       if (b > 0) field(:, i) = matmul(system%condensed%bodies(b)%turn, field(:, i))
     end do
   end subroutine from_frames
@@ -209,7 +210,7 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       do a = 1, system%contact%nel(k)
-        b = system%node_body(system%contact%ix(a, k))
+        b = system%body%node_body(system%contact%ix(a, k))
         if (b == 0) cycle
         associate (turn => system%condensed%bodies(b)%turn, &
                    s => system%condensed%tangent%s(:, :, k))

@@ -47,14 +47,14 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
-    logical :: wanted(system%bodies)
+    logical :: wanted(system%body%bodies)
 
     wanted = .true.
-    values = system%bulk_matrix%val
-    call form_solid_tangent(system%condensed%x, u, system)
+    values = system%whole%bulk_matrix%val
+    call form_solid_tangent(system%condensed%rigid%x, u, system)
     call condense_all(system, wanted, outcome)
-    call move_alloc(values, system%bulk_matrix%val)
-    call mark_turns(system%condensed%x, u, system)
+    call move_alloc(values, system%whole%bulk_matrix%val)
+    call mark_turns(system%condensed%rigid%x, u, system)
     if (outcome == solver_done) call set_worn(system%condensed)
   end subroutine condense_at
 

@@ -52,7 +52,7 @@ contains
     if (outcome /= solver_done) return
     call begin_direction(system, x)
     goal = min(coarsest*norm2(system%right), max(wanted_share(system)*norm2(system%right), &
-      well_below*max(wanted, system%round_off)))
+      well_below*max(wanted, system%scale%round_off)))
     arrived = .false.
     if (is_worth_trying(system)) then
       system%condensed%tangent%fresh = .false.
@@ -165,7 +165,7 @@ contains
 
     call spread_values(system%equation, right, field)
     call to_frames(system, field)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
         call reduce_body(body, field, system%costs)
@@ -175,7 +175,7 @@ contains
     call begin_cost(system%costs, cost_solve)
     call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, answered)
     call end_cost(system%costs, cost_solve)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
         call complete_body(body, moved(body%first + 1:body%first + body%m), field, system%costs)
@@ -193,7 +193,7 @@ contains
     real(wp), intent(inout) :: force(:) !! (n) in: without contact; out: with it [force]
     real(wp), intent(out) :: moved(:) !! (n) [length]
     logical, intent(out) :: answered !! contact has been solved for
-    real(wp) :: push(system%condensed%modes)
+    real(wp) :: push(system%condensed%rigid%modes)
     real(wp), allocatable :: y(:), t(:)
     integer :: iterations
 
@@ -201,10 +201,11 @@ contains
     associate (condensed => system%condensed)
       call apply_all(system, force, moved)
       if (condensed%tangent%elements == 0) return
-      allocate (y(condensed%n_live), t(condensed%n_live))
+      allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
       push = 0.0_wp
-      call answer(condensed, moved(condensed%live), push, floor, most, y, t, answered, iterations)
-      force(condensed%live) = force(condensed%live) - y
+      call answer(condensed, moved(condensed%alive%live), push, floor, most, y, t, answered, &
+        iterations)
+      force(condensed%alive%live) = force(condensed%alive%live) - y
       call apply_all(system, force, moved)
     end associate
   end subroutine answer_contact
@@ -236,15 +237,16 @@ contains
 
     call begin_cost(system%costs, cost_solve)
     call spread_values(system%equation, solution, moved)
-    call multiply(system%bulk_matrix, moved, bulk)
+    call multiply(system%whole%bulk_matrix, moved, bulk)
     associate (condensed => system%condensed)
-      if (condensed%n_live > 0 .and. condensed%tangent%elements > 0) then
+      if (condensed%alive%n_live > 0 .and. condensed%tangent%elements > 0) then
         call to_frames(system, moved)
         contact = 0.0_wp
-        y = contact_force(system, [(moved(condensed%direction(condensed%live(i)), &
-          condensed%node(condensed%live(i))), i=1, condensed%n_live)])
-        do i = 1, condensed%n_live
-          contact(condensed%direction(condensed%live(i)), condensed%node(condensed%live(i))) = y(i)
+        y = contact_force(system, [(moved(condensed%direction(condensed%alive%live(i)), &
+          condensed%node(condensed%alive%live(i))), i=1, condensed%alive%n_live)])
+        do i = 1, condensed%alive%n_live
+          contact(condensed%direction(condensed%alive%live(i)), &
+            condensed%node(condensed%alive%live(i))) = y(i)
         end do
         call from_frames(system, contact)
         bulk = bulk + contact
@@ -308,7 +310,8 @@ contains
 
     if (system%condensed%preconditions) then
       outcome = solver_done
-      call run_gmres(system, right, max(inner_accuracy*norm2(right), 1.0e-3_wp*system%round_off), &
+      call run_gmres(system, right, max(inner_accuracy*norm2(right), &
+        1.0e-3_wp*system%scale%round_off), &
         most_allowed(system%condensed), solution, passes, arrived)
     else
       call solve_bordered(system, right, solution, outcome)

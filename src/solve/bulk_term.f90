@@ -33,12 +33,13 @@ contains
     call list_bulk(model, system)
     call list_volumes(model, system%volumes)
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(model%mesh%nodes, system%bulk, system%bulk_matrix, third=system%volumes)
-    call locate_elements(system%bulk_matrix, system%bulk)
+    call build_graph(model%mesh%nodes, system%bulk, system%whole%bulk_matrix, third=system%volumes)
+    call locate_elements(system%whole%bulk_matrix, system%bulk)
     call end_cost(system%costs, cost_pattern)
     call form_tangent_at(model%mesh%x, system%u, system)
     if (system%bulk%linear) deallocate (system%bulk%block)
-    if (size(system%bulk_matrix%val) > 0) system%stiffest = maxval(abs(system%bulk_matrix%val))
+    if (size(system%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
+      maxval(abs(system%whole%bulk_matrix%val))
   end subroutine build_bulk
 
   !> Lists the elements; those of rigid materials take no part.
@@ -97,15 +98,16 @@ contains
     type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
 
     call begin_cost(system%costs, cost_bulk_tangent)
-    system%bulk_matrix%val = 0.0_wp
-    system%bulk_force = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted, &
-      system%bulk_matrix)
+    system%whole%bulk_matrix%val = 0.0_wp
+    system%inner%bulk_force = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
+      system%inner%inverted, &
+      system%whole%bulk_matrix)
     call add_volumes(x, u, system, .true.)
     call add_springs(system)
     call add_spring_forces(u, system)
     call add_pressure_tangent(x, u, system)
-    call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
+    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_tangent_at
 
@@ -119,8 +121,8 @@ contains
 
     call begin_cost(system%costs, cost_bulk_tangent)
     force = 0.0_wp
-    system%bulk_matrix%val = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%bulk_matrix)
+    system%whole%bulk_matrix%val = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%whole%bulk_matrix)
     call add_springs(system)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
@@ -135,9 +137,9 @@ contains
 
     if (system%bulk%linear) return
     call form_tangent_at(x, u, system)
-    system%bulk_start = system%bulk_force
-    system%u_start = u
-    system%linearised = .true.
+    system%inner%bulk_start = system%inner%bulk_force
+    system%inner%u_start = u
+    system%inner%linearised = .true.
   end subroutine start_bulk
 
   !> Back to the start of the increment.
@@ -145,9 +147,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, linearised
 
-    if (system%bulk%linear .or. system%linearised) return
-    call form_tangent_at(x, system%u_start, system)
-    system%linearised = .true.
+    if (system%bulk%linear .or. system%inner%linearised) return
+    call form_tangent_at(x, system%inner%u_start, system)
+    system%inner%linearised = .true.
   end subroutine return_bulk
 
   !> Internal force at u.
@@ -156,10 +158,11 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
 
     if (system%bulk%linear) then
-      call multiply(system%bulk_matrix, system%u, system%bulk_force)
-    else if (system%linearised) then
-      call multiply(system%bulk_matrix, system%u - system%u_start, system%bulk_force)
-      system%bulk_force = system%bulk_force + system%bulk_start
+      call multiply(system%whole%bulk_matrix, system%u, system%inner%bulk_force)
+    else if (system%inner%linearised) then
+      call multiply(system%whole%bulk_matrix, system%u - system%inner%u_start, &
+        system%inner%bulk_force)
+      system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
       call form_force_at(x, system%u, system)
     end if
@@ -174,8 +177,8 @@ contains
 
     if (.not. system%bulk%linear) then
       call form_force_at(x, system%trial, system)
-    else if (system%border%n > 0) then
-      call multiply(system%bulk_matrix, system%trial, system%bulk_force)
+    else if (system%tools%border%n > 0) then
+      call multiply(system%whole%bulk_matrix, system%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
@@ -185,11 +188,12 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, inverted
 
-    system%bulk_force = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, system%bulk_force, system%bulk_energy, system%inverted)
+    system%inner%bulk_force = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
+      system%inner%inverted)
     call add_volumes(x, u, system, .false.)
     call add_spring_forces(u, system)
-    call add_pressure_force(x, u, -1.0_wp, system, system%bulk_force)
+    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.
@@ -197,7 +201,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! gets bulk_matrix
 
-    if (system%bulk%linear .or. system%linearised) return
+    if (system%bulk%linear .or. system%inner%linearised) return
     call form_tangent_at(x, system%u, system)
   end subroutine form_bulk_tangent
 
@@ -205,8 +209,9 @@ contains
   subroutine form_bulk_change(system)
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
-    if (system%bulk%linear .and. system%border%n == 0) call multiply(system%bulk_matrix, &
-      system%du, system%bulk_change)
+    if (system%bulk%linear .and. system%tools%border%n == 0) &
+      call multiply(system%whole%bulk_matrix, &
+      system%du, system%inner%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment
@@ -220,15 +225,16 @@ contains
 
     share = 1.0_wp
     if (system%bulk%linear) return
-    system%inverted = 0
-    if (system%linearised) then
-      call find_bulk_reach(system%bulk, x, system%u_start, system%u + system%du - system%u_start, &
+    system%inner%inverted = 0
+    if (system%inner%linearised) then
+      call find_bulk_reach(system%bulk, x, system%inner%u_start, system%u + system%du - &
+        system%inner%u_start, &
         reach, worst)
       if (safe_share*reach < 1.0_wp) share = 0.0_wp
     else
       call find_bulk_reach(system%bulk, x, system%u, system%du, reach, worst)
       share = min(1.0_wp, safe_share*reach)
     end if
-    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) system%inverted = worst
+    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) system%inner%inverted = worst
   end subroutine bulk_step
 end module bulk_term

@@ -45,7 +45,7 @@ contains
     call load_corners(model, times)
     allocate (x(3, model%mesh%nodes))
     do k = 1, size(model%pairs)
-      call build_tree(tree, model%pairs(k)%facets, model%mesh%x)
+      call build_tree(tree, model%pairs(k)%surface%facets, model%mesh%x)
       from = moved(model, motion, times(1))
       call mark_pair(model%pairs(k), tree, from, candidate)
       do c = 2, size(times)
@@ -59,9 +59,9 @@ contains
         end do
         from = to
       end do
-      call add_ring(model%pairs(k)%facets, candidate)
+      call add_ring(model%pairs(k)%surface%facets, candidate)
       call add_middles(model%pairs(k), candidate)
-      if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%facets, candidate)
+      if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%surface%facets, candidate)
     end do
   end subroutine foresee_candidates
 
@@ -71,10 +71,11 @@ contains
     logical, intent(inout) :: candidate(:) !! (nodes)
     integer :: f
 
-    if (.not. allocated(pair%middles)) return
-    do f = 1, size(pair%facets, 2)
-      if (pair%middles(1, f) == 0 .or. .not. all(candidate(pair%facets(:, f)))) cycle
-      candidate(pair%middles(:, f)) = .true.
+    if (.not. allocated(pair%surface%middles)) return
+    do f = 1, size(pair%surface%facets, 2)
+      if (pair%surface%middles(1, f) == 0 .or. .not. all(candidate(pair%surface%facets(:, &
+        f)))) cycle
+      candidate(pair%surface%middles(:, f)) = .true.
     end do
   end subroutine add_middles
 
@@ -85,18 +86,19 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
     real(wp) :: rows
-    integer :: k, p, points, dofs(system%bodies)
+    integer :: k, p, points, dofs(system%body%bodies)
 
     points = 0
     do k = 1, size(model%pairs)
-      do p = 1, count_points(model%pairs(k))/model%pairs(k)%slots
-        if (any(system%condensed%candidate(model%pairs(k)%point_nodes(:, p)))) points = points + 1
+      do p = 1, count_points(model%pairs(k))/model%pairs(k)%points%slots
+        if (any(system%condensed%candidate(model%pairs(k)%points%point_nodes(:, p)))) points = &
+          points + 1
       end do
     end do
     dofs = 0
-    do k = 1, size(system%node_body)
+    do k = 1, size(system%body%node_body)
       if (.not. system%condensed%candidate(k)) cycle
-      associate (mine => dofs(system%node_body(k)))
+      associate (mine => dofs(system%body%node_body(k)))
         mine = mine + count(system%equation(:, k) > 0)
       end associate
     end do
@@ -114,13 +116,13 @@ contains
 
     n = 0
     do k = 1, size(model%pairs)
-      n = n + size(model%pairs(k)%facets, 2)
+      n = n + size(model%pairs(k)%surface%facets, 2)
     end do
     allocate (facets(3, n))
     n = 0
     do k = 1, size(model%pairs)
-      facets(:, n + 1:n + size(model%pairs(k)%facets, 2)) = model%pairs(k)%facets
-      n = n + size(model%pairs(k)%facets, 2)
+      facets(:, n + 1:n + size(model%pairs(k)%surface%facets, 2)) = model%pairs(k)%surface%facets
+      n = n + size(model%pairs(k)%surface%facets, 2)
     end do
   end subroutine list_facets
 
@@ -137,7 +139,8 @@ contains
     do k = 1, size(model%conditions%loads)
       call add_displacement(model%conditions%loads(k), 1.0_wp, motion(:, :, k))
       where (system%equation > 0) motion(:, :, k) = 0.0_wp
-      call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, rest, &
+      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, rest, &
         motion(:, :, k))
     end do
   end subroutine rigid_motions
@@ -189,12 +192,12 @@ contains
     way = 0.0_wp
     if (count_points(pair) == 0) return
     drift = point_position(pair, 1, to) - point_position(pair, 1, from)
-    do p = 1, count_points(pair)/pair%slots
+    do p = 1, count_points(pair)/pair%points%slots
       way = max(way, norm2(point_position(pair, p, to) - point_position(pair, p, from) - drift))
     end do
-    do f = 1, size(pair%facets, 2)
+    do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
-        associate (node => pair%facets(k, f))
+        associate (node => pair%surface%facets(k, f))
           way = max(way, norm2(to(:, node) - from(:, node) - drift))
         end associate
       end do
@@ -210,12 +213,12 @@ contains
     real(wp) :: distance
     integer :: p, facet
 
-    call fit_tree(tree, pair%facets, x)
-    do p = 1, count_points(pair)/pair%slots
-      call nearest_facet(tree, pair%facets, x, point_position(pair, p, x), facet, distance)
+    call fit_tree(tree, pair%surface%facets, x)
+    do p = 1, count_points(pair)/pair%points%slots
+      call nearest_facet(tree, pair%surface%facets, x, point_position(pair, p, x), facet, distance)
       if (facet == 0 .or. distance > reach*pair%search_radius) cycle
-      candidate(pair%point_nodes(:, p)) = .true.
-      candidate(pair%facets(:, facet)) = .true.
+      candidate(pair%points%point_nodes(:, p)) = .true.
+      candidate(pair%surface%facets(:, facet)) = .true.
     end do
   end subroutine mark_pair
 

@@ -6,7 +6,7 @@ module chord_steps
   use back_ends, only: solver_done
   use rigid_border, only: solve_bordered
   use condensed_direction, only: find_chord
-  use residuals, only: form_residual, form_trial, residual_norm, round_off_factor
+  use residuals, only: form_residual, form_trial, residual_norm
   use line_search, only: take_trial
   use bulk_term, only: form_bulk_change
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers

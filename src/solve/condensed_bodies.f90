@@ -34,22 +34,22 @@ contains
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer :: equation(3, size(system%node_body)), b, outcomes(system%bodies)
-    type(csc_matrix_t) :: matrices(system%bodies)
-    type(cost_t) :: own(system%bodies)
-    logical :: ready(system%bodies)
+    integer :: equation(3, size(system%body%node_body)), b, outcomes(system%body%bodies)
+    type(csc_matrix_t) :: matrices(system%body%bodies)
+    type(cost_t) :: own(system%body%bodies)
+    logical :: ready(system%body%bodies)
     real(wp) :: promised
 
     outcome = solver_done
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       if (.not. wanted(b)) cycle
       call number_equations(system, b, equation)
       if (all(equation == 0)) cycle
       call pin_body(system, b)
-      call prepare_body(system%bulk_matrix, equation, system%condensed%candidate, &
+      call prepare_body(system%whole%bulk_matrix, equation, system%condensed%candidate, &
         system%condensed%bodies(b), matrices(b), promised, system%costs, outcome)
       if (outcome /= solver_done) return
       ready(b) = .true.
@@ -61,11 +61,11 @@ contains
     if (count_threads() == 1) return
     !$omp parallel do schedule(dynamic) default(none) private(b) &
     !$omp& shared(system, ready, matrices, own, outcomes, model)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       if (ready(b)) call finish_body(system, b, matrices(b), own(b), outcomes(b), model)
     end do
     !$omp end parallel do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       call add_costs(system%costs, own(b))
     end do
     outcome = maxval(outcomes)
@@ -80,8 +80,8 @@ contains
 
     equation = 0
     n = 0
-    do i = 1, size(system%node_body)
-      if (system%node_body(i) /= b) cycle
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) /= b) cycle
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
         n = n + 1
@@ -115,14 +115,14 @@ contains
 
     allocate (force(3, model%mesh%nodes))
     associate (condensed => system%condensed, loads => model%conditions%loads)
-      allocate (condensed%pushes(sum(system%motions%n), size(loads)), source=0.0_wp)
-      allocate (condensed%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      allocate (condensed%outer%pushes(sum(system%body%motions%n), size(loads)), source=0.0_wp)
+      allocate (condensed%outer%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
       do k = 1, size(loads)
-        call add_displacement(loads(k), 1.0_wp, condensed%influence(:, :, k))
+        call add_displacement(loads(k), 1.0_wp, condensed%outer%influence(:, :, k))
         force = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
         where (system%equation == 0) force = 0.0_wp
-        call push_bodies(system, force, condensed%pushes(:, k))
+        call push_bodies(system, force, condensed%outer%pushes(:, k))
       end do
     end associate
   end subroutine begin_influence
@@ -147,9 +147,10 @@ contains
         call add_displacement(loads(k), 1.0_wp, u)
         where (system%equation > 0) u = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
-        call multiply(system%bulk_matrix, u, internal)
+        call multiply(system%whole%bulk_matrix, u, internal)
         force = force - internal
-        call solve_body(condensed%bodies(b), force, condensed%influence(:, :, k), costs, outcome)
+        call solve_body(condensed%bodies(b), force, condensed%outer%influence(:, :, k), costs, &
+          outcome)
         if (outcome /= solver_done) return
       end do
     end associate
@@ -168,11 +169,11 @@ contains
         n = n + condensed%bodies(b)%m
       end do
       condensed%n = n
-      condensed%n_live = 0
-      condensed%live = [integer ::]
+      condensed%alive%n_live = 0
+      condensed%alive%live = [integer ::]
       condensed%node = spread(0, 1, n)
       condensed%direction = condensed%node
-      condensed%live_place = condensed%node
+      condensed%alive%live_place = condensed%node
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           body%n_live = 0
@@ -185,11 +186,11 @@ contains
           end do
         end associate
       end do
-      if (allocated(condensed%yielded_to)) deallocate (condensed%yielded_to)
-      condensed%loaded = spread(0.0_wp, 1, condensed%n)
-      condensed%force = condensed%loaded
-      condensed%force_change = condensed%loaded
-      condensed%defect = condensed%loaded
+      if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+      condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
+      condensed%bulk%force = condensed%outer%loaded
+      condensed%bulk%force_change = condensed%outer%loaded
+      condensed%bulk%defect = condensed%outer%loaded
       call place_modes(condensed)
     end associate
   end subroutine number_candidates
@@ -200,8 +201,8 @@ contains
     integer :: i
 
     do i = 1, condensed%n
-      condensed%loaded(i) = dot_product(condensed%factors, &
-        condensed%influence(condensed%direction(i), condensed%node(i), :))
+      condensed%outer%loaded(i) = dot_product(condensed%outer%factors, &
+        condensed%outer%influence(condensed%direction(i), condensed%node(i), :))
     end do
   end subroutine load_candidates
 
@@ -211,8 +212,8 @@ contains
     real(wp), intent(out) :: u(:) !! (n) [length]
 
     call find_yield(condensed)
-    u = condensed%loaded - condensed%yielded
-    call add_motion(condensed, condensed%alpha, u)
+    u = condensed%outer%loaded - condensed%bulk%yielded
+    call add_motion(condensed, condensed%rigid%alpha, u)
   end subroutine find_equilibrium
 
   !> The rigid motions with which the equilibrium under the forces of the iterate comes closest to
@@ -223,18 +224,18 @@ contains
     real(wp) :: normal(6, 6), right(6, 1), values(6), work(200)
     integer :: b, rank, info
 
-    if (condensed%modes == 0) return
+    if (condensed%rigid%modes == 0) return
     call find_yield(condensed)
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b), n => condensed%bodies(b)%motions%n)
         if (n == 0 .or. body%m == 0) cycle
         associate (first => body%first + 1, last => body%first + body%m)
-          right(:n, 1) = matmul(u(first:last) - condensed%loaded(first:last) &
-            + condensed%yielded(first:last), body%modes)
+          right(:n, 1) = matmul(u(first:last) - condensed%outer%loaded(first:last) &
+            + condensed%bulk%yielded(first:last), body%modes)
         end associate
         normal(:n, :n) = matmul(transpose(body%modes), body%modes)
         call dgelss(n, n, 1, normal, 6, right, 6, values, 1.0e-12_wp, rank, work, size(work), info)
-        condensed%alpha(body%first_mode + 1:body%first_mode + n) = right(:n, 1)
+        condensed%rigid%alpha(body%first_mode + 1:body%first_mode + n) = right(:n, 1)
       end associate
     end do
   end subroutine fit_motions
@@ -244,19 +245,19 @@ contains
     type(condensed_t), intent(inout) :: condensed !! force given; gets yielded
     integer :: b
 
-    if (allocated(condensed%yielded_to)) then
-      if (all(abs(condensed%force - condensed%yielded_to) <= 0.0_wp)) return
+    if (allocated(condensed%bulk%yielded_to)) then
+      if (all(abs(condensed%bulk%force - condensed%bulk%yielded_to) <= 0.0_wp)) return
     end if
-    condensed%yielded = spread(0.0_wp, 1, condensed%n)
+    condensed%bulk%yielded = spread(0.0_wp, 1, condensed%n)
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         if (body%m == 0) cycle
         call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
-          condensed%force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
-          condensed%yielded(body%first + 1:body%first + body%m), 1)
+          condensed%bulk%force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
+          condensed%bulk%yielded(body%first + 1:body%first + body%m), 1)
       end associate
     end do
-    condensed%yielded_to = condensed%force
+    condensed%bulk%yielded_to = condensed%bulk%force
   end subroutine find_yield
 
   !> Displacements of all nodes under the contact forces of the iterate alone.
@@ -267,10 +268,11 @@ contains
 
     u = 0.0_wp
     call find_yield(system%condensed)
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
-        call spread_body(body, -system%condensed%yielded(body%first + 1:body%first + body%m), u, &
+        call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + &
+          body%m), u, &
           system%costs)
       end associate
     end do
@@ -286,14 +288,15 @@ contains
     integer :: b
 
     if (condensed%narrow) then
-      both = live .or. condensed%live_place > 0
+      both = live .or. condensed%alive%live_place > 0
       if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
       return
     end if
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         associate (mine => live(body%first + 1:body%first + body%m))
-          if (body%m > condensed%tangent%most_dense .and. 2*count(mine) > body%m) mine = .true.
+          if (body%m > condensed%tangent%parts%most_dense .and. 2*count(mine) > body%m) mine = &
+            .true.
         end associate
       end associate
     end do
@@ -308,13 +311,13 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         body%first_live = first
-        body%n_live = count(condensed%live > body%first .and. &
-          condensed%live <= body%first + body%m)
+        body%n_live = count(condensed%alive%live > body%first .and. &
+          condensed%alive%live <= body%first + body%m)
         first = first + body%n_live
       end associate
     end do
-    condensed%right = spread(0.0_wp, 1, condensed%n_live)
-    condensed%change = condensed%right
+    condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
+    condensed%alive%change = condensed%alive%right
   end subroutine number_live
 
   !> Compliance of the live candidates of each body, unless it is at hand.
@@ -323,7 +326,7 @@ contains
     integer :: b, j
 
     do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), mine => condensed%live( &
+      associate (body => condensed%bodies(b), mine => condensed%alive%live( &
         condensed%bodies(b)%first_live + 1:condensed%bodies(b)%first_live &
         + condensed%bodies(b)%n_live) - condensed%bodies(b)%first)
         if (allocated(body%gathered)) then

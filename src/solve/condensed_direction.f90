@@ -44,9 +44,9 @@ contains
     if (outcome /= solver_done) return
     call form_element_matrices(system, x)
     associate (condensed => system%condensed)
-      allocate (y(condensed%n_live))
+      allocate (y(condensed%alive%n_live))
       floor = max(wanted_accuracy(condensed)*residual_size(condensed), &
-        1.0e-3_wp*system%round_off)
+        1.0e-3_wp*system%scale%round_off)
       arrived = .false.
       if (is_worth_trying(system)) then
         condensed%tangent%fresh = .false.
@@ -59,7 +59,7 @@ contains
         if (outcome /= solver_done) return
         call form_rest(system)
         call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
-        if (.not. arrived .and. condensed%tangent%iterated) call answer_densely(system, x, &
+        if (.not. arrived .and. condensed%tangent%parts%iterated) call answer_densely(system, x, &
           floor, y, arrived, outcome)
         if (outcome /= solver_done) return
       end if
@@ -72,10 +72,10 @@ contains
   subroutine find_chord(system, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
     logical, intent(out) :: arrived !! there is one
-    real(wp) :: y(system%condensed%n_live), floor
+    real(wp) :: y(system%condensed%alive%n_live), floor
 
     associate (condensed => system%condensed)
-      floor = max(coarsest*residual_size(condensed), 1.0e-3_wp*system%round_off)
+      floor = max(coarsest*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
       call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
@@ -91,18 +91,18 @@ contains
 
     associate (condensed => system%condensed)
       system%solution = 0.0_wp
-      condensed%force_change = 0.0_wp
-      do i = 1, condensed%n_live
-        associate (c => condensed%live(i))
-          condensed%force_change(c) = y(i) - condensed%right(i)
-          system%du(condensed%direction(c), condensed%node(c)) = condensed%change(i)
+      condensed%bulk%force_change = 0.0_wp
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          condensed%bulk%force_change(c) = y(i) - condensed%alive%right(i)
+          system%du(condensed%direction(c), condensed%node(c)) = condensed%alive%change(i)
           system%solution(system%equation(condensed%direction(c), condensed%node(c))) = &
-            condensed%change(i)
+            condensed%alive%change(i)
         end associate
       end do
-      if (condensed%modes > 0) then
-        condensed%alpha_change = condensed%alpha_next
-        call sum_forces(condensed, condensed%force_change, condensed%imbalance_change)
+      if (condensed%rigid%modes > 0) then
+        condensed%rigid%alpha_change = condensed%rigid%alpha_next
+        call sum_forces(condensed, condensed%bulk%force_change, condensed%rigid%imbalance_change)
       end if
     end associate
   end subroutine take_answer
@@ -112,7 +112,7 @@ contains
     type(system_t), intent(inout) :: system !! tangent at hand
     real(wp), intent(in) :: force(:) !! (live) [force]
     real(wp), intent(out) :: du(:) !! (live) [length]
-    real(wp) :: push(system%condensed%modes), y(size(force)), b(size(force))
+    real(wp) :: push(system%condensed%rigid%modes), y(size(force)), b(size(force))
     logical :: arrived
     integer :: iterations
 
@@ -133,8 +133,8 @@ contains
     real(wp) :: y(size(force)), floor
     logical :: arrived
 
-    system%condensed%right = system%condensed%right + force
-    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%round_off)
+    system%condensed%alive%right = system%condensed%alive%right + force
+    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
     call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
     call take_answer(system, y)
   end subroutine push_direction
@@ -143,7 +143,7 @@ contains
   pure integer function most_allowed(condensed) result(most)
     type(condensed_t), intent(in) :: condensed !! its tangent
 
-    most = merge(most_of_blocks, most_vectors, condensed%tangent%iterated)
+    most = merge(most_of_blocks, most_vectors, condensed%tangent%parts%iterated)
   end function most_allowed
 
   !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
@@ -156,7 +156,7 @@ contains
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    system%condensed%tangent%dense = .true.
+    system%condensed%tangent%parts%dense = .true.
     call form_element_matrices(system, x)
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
@@ -174,7 +174,7 @@ contains
     if (.not. worth) return
     associate (tangent => system%condensed%tangent)
       most = max(most_changes, tangent%elements/changes_share)
-      if (tangent%iterated) most = 0
+      if (tangent%parts%iterated) most = 0
       worth = count(tangent%status /= system%contact%status) <= most
     end associate
   end function is_worth_trying
@@ -193,8 +193,8 @@ contains
   pure real(wp) function residual_size(condensed) result(norm)
     type(condensed_t), intent(in) :: condensed !! right, defects, imbalance
 
-    norm = hypot(norm2(condensed%right), condensed%defect_norm)
-    if (condensed%modes > 0) norm = hypot(norm, norm2(condensed%imbalance))
+    norm = hypot(norm2(condensed%alive%right), condensed%bulk%defect_norm)
+    if (condensed%rigid%modes > 0) norm = hypot(norm, norm2(condensed%rigid%imbalance))
   end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
@@ -206,18 +206,18 @@ contains
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
-    real(wp) :: push(system%condensed%modes)
+    real(wp) :: push(system%condensed%rigid%modes)
     integer :: iterations
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
-      call push_live(condensed, condensed%right, push)
-      if (condensed%modes > 0) push = push - in_lengths(condensed, condensed%imbalance &
-        + (1.0_wp - share)*condensed%imbalance_change)
-      allocate (b(condensed%n_live), source=0.0_wp)
-      call apply_compliance(condensed, condensed%right, b)
-      b = b + share*condensed%defect(condensed%live)
-      call answer(condensed, b, push, floor, most, y, condensed%change, arrived, iterations)
+      call push_live(condensed, condensed%alive%right, push)
+      if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
+        + (1.0_wp - share)*condensed%rigid%imbalance_change)
+      allocate (b(condensed%alive%n_live), source=0.0_wp)
+      call apply_compliance(condensed, condensed%alive%right, b)
+      b = b + share*condensed%bulk%defect(condensed%alive%live)
+      call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived, iterations)
     end associate
     call count_cost(system%costs, cost_krylov, iterations)
     call end_cost(system%costs, cost_solve)
@@ -235,7 +235,7 @@ contains
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: iterations !! of GMRES
 
-    if (condensed%tangent%iterated) then
+    if (condensed%tangent%parts%iterated) then
       call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
     else
       call answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
@@ -255,14 +255,14 @@ contains
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: iterations !! of GMRES
-    real(wp) :: z(condensed%tangent%rank + condensed%modes + 1), pushed(condensed%modes)
+    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), pushed(condensed%rigid%modes)
     real(wp) :: rest(size(b)), moved(size(b)), share(size(z))
     real(wp), allocatable :: shares(:)
     integer :: j
 
     call make_room(condensed%tangent, size(b))
-    associate (tangent => condensed%tangent, iteration => condensed%tangent%iteration, &
-      unknowns => condensed%tangent%rank + condensed%modes)
+    associate (tangent => condensed%tangent, iteration => condensed%tangent%course%iteration, &
+      unknowns => condensed%tangent%rank + condensed%rigid%modes)
       call answer_leading(condensed, b, push, z, t)
       call apply_rest(tangent, t, rest)
       call begin_gmres(rest, most_vectors, iteration)
@@ -272,8 +272,8 @@ contains
         call apply_compliance(condensed, iteration%base(:, j), y)
         call push_live(condensed, iteration%base(:, j), pushed)
         call answer_leading(condensed, y, pushed, share, moved)
-        tangent%shares(:unknowns, j) = share(:unknowns)
-        tangent%moved(:, j) = moved
+        tangent%course%shares(:unknowns, j) = share(:unknowns)
+        tangent%course%moved(:, j) = moved
         call apply_rest(tangent, moved, rest)
         call add_image(rest + iteration%base(:, j), iteration)
       end do
@@ -283,11 +283,11 @@ contains
       y = 0.0_wp
       do j = iterations, 1, -1
         y = y + shares(j)*iteration%base(:, j)
-        t = t - shares(j)*tangent%moved(:, j)
-        z(:unknowns) = z(:unknowns) - shares(j)*tangent%shares(:unknowns, j)
+        t = t - shares(j)*tangent%course%moved(:, j)
+        z(:unknowns) = z(:unknowns) - shares(j)*tangent%course%shares(:unknowns, j)
       end do
       call add_leading(tangent, z, y)
-      condensed%alpha_next = z(tangent%rank + 1:unknowns)
+      condensed%rigid%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
   end subroutine answer_by_factor
 
@@ -296,12 +296,13 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! gets moved, shares
     integer, intent(in) :: n !! their length
 
-    if (allocated(tangent%moved)) then
-      if (size(tangent%moved, 1) == n .and. size(tangent%shares, 1) >= &
+    if (allocated(tangent%course%moved)) then
+      if (size(tangent%course%moved, 1) == n .and. size(tangent%course%shares, 1) >= &
         tangent%rank + tangent%modes) return
-      deallocate (tangent%moved, tangent%shares)
+      deallocate (tangent%course%moved, tangent%course%shares)
     end if
-    allocate (tangent%moved(n, most_vectors), tangent%shares(max(1, size(tangent%small, 1)), &
+    allocate (tangent%course%moved(n, most_vectors), tangent%course%shares(max(1, &
+      size(tangent%small, 1)), &
       most_vectors))
   end subroutine make_room
 
@@ -311,9 +312,9 @@ contains
 
     energy = 0.0_wp
     if (.not. system%condensed%active) return
-    energy = abs(dot_product(system%condensed%force_change, system%condensed%defect))
-    if (system%condensed%modes > 0) energy = energy + abs(dot_product( &
-      system%condensed%alpha_change, system%condensed%imbalance))
+    energy = abs(dot_product(system%condensed%bulk%force_change, system%condensed%bulk%defect))
+    if (system%condensed%rigid%modes > 0) energy = energy + abs(dot_product( &
+      system%condensed%rigid%alpha_change, system%condensed%rigid%imbalance))
   end function defect_energy
 
   !> Length of the direction that the leading part of the present tangent gives for the residual of
@@ -324,8 +325,8 @@ contains
     real(wp), allocatable :: y(:)
     logical :: arrived
 
-    allocate (y(system%condensed%n_live))
+    allocate (y(system%condensed%alive%n_live))
     call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
-    next = norm2(system%condensed%change)
+    next = norm2(system%condensed%alive%change)
   end function next_condensed_length
 end module condensed_direction

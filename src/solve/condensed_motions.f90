@@ -24,10 +24,11 @@ contains
 
     associate (body => system%condensed%bodies(b))
       if (allocated(body%pin_node)) return
-      body%motions = system%motions(b)
+      body%motions = system%body%motions(b)
       allocate (body%pin_node(0), body%pin_direction(0))
       if (body%motions%n == 0) return
-      call choose_pins(system%condensed%x, system%equation, system%node_body, b, body%motions, &
+      call choose_pins(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
+        body%motions, &
         body%pin_node, body%pin_direction)
     end associate
   end subroutine pin_body
@@ -59,18 +60,19 @@ contains
     type(system_t), intent(in) :: system !! bodies of condensed
     real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
     real(wp), intent(out) :: push(:) !! (modes) [force]
-    integer :: i, k, b, first(system%bodies)
+    integer :: i, k, b, first(system%body%bodies)
 
     push = 0.0_wp
-    first = [(sum(system%motions(:b - 1)%n), b=1, system%bodies)]
-    do i = 1, size(system%node_body)
-      b = system%node_body(i)
+    first = [(sum(system%body%motions(:b - 1)%n), b=1, system%body%bodies)]
+    do i = 1, size(system%body%node_body)
+      b = system%body%node_body(i)
       if (b == 0) cycle
-      if (system%motions(b)%n == 0) cycle
+      if (system%body%motions(b)%n == 0) cycle
       do k = 1, 3
         if (abs(force(k, i)) <= 0.0_wp) cycle
-        associate (mine => push(first(b) + 1:first(b) + system%motions(b)%n))
-          mine = mine + force(k, i)*mode_row(system%motions(b), k, system%condensed%x(:, i))
+        associate (mine => push(first(b) + 1:first(b) + system%body%motions(b)%n))
+          mine = mine + force(k, i)*mode_row(system%body%motions(b), k, &
+            system%condensed%rigid%x(:, i))
         end associate
       end do
     end do
@@ -81,24 +83,26 @@ contains
     type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
     integer :: b, i
 
-    condensed%modes = 0
+    condensed%rigid%modes = 0
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        body%first_mode = condensed%modes
-        condensed%modes = condensed%modes + body%motions%n
+        body%first_mode = condensed%rigid%modes
+        condensed%rigid%modes = condensed%rigid%modes + body%motions%n
         if (body%motions%n == 0) cycle
         body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
         do i = 1, body%m
           associate (n => body%first + i)
             body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
-              condensed%x(:, condensed%node(n)))
+              condensed%rigid%x(:, condensed%node(n)))
           end associate
         end do
       end associate
     end do
-    if (.not. allocated(condensed%alpha)) then
-      allocate (condensed%alpha(condensed%modes), condensed%alpha_change(condensed%modes), &
-        condensed%imbalance(condensed%modes), condensed%imbalance_change(condensed%modes), &
+    if (.not. allocated(condensed%rigid%alpha)) then
+      allocate (condensed%rigid%alpha(condensed%rigid%modes), &
+        condensed%rigid%alpha_change(condensed%rigid%modes), &
+        condensed%rigid%imbalance(condensed%rigid%modes), &
+          condensed%rigid%imbalance_change(condensed%rigid%modes), &
         source=0.0_wp)
     end if
   end subroutine place_modes
@@ -110,7 +114,7 @@ contains
     real(wp), intent(inout) :: u(:) !! (n) [length]
     integer :: b
 
-    if (condensed%modes == 0) return
+    if (condensed%rigid%modes == 0) return
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         if (body%motions%n == 0) cycle
@@ -126,9 +130,10 @@ contains
   pure subroutine find_imbalance(condensed)
     type(condensed_t), intent(inout) :: condensed !! force and factors given; gets imbalance
 
-    if (condensed%modes == 0) return
-    call sum_forces(condensed, condensed%force, condensed%imbalance)
-    condensed%imbalance = condensed%imbalance - matmul(condensed%pushes, condensed%factors)
+    if (condensed%rigid%modes == 0) return
+    call sum_forces(condensed, condensed%bulk%force, condensed%rigid%imbalance)
+    condensed%rigid%imbalance = condensed%rigid%imbalance - matmul(condensed%outer%pushes, &
+      condensed%outer%factors)
   end subroutine find_imbalance
 
   !> Work of forces at the candidates on the rigid motions.
@@ -153,13 +158,13 @@ contains
     integer :: i, k
 
     associate (condensed => system%condensed)
-      do i = 1, size(system%node_body)
-        if (system%node_body(i) == 0) cycle
-        associate (body => condensed%bodies(system%node_body(i)))
+      do i = 1, size(system%body%node_body)
+        if (system%body%node_body(i) == 0) cycle
+        associate (body => condensed%bodies(system%body%node_body(i)))
           if (body%motions%n == 0) cycle
           do k = 1, 3
             system%du(k, i) = system%du(k, i) + dot_product(mode_row(body%motions, k, &
-              condensed%x(:, i)), condensed%alpha(body%first_mode + 1:body%first_mode &
+              condensed%rigid%x(:, i)), condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
               + body%motions%n))
           end do
         end associate
@@ -174,7 +179,7 @@ contains
     integer :: b, i
 
     push = 0.0_wp
-    if (condensed%modes == 0) return
+    if (condensed%rigid%modes == 0) return
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b), mine => push(condensed%bodies(b)%first_mode + 1: &
         condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))

@@ -49,11 +49,11 @@ contains
         end if
       end if
       call list_facets(model, condensed%facets)
-      allocate (condensed%bodies(system%bodies), condensed%place(3, model%mesh%nodes))
-      if (any(system%weak) .or. .not. system%bulk%linear) condensed%x = model%mesh%x
+      allocate (condensed%bodies(system%body%bodies), condensed%place(3, model%mesh%nodes))
+      if (any(system%body%weak) .or. .not. system%bulk%linear) condensed%rigid%x = model%mesh%x
       if (system%bulk%linear) then
         call begin_influence(model, system)
-        call condense_all(system, spread(.true., 1, system%bodies), outcome, model)
+        call condense_all(system, spread(.true., 1, system%body%bodies), outcome, model)
       else
         call condense_bulk(system, outcome)
       end if
@@ -82,10 +82,10 @@ contains
     real(wp), intent(in) :: time !! end of the increment
 
     associate (condensed => system%condensed)
-      condensed%factors = load_factors(model, time)
+      condensed%outer%factors = load_factors(model, time)
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       call load_candidates(condensed)
-      if (.not. allocated(condensed%kept)) call find_forces(model, system, state)
+      if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, state)
     end associate
   end subroutine begin_condensed
 
@@ -97,14 +97,14 @@ contains
     real(wp) :: force(3, model%mesh%nodes)
     integer :: i, k
 
-    allocate (system%condensed%kept(3, model%mesh%nodes), source=0.0_wp)
+    allocate (system%condensed%outer%kept(3, model%mesh%nodes), source=0.0_wp)
     if (all(abs(state%u) <= 0.0_wp)) return
-    call multiply(system%bulk_matrix, state%u, system%bulk_force)
+    call multiply(system%whole%bulk_matrix, state%u, system%inner%bulk_force)
     call conditions_at(model, state%time, force=force)
     do i = 1, model%mesh%nodes
       do k = 1, 3
         if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
-        system%condensed%kept(k, i) = force(k, i) - system%bulk_force(k, i)
+        system%condensed%outer%kept(k, i) = force(k, i) - system%inner%bulk_force(k, i)
       end do
     end do
   end subroutine find_forces
@@ -117,12 +117,12 @@ contains
     real(wp) :: u(system%condensed%n)
     integer :: i
 
-    where (system%condensed%place == 0) system%left = system%carried
+    where (system%condensed%place == 0) system%position%left = system%position%carried
     call restore_forces(system%condensed)
     call find_equilibrium(system%condensed, u)
     do i = 1, system%condensed%n
-      if (system%weak(system%node_body(system%condensed%node(i)))) cycle
-      system%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
+      if (system%body%weak(system%body%node_body(system%condensed%node(i)))) cycle
+      system%position%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
     end do
   end subroutine place_starts
 
@@ -144,7 +144,7 @@ contains
     integer :: i
 
     do i = 1, condensed%n
-      condensed%force(i) = condensed%kept(condensed%direction(i), condensed%node(i))
+      condensed%bulk%force(i) = condensed%outer%kept(condensed%direction(i), condensed%node(i))
     end do
   end subroutine restore_forces
 
@@ -156,7 +156,7 @@ contains
     associate (condensed => system%condensed)
       call fit_motions(condensed, candidate_values(condensed, system%u))
       call find_equilibrium(condensed, u)
-      condensed%defect = u - candidate_values(condensed, system%u)
+      condensed%bulk%defect = u - candidate_values(condensed, system%u)
       call find_imbalance(condensed)
       call measure_defects(condensed)
       condensed%norm_before = 0.0_wp
@@ -171,7 +171,7 @@ contains
     associate (condensed => system%condensed)
       call refresh_candidates(system)
       call find_equilibrium(condensed, u)
-      condensed%defect = u - candidate_values(condensed, system%u)
+      condensed%bulk%defect = u - candidate_values(condensed, system%u)
       call find_imbalance(condensed)
       call measure_defects(condensed)
     end associate
@@ -184,14 +184,14 @@ contains
     real(wp) :: least
     integer :: b, i
 
-    condensed%defect_norm = 0.0_wp
+    condensed%bulk%defect_norm = 0.0_wp
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         least = huge(1.0_wp)
         if (body%motions%n > 0) least = minval([(body%compliance(i, i), i=1, body%m)])
         do i = 1, body%m
-          condensed%defect_norm = hypot(condensed%defect_norm, &
-            condensed%defect(body%first + i)/min(least, body%compliance(i, i)))
+          condensed%bulk%defect_norm = hypot(condensed%bulk%defect_norm, &
+            condensed%bulk%defect(body%first + i)/min(least, body%compliance(i, i)))
         end do
       end associate
     end do
@@ -206,8 +206,8 @@ contains
     associate (condensed => system%condensed)
       call find_equilibrium(condensed, u)
       do i = 1, condensed%n
-        if (condensed%live_place(i) > 0) cycle
-        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%defect(i)
+        if (condensed%alive%live_place(i) > 0) cycle
+        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
       end do
     end associate
   end subroutine refresh_candidates
@@ -223,7 +223,7 @@ contains
     system%condensed%norm_before = 0.0_wp
     associate (condensed => system%condensed, list => system%contact)
       allocate (live(condensed%n))
-      live = abs(condensed%force) > 0.0_wp
+      live = abs(condensed%bulk%force) > 0.0_wp
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
@@ -234,15 +234,16 @@ contains
         end do
       end do
       call widen_live(condensed, live)
-      if (all(live .eqv. condensed%live_place > 0) .and. allocated(condensed%right)) then
+      if (all(live .eqv. condensed%alive%live_place > 0) .and. &
+        allocated(condensed%alive%right)) then
         call place_elements(system)
         return
       end if
       system%du = 0.0_wp
-      condensed%live = pack([(i, i=1, condensed%n)], live)
-      condensed%n_live = size(condensed%live)
-      condensed%live_place = 0
-      condensed%live_place(condensed%live) = [(i, i=1, condensed%n_live)]
+      condensed%alive%live = pack([(i, i=1, condensed%n)], live)
+      condensed%alive%n_live = size(condensed%alive%live)
+      condensed%alive%live_place = 0
+      condensed%alive%live_place(condensed%alive%live) = [(i, i=1, condensed%alive%n_live)]
       call number_live(condensed)
       call measure_defects(condensed)
       call place_elements(system)
@@ -257,7 +258,7 @@ contains
     associate (condensed => system%condensed, tangent => system%condensed%tangent, &
                list => system%contact)
       if (allocated(tangent%status)) deallocate (tangent%status)
-      tangent%dense = .false.
+      tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
       tangent%dofs = 0
       do k = 1, list%n
@@ -265,7 +266,7 @@ contains
         do a = 1, list%nel(k)
           do i = 1, 3
             n = condensed%place(i, list%ix(a, k))
-            if (n > 0) tangent%dofs(3*(a - 1) + i, k) = condensed%live_place(n)
+            if (n > 0) tangent%dofs(3*(a - 1) + i, k) = condensed%alive%live_place(n)
           end do
         end do
       end do
@@ -275,7 +276,7 @@ contains
   !> Condenses anew the bodies of which contact has reached nodes that are not candidates.
   subroutine extend_candidates(system)
     type(system_t), intent(inout) :: system !! condensed may grow
-    logical :: before(size(system%node_body)), wanted(system%bodies)
+    logical :: before(size(system%body%node_body)), wanted(system%body%bodies)
     real(wp), allocatable :: force(:, :), u(:)
     integer :: i, outcome
 
@@ -288,11 +289,11 @@ contains
       where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
       wanted = .false.
       do i = 1, size(before)
-        if (before(i) .neqv. condensed%candidate(i)) wanted(system%node_body(i)) = .true.
+        if (before(i) .neqv. condensed%candidate(i)) wanted(system%body%node_body(i)) = .true.
       end do
       allocate (force(3, size(before)), source=0.0_wp)
       do i = 1, condensed%n
-        force(condensed%direction(i), condensed%node(i)) = condensed%force(i)
+        force(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
       end do
       if (condensed%preconditions) then
         call condense_at_rest(system, outcome)
@@ -304,7 +305,7 @@ contains
       call number_candidates(system)
       if (condensed%preconditions) return
       do i = 1, condensed%n
-        condensed%force(i) = force(condensed%direction(i), condensed%node(i))
+        condensed%bulk%force(i) = force(condensed%direction(i), condensed%node(i))
       end do
       call load_candidates(condensed)
       allocate (u(condensed%n))
@@ -312,7 +313,7 @@ contains
       call find_imbalance(condensed)
       do i = 1, condensed%n
         if (before(condensed%node(i))) then
-          condensed%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
+          condensed%bulk%defect(i) = u(i) - system%u(condensed%direction(i), condensed%node(i))
         else
           system%u(condensed%direction(i), condensed%node(i)) = u(i)
         end if
@@ -328,13 +329,14 @@ contains
 
     system%right = 0.0_wp
     associate (condensed => system%condensed)
-      condensed%defect_share = 1.0_wp - length
-      do i = 1, condensed%n_live
-        associate (c => condensed%live(i))
-          condensed%right(i) = condensed%force(c) + length*condensed%force_change(c) &
+      condensed%bulk%defect_share = 1.0_wp - length
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          condensed%alive%right(i) = condensed%bulk%force(c) + &
+            length*condensed%bulk%force_change(c) &
             - system%contact_force(condensed%direction(c), condensed%node(c))
           system%right(system%equation(condensed%direction(c), condensed%node(c))) = &
-            condensed%right(i)
+            condensed%alive%right(i)
         end associate
       end do
     end associate
@@ -345,13 +347,13 @@ contains
     type(condensed_t), intent(inout) :: condensed !! force and defect are moved
     real(wp), intent(in) :: length !! share of the direction
 
-    condensed%force = condensed%force + length*condensed%force_change
-    condensed%defect = (1.0_wp - length)*condensed%defect
-    condensed%defect_norm = (1.0_wp - length)*condensed%defect_norm
-    condensed%defect_share = 1.0_wp
-    if (condensed%modes == 0) return
-    condensed%alpha = condensed%alpha + length*condensed%alpha_change
-    condensed%imbalance = condensed%imbalance + length*condensed%imbalance_change
+    condensed%bulk%force = condensed%bulk%force + length*condensed%bulk%force_change
+    condensed%bulk%defect = (1.0_wp - length)*condensed%bulk%defect
+    condensed%bulk%defect_norm = (1.0_wp - length)*condensed%bulk%defect_norm
+    condensed%bulk%defect_share = 1.0_wp
+    if (condensed%rigid%modes == 0) return
+    condensed%rigid%alpha = condensed%rigid%alpha + length*condensed%rigid%alpha_change
+    condensed%rigid%imbalance = condensed%rigid%imbalance + length*condensed%rigid%imbalance_change
   end subroutine take_condensed
 
   !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
@@ -364,15 +366,15 @@ contains
     if (system%condensed%surface_only) return
     associate (condensed => system%condensed)
       call spread_yield(system, system%du)
-      do k = 1, size(condensed%factors)
-        system%du = system%du + condensed%factors(k)*condensed%influence(:, :, k)
+      do k = 1, size(condensed%outer%factors)
+        system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do
-      if (condensed%modes > 0) call add_motion_inside(system)
+      if (condensed%rigid%modes > 0) call add_motion_inside(system)
       call refresh_candidates(system)
       where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
       system%du = 0.0_wp
-      call multiply_some(system%bulk_matrix, any(system%equation == 0, 1), system%u, &
-        system%bulk_force)
+      call multiply_some(system%whole%bulk_matrix, any(system%equation == 0, 1), system%u, &
+        system%inner%bulk_force)
     end associate
   end subroutine recover_interior
 
@@ -381,9 +383,9 @@ contains
     type(condensed_t), intent(inout) :: condensed !! force given; gets kept
     integer :: i
 
-    condensed%kept = 0.0_wp
+    condensed%outer%kept = 0.0_wp
     do i = 1, condensed%n
-      condensed%kept(condensed%direction(i), condensed%node(i)) = condensed%force(i)
+      condensed%outer%kept(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
     end do
   end subroutine keep_forces
 end module condensed_system

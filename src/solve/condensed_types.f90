@@ -60,6 +60,27 @@ module condensed_types
     real(wp), allocatable :: value(:) !! entries
   end type columns_t
 
+  !> Overlapping blocks of rows where the small matrix is large.
+  type :: contact_parts_t
+    integer :: most_dense = 1000 !! rows of a small matrix that is factorised as a whole, at most
+    logical :: iterated = .false. !! blocks stand in for the small matrix
+    logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
+    integer, allocatable :: start(:) !! (elements+1) rows before each element
+    type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
+    real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
+    real(wp), allocatable :: raised(:, :) !! (rank, modes) what motions ask of rows
+    real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
+    real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
+    integer, allocatable :: border_pivot(:) !! (modes) of its factor
+  end type contact_parts_t
+
+  !> GMRES on the rest of the element matrices.
+  type :: rest_course_t
+    type(gmres_t) :: iteration !! GMRES on the rest, (live) long
+    real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
+    real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
+  end type rest_course_t
+
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
     integer :: elements = 0 !! closed contact elements
@@ -84,20 +105,49 @@ module condensed_types
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
     !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
-    integer :: most_dense = 1000 !! rows of a small matrix that is factorised as a whole, at most
-    logical :: iterated = .false. !! blocks stand in for the small matrix
-    logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
-    integer, allocatable :: start(:) !! (elements+1) rows before each element
-    type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
-    real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
-    real(wp), allocatable :: raised(:, :) !! (rank, modes) what motions ask of rows
-    real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
-    real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
-    integer, allocatable :: border_pivot(:) !! (modes) of its factor
-    type(gmres_t) :: iteration !! GMRES on the rest, (live) long
-    real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
-    real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
+    type(contact_parts_t) :: parts !! blocks, where it is large
+    type(rest_course_t) :: course !! GMRES on the rest
   end type contact_tangent_t
+
+  !> What the loads do to the bodies without contact.
+  type :: influence_t
+    real(wp), allocatable :: factors(:) !! (loads) their factors at the end of the increment
+    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
+    real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
+    real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
+    real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
+  end type influence_t
+
+  !> The rigid motions of the iterate that supports leave to the bodies.
+  type :: carried_t
+    integer :: modes = 0 !! rigid motions of all bodies
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if needed [length]
+    real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
+    real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
+    real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]
+    real(wp), allocatable :: imbalance(:) !! (modes) contact forces less loads on them [force]
+    real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
+  end type carried_t
+
+  !> The candidates that elements or forces touch at present, and the unknowns there.
+  type :: live_t
+    integer :: n_live = 0 !! candidates that elements or forces touch at present
+    integer, allocatable :: live(:) !! (n_live) candidate
+    integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
+    real(wp), allocatable :: right(:) !! (n_live) residual [force]
+    real(wp), allocatable :: change(:) !! (n_live) direction [length]
+  end type live_t
+
+  !> The contact forces that the bulk bears, and by how much the iterate is off.
+  type :: defects_t
+    real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
+    real(wp), allocatable :: yielded(:) !! (n) C times the forces yielded_to [length]
+    real(wp), allocatable :: yielded_to(:) !! (n) the forces it was computed for last [force]
+    real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
+    real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
+    real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
+    real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
+  end type defects_t
 
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
@@ -115,33 +165,13 @@ module condensed_types
     integer :: n = 0 !! candidate degrees of freedom
     integer, allocatable :: place(:, :) !! (3, nodes) candidate number, 0 for none
     integer, allocatable :: node(:), direction(:) !! (n) where each candidate belongs
-    real(wp), allocatable :: factors(:) !! (loads) their factors at the end of the increment
-    real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
-    real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
-    real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
-    real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
-    real(wp), allocatable :: yielded(:) !! (n) C times the forces yielded_to [length]
-    real(wp), allocatable :: yielded_to(:) !! (n) the forces it was computed for last [force]
-    real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
-    real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
-    real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
-    real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
-    integer :: modes = 0 !! rigid motions of all bodies
-    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if needed [length]
-    real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
-    real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
-    real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
-    real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]
-    real(wp), allocatable :: imbalance(:) !! (modes) contact forces less loads on them [force]
-    real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     integer, allocatable :: facets(:, :) !! (3, facets) master facets of all pairs
-    integer :: n_live = 0 !! candidates that elements or forces touch at present
-    integer, allocatable :: live(:) !! (n_live) candidate
-    integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
     type(contact_tangent_t) :: tangent !! of the iteration
-    real(wp), allocatable :: right(:) !! (n_live) residual [force]
-    real(wp), allocatable :: change(:) !! (n_live) direction [length]
     real(wp) :: norm_before = 0.0_wp !! residual norm one iteration before, 0 at a start [force]
     integer :: failed = 0 !! outcome of the last extension
+    type(influence_t) :: outer !! the loads' influence
+    type(carried_t) :: rigid !! rigid motions
+    type(live_t) :: alive !! live candidates
+    type(defects_t) :: bulk !! forces that the bulk bears
   end type condensed_t
 end module condensed_types

@@ -30,12 +30,12 @@ contains
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call start_rows(system, x, place)
-      call divide_rows(tangent, place, system%facet_size)
-      if (allocated(tangent%weight)) deallocate (tangent%weight)
-      allocate (tangent%weight(tangent%rank), source=1.0_wp)
+      call divide_rows(tangent, place, system%scale%facet_size)
+      if (allocated(tangent%parts%weight)) deallocate (tangent%parts%weight)
+      allocate (tangent%parts%weight(tangent%rank), source=1.0_wp)
       worst = solver_done
-      do k = 1, size(tangent%blocks)
-        call factorise_block(condensed, tangent, tangent%blocks(k), outcome)
+      do k = 1, size(tangent%parts%blocks)
+        call factorise_block(condensed, tangent, tangent%parts%blocks(k), outcome)
         worst = max(worst, outcome)
       end do
       outcome = worst
@@ -52,10 +52,10 @@ contains
     integer :: e, j
 
     associate (tangent => system%condensed%tangent, list => system%contact)
-      tangent%start = spread(0, 1, tangent%elements + 1)
+      tangent%parts%start = spread(0, 1, tangent%elements + 1)
       j = 0
       do e = 1, tangent%elements
-        tangent%start(e) = j
+        tangent%parts%start(e) = j
         do while (j < tangent%rank)
           if (tangent%owner(j + 1) /= tangent%element(e)) exit
           j = j + 1
@@ -64,7 +64,7 @@ contains
           place(:, e) = sum(x(:, nodes) + system%u(:, nodes), 2)/real(size(nodes), wp)
         end associate
       end do
-      tangent%start(tangent%elements + 1) = j
+      tangent%parts%start(tangent%elements + 1) = j
     end associate
   end subroutine start_rows
 
@@ -78,10 +78,11 @@ contains
 
     order = [(e, e=1, size(order))]
     parts = 0
-    call halve(place, tangent%start, max(fewest_rows, min(most_rows, tangent%rank/share_of_rows)), &
+    call halve(place, tangent%parts%start, max(fewest_rows, min(most_rows, &
+      tangent%rank/share_of_rows)), &
       1, size(order), order, last, parts)
-    if (allocated(tangent%blocks)) deallocate (tangent%blocks)
-    allocate (tangent%blocks(parts))
+    if (allocated(tangent%parts%blocks)) deallocate (tangent%parts%blocks)
+    allocate (tangent%parts%blocks(parts))
     first = 1
     do k = 1, parts
       associate (own => order(first:last(k)))
@@ -89,8 +90,9 @@ contains
         high = maxval(place(:, own), 2)
         reach = overlap*max(maxval(high - low)/sqrt(real(size(own), wp)), 0.5_wp*size_of_facet)
         do
-          call list_rows(tangent, place, low - reach, high + reach, own, tangent%blocks(k))
-          if (size(tangent%blocks(k)%row) <= most_growth*count(tangent%blocks(k)%own)) exit
+          call list_rows(tangent, place, low - reach, high + reach, own, tangent%parts%blocks(k))
+          if (size(tangent%parts%blocks(k)%row) <= &
+            most_growth*count(tangent%parts%blocks(k)%own)) exit
           reach = shrinkage*reach
         end do
       end associate
@@ -146,12 +148,12 @@ contains
       size(within)), 1)
     is_own = .false.
     is_own(own) = .true.
-    n = sum(tangent%start(2:) - tangent%start(:size(within)), within)
+    n = sum(tangent%parts%start(2:) - tangent%parts%start(:size(within)), within)
     allocate (block%row(n), block%own(n), block%pivot(n), block%factor(n, n))
     n = 0
     do e = 1, size(within)
       if (.not. within(e)) cycle
-      do j = tangent%start(e) + 1, tangent%start(e + 1)
+      do j = tangent%parts%start(e) + 1, tangent%parts%start(e + 1)
         n = n + 1
         block%row(n) = j
         block%own(n) = is_own(e)
@@ -165,7 +167,7 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! columns; gets weights
     type(contact_block_t), intent(inout) :: block !! row given; gets factor
     integer, intent(out) :: outcome !! done or singular
-    integer :: local(condensed%n_live), j, i, info
+    integer :: local(condensed%alive%n_live), j, i, info
     real(wp), allocatable :: c(:, :), cu(:, :)
 
     call find_block_dofs(tangent, block, local)
@@ -188,7 +190,7 @@ contains
           if (dofs(i) > 0) column = column + tangent%v(i, row)*c(:, local(dofs(i)))
         end do
         column(j) = column(j) + 1.0_wp
-        if (block%own(j)) tangent%weight(row) = maxval(abs(tangent%u(:, row)))/abs(column(j))
+        if (block%own(j)) tangent%parts%weight(row) = maxval(abs(tangent%u(:, row)))/abs(column(j))
       end associate
     end do
     call dgetrf(size(block%row), size(block%row), block%factor, size(block%row), block%pivot, info)
@@ -246,11 +248,14 @@ contains
     real(wp) :: risen(tangent%rank, tangent%modes)
     integer :: b, j, i, k, info
 
-    if (allocated(tangent%raised)) deallocate (tangent%raised, tangent%pushed, tangent%border, &
-      tangent%border_pivot)
-    allocate (tangent%raised(tangent%rank, tangent%modes), tangent%pushed(tangent%modes, &
+    if (allocated(tangent%parts%raised)) deallocate (tangent%parts%raised, tangent%parts%pushed, &
+      tangent%parts%border, &
+      tangent%parts%border_pivot)
+    allocate (tangent%parts%raised(tangent%rank, tangent%modes), &
+      tangent%parts%pushed(tangent%modes, &
       tangent%rank), source=0.0_wp)
-    allocate (tangent%border(tangent%modes, tangent%modes), tangent%border_pivot(tangent%modes))
+    allocate (tangent%parts%border(tangent%modes, tangent%modes), &
+      tangent%parts%border_pivot(tangent%modes))
     risen = 0.0_wp
     do j = 1, tangent%rank
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
@@ -261,7 +266,7 @@ contains
             do k = 1, body%motions%n
               associate (mode => body%modes(body%gathered(dofs(i) - body%first_live), k))
                 risen(j, first + k) = risen(j, first + k) + tangent%v(i, j)*mode
-                tangent%pushed(first + k, j) = tangent%pushed(first + k, j) &
+                tangent%parts%pushed(first + k, j) = tangent%parts%pushed(first + k, j) &
                   + body%softness*tangent%u(i, j)*mode
               end associate
             end do
@@ -270,18 +275,18 @@ contains
       end associate
     end do
     do k = 1, tangent%modes
-      call apply_blocks(tangent, risen(:, k), tangent%raised(:, k))
+      call apply_blocks(tangent, risen(:, k), tangent%parts%raised(:, k))
     end do
-    tangent%border = matmul(tangent%pushed, tangent%raised)
+    tangent%parts%border = matmul(tangent%parts%pushed, tangent%parts%raised)
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         do k = body%first_mode + 1, body%first_mode + body%motions%n
-          tangent%border(k, k) = tangent%border(k, k) + body%softness*body%drag
+          tangent%parts%border(k, k) = tangent%parts%border(k, k) + body%softness*body%drag
         end do
       end associate
     end do
-    call dgetrf(tangent%modes, tangent%modes, tangent%border, tangent%modes, &
-      tangent%border_pivot, info)
+    call dgetrf(tangent%modes, tangent%modes, tangent%parts%border, tangent%modes, &
+      tangent%parts%border_pivot, info)
     outcome = merge(solver_done, solver_singular, info == 0)
   end subroutine border_blocks
 
@@ -303,8 +308,8 @@ contains
     real(wp) :: answer(tangent%rank)
     integer :: k, j, info
 
-    do k = 1, size(tangent%blocks)
-      associate (block => tangent%blocks(k))
+    do k = 1, size(tangent%parts%blocks)
+      associate (block => tangent%parts%blocks(k))
         answer(:size(block%row)) = r(block%row)
         call dgetrs('T', size(block%row), 1, block%factor, size(block%row), block%pivot, &
           answer, size(block%row), info)
@@ -325,9 +330,10 @@ contains
     associate (n => tangent%rank, m => tangent%modes)
       call apply_blocks(tangent, r(:n), z(:n))
       if (m == 0) return
-      z(n + 1:n + m) = r(n + 1:n + m) - matmul(tangent%pushed, z(:n))
-      call dgetrs('N', m, 1, tangent%border, m, tangent%border_pivot, z(n + 1:n + m), m, info)
-      z(:n) = z(:n) + matmul(tangent%raised, z(n + 1:n + m))
+      z(n + 1:n + m) = r(n + 1:n + m) - matmul(tangent%parts%pushed, z(:n))
+      call dgetrs('N', m, 1, tangent%parts%border, m, tangent%parts%border_pivot, z(n + 1:n + &
+        m), m, info)
+      z(:n) = z(:n) + matmul(tangent%parts%raised, z(n + 1:n + m))
     end associate
   end subroutine precondition
 end module contact_blocks

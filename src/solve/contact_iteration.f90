@@ -37,7 +37,7 @@ contains
     real(wp) :: goal, norm
     integer :: start, n
 
-    n = condensed%tangent%rank + condensed%modes
+    n = condensed%tangent%rank + condensed%rigid%modes
     allocate (x(n + size(b)), source=0.0_wp)
     allocate (r(size(x)), weight(size(x)))
     call weigh(condensed, weight)
@@ -53,7 +53,7 @@ contains
       call correct(condensed, weight, 0.5_wp*goal, r, x, iterations)
       if (most == 0) iterations = 1
     end do
-    condensed%alpha_next = x(condensed%tangent%rank + 1:n)
+    condensed%rigid%alpha_next = x(condensed%tangent%rank + 1:n)
   end subroutine answer_by_blocks
 
   !> From residuals to the forces they make.
@@ -64,7 +64,7 @@ contains
 
     weight = 1.0_wp
     associate (n => condensed%tangent%rank)
-      weight(:n) = condensed%tangent%weight
+      weight(:n) = condensed%tangent%parts%weight
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           weight(n + body%first_mode + 1:n + body%first_mode + body%motions%n) = &
@@ -87,13 +87,13 @@ contains
     integer :: k
 
     associate (tangent => condensed%tangent, n => condensed%tangent%rank, &
-      last => condensed%tangent%rank + condensed%modes)
+      last => condensed%tangent%rank + condensed%rigid%modes)
       y = x(last + 1:)
       call add_leading(tangent, x(:n), y)
       t = 0.0_wp
       call apply_compliance(condensed, y, t)
       t = b - t
-      if (condensed%modes > 0) then
+      if (condensed%rigid%modes > 0) then
         call add_live_motion(condensed, x(n + 1:last), t)
         call push_live(condensed, y, r(n + 1:last))
         r(n + 1:last) = push - r(n + 1:last)
@@ -121,11 +121,11 @@ contains
     real(wp), intent(inout) :: x(:) !! (rank+modes+live) is corrected
     integer, intent(inout) :: iterations !! counts on
     type(gmres_t) :: course
-    real(wp) :: d(size(x)), image(size(x)), zero(condensed%n_live)
-    real(wp) :: y(condensed%n_live), t(condensed%n_live)
+    real(wp) :: d(size(x)), image(size(x)), zero(condensed%alive%n_live)
+    real(wp) :: y(condensed%alive%n_live), t(condensed%alive%n_live)
     integer :: n
 
-    n = condensed%tangent%rank + condensed%modes
+    n = condensed%tangent%rank + condensed%rigid%modes
     zero = 0.0_wp
     call begin_gmres(r, most_vectors, course)
     do
@@ -133,7 +133,7 @@ contains
       y = d(n + 1:)
       call precondition(condensed%tangent, d(:n), image(:n))
       d = [image(:n), y]
-      call find_rest(condensed, zero, zero(:condensed%modes), d, y, t, image)
+      call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, t, image)
       call add_image(-weight*image, course)
       if (course%rest <= goal .or. course%n == most_vectors) exit
     end do

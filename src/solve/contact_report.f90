@@ -30,7 +30,7 @@ contains
     worst_pair = 0
     largest = -1.0_wp
     do k = 1, size(model%pairs)
-      do p = system%first_point(k), system%first_point(k + 1) - 1
+      do p = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%status(p) <= status_open) cycle
         if (.not. is_of_body(system, p, body)) cycle
         part = residual_at(system, system%contact%ix(1:system%contact%nel(p), p))
@@ -44,7 +44,7 @@ contains
       t = closest_point(model, system, body)
     else
       t = point_line(model, system, worst_pair, &
-        worst - system%first_point(worst_pair) + 1, master_nodes(system%contact, worst), &
+        worst - system%place%first_point(worst_pair) + 1, master_nodes(system%contact, worst), &
         merge('stick', 'slip ', system%contact%status(worst) == status_stick))// &
         ', residual '//to_text(largest, 4)
     end if
@@ -67,11 +67,11 @@ contains
     best = 0
     do k = 1, size(model%pairs)
       if (.not. pair_has_body(model%pairs(k), system, body)) cycle
-      tree = model%pairs(k)%tree
-      call fit_tree(tree, model%pairs(k)%facets, x)
-      do p = system%first_point(k), system%first_point(k + 1) - 1
-        associate (point => p - system%first_point(k) + 1)
-          call nearest_facet(tree, model%pairs(k)%facets, x, &
+      tree = model%pairs(k)%surface%tree
+      call fit_tree(tree, model%pairs(k)%surface%facets, x)
+      do p = system%place%first_point(k), system%place%first_point(k + 1) - 1
+        associate (point => p - system%place%first_point(k) + 1)
+          call nearest_facet(tree, model%pairs(k)%surface%facets, x, &
             point_position(model%pairs(k), point, x), facet, distance)
           if (facet == 0 .or. distance >= least) cycle
           least = distance
@@ -81,7 +81,8 @@ contains
       end do
     end do
     if (best_pair == 0) return
-    t = point_line(model, system, best_pair, best(1), model%pairs(best_pair)%facets(:, best(2)), &
+    t = point_line(model, system, best_pair, best(1), model%pairs(best_pair)%surface%facets(:, &
+      best(2)), &
       'open')
   end function closest_point
 
@@ -114,17 +115,17 @@ contains
     point = 1
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        if (model%pairs(k)%moves(p) <= most) cycle
-        most = model%pairs(k)%moves(p)
+        if (model%pairs(k)%history%moves(p) <= most) cycle
+        most = model%pairs(k)%history%moves(p)
         pair = k
         point = p
       end do
     end do
     associate (contact => model%pairs(pair))
-      if (contact%segmented) point = max(1, findloc(contact%cells%slave, point, 1))
+      if (contact%segmented) point = max(1, findloc(contact%history%cells%slave, point, 1))
       t = 'pair '//contact%name//', slave '//point_text(contact, point) &
-        //', facet of nodes '//host_text(contact, contact%new(point)%host) &
-        //' after that of nodes '//host_text(contact, contact%left(point))
+        //', facet of nodes '//host_text(contact, contact%history%new(point)%host) &
+        //' after that of nodes '//host_text(contact, contact%history%left(point))
     end associate
   end function restless_point
 
@@ -151,7 +152,7 @@ contains
     yes = .false.
     do k = 1, size(model%pairs)
       if (.not. pair_has_body(model%pairs(k), system, body)) cycle
-      if (any(model%pairs(k)%mu > 0.0_wp)) yes = .true.
+      if (any(model%pairs(k)%friction%mu > 0.0_wp)) yes = .true.
     end do
   end function has_friction
 
@@ -163,10 +164,10 @@ contains
     integer :: f
 
     yes = body == 0
-    if (.not. yes) yes = any(system%node_body(pair%point_nodes(1, :)) == body)
-    do f = 1, size(pair%facets, 2)
+    if (.not. yes) yes = any(system%body%node_body(pair%points%point_nodes(1, :)) == body)
+    do f = 1, size(pair%surface%facets, 2)
       if (yes) return
-      yes = system%node_body(pair%facets(1, f)) == body
+      yes = system%body%node_body(pair%surface%facets(1, f)) == body
     end do
   end function pair_has_body
 
@@ -177,7 +178,7 @@ contains
     integer, intent(in) :: body !! the body
 
     associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
-      yes = body == 0 .or. any(system%node_body(nodes) == body)
+      yes = body == 0 .or. any(system%body%node_body(nodes) == body)
     end associate
   end function is_of_body
 
@@ -203,7 +204,7 @@ contains
     character(:), allocatable :: t
 
     t = 'none'
-    if (host > 0) t = facet_text(pair%facets(:, host))
+    if (host > 0) t = facet_text(pair%surface%facets(:, host))
   end function host_text
 
   !> The corner nodes of a facet.

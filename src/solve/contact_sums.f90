@@ -159,7 +159,7 @@ contains
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets rank, lead, held, hold
     real(wp), intent(in) :: tolerance !! weighed columns below this do not count
-    real(wp) :: root(condensed%n_live)
+    real(wp) :: root(condensed%alive%n_live)
     integer :: b, i, first, last
 
     do b = 1, size(condensed%bodies)
@@ -169,7 +169,7 @@ contains
         end do
       end associate
     end do
-    associate (sum => tangent%sum, node => condensed%node(condensed%live(tangent%sum%column)))
+    associate (sum => tangent%sum, node => condensed%node(condensed%alive%live(tangent%sum%column)))
       tangent%rank = 0
       tangent%held = reshape([integer ::], [3, sum%n], [0])
       tangent%hold = reshape([real(wp) ::], [3, sum%n], [0.0_wp])

@@ -42,7 +42,7 @@ contains
 
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
-      call begin_increment(model%pairs(k), system%x_old)
+      call begin_increment(model%pairs(k), system%position%x_old)
     end do
     call end_cost(system%costs, cost_search)
   end subroutine restart_points
@@ -60,11 +60,13 @@ contains
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%segmented .and. tolerance <= 0.0_wp) then
-        call follow_tips(model%pairs(k), system%x_old, system%x_ahead, tolerance, changes)
+        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_ahead, &
+          tolerance, changes)
       else
-        call follow_tips(model%pairs(k), system%x_old, system%x_now, tolerance, changes)
+        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_now, &
+          tolerance, changes)
       end if
-      changes = changes + overlooked(model%pairs(k), system, system%first_point(k))
+      changes = changes + overlooked(model%pairs(k), system, system%place%first_point(k))
     end do
     call place_touches(model, system, .false.)
     call end_cost(system%costs, cost_search)
@@ -85,10 +87,10 @@ contains
       associate (pair => model%pairs(k))
         if (.not. pair%smooth) cycle
         call begin_cost(system%costs, cost_search)
-        before = pair%patch
-        call renew_patches(pair, system%x_now)
-        first = system%first_point(k)
-        if (patch_change(pair, system%x_now, before, system%contact%status(first:first + &
+        before = pair%surface%patch
+        call renew_patches(pair, system%position%x_now)
+        first = system%place%first_point(k)
+        if (patch_change(pair, system%position%x_now, before, system%contact%status(first:first + &
           count_points(pair) - 1) > status_open) > tolerance) settled = .false.
         call end_cost(system%costs, cost_search)
       end associate
@@ -105,7 +107,7 @@ contains
     n = 0
     do p = 1, count_points(pair)
       if (system%contact%routine(first + p - 1) /= routine_none) cycle
-      if (touches(pair, system%x_now, p, pair%new(p)%host)) n = n + 1
+      if (touches(pair, system%position%x_now, p, pair%history%new(p)%host)) n = n + 1
     end do
   end function overlooked
 
@@ -117,7 +119,7 @@ contains
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        call load_point(model%pairs(k), p, system%first_point(k) + p - 1, system)
+        call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
       end do
     end do
     call withhold_friction(model, system)
@@ -132,24 +134,25 @@ contains
     type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
     real(wp) :: xi(2), gap, withheld(3)
 
-    associate (list => system%contact, point => pair%new(p), x => system%x_now)
+    associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
       list%routine(element) = routine_none
       list%status(element) = status_off
-      system%hosts(element) = 0
+      system%place%hosts(element) = 0
       if (point%host == 0) return
       list%status(element) = status_open
       call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
       list%routine(element) = facet_routine(pair, point%host)
-      system%hosts(element) = coupling(pair, p, point%host)
+      system%place%hosts(element) = coupling(pair, p, point%host)
       call place_nodes(pair, p, point%host, element, list)
       list%d(:, element) = point_parameters(pair, p, point%host)
       list%h1(:, element) = point%tip
       list%path1(element) = point%path
       withheld = [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
       list%shift(:, element) = point_shift(pair, p, point) + withheld
-      if (pair%softened .and. nothing_yields(system, list%ix(1:list%nel(element), element))) then
-        list%d(d03_epsilon, element) = pair%epsilon(p)
+      if (pair%history%softened .and. nothing_yields(system, list%ix(1:list%nel(element), &
+        element))) then
+        list%d(d03_epsilon, element) = pair%points%epsilon(p)
         list%shift(:, element) = withheld
       end if
     end associate
@@ -163,15 +166,15 @@ contains
     integer, intent(in) :: element !! its place in the list
     type(element_list_t), intent(inout) :: list !! gets ix, weight
 
-    associate (n => pair%n_slaves)
+    associate (n => pair%points%n_slaves)
       list%nel(element) = n + 3
-      list%ix(1:n, element) = pair%point_nodes(:, p)
-      list%ix(n + 1:n + 3, element) = pair%facets(:, host)
+      list%ix(1:n, element) = pair%points%point_nodes(:, p)
+      list%ix(n + 1:n + 3, element) = pair%surface%facets(:, host)
       if (is_quadratic(pair, host)) then
         list%nel(element) = n + 6
-        list%ix(n + 4:n + 6, element) = pair%middles(:, host)
+        list%ix(n + 4:n + 6, element) = pair%surface%middles(:, host)
       end if
-      if (n > 1) list%weight(1:n, element) = pair%point_weights(:, p)
+      if (n > 1) list%weight(1:n, element) = pair%points%point_weights(:, p)
     end associate
   end subroutine place_nodes
 
@@ -184,11 +187,11 @@ contains
       return
     end if
     if (system%contact%n == 0) then
-      if (.not. allocated(system%csc%ptr)) call build_uncoupled(system)
+      if (.not. allocated(system%whole%csc%ptr)) call build_uncoupled(system)
       return
     end if
-    if (.not. graph_holds(system%matrix, system%contact)) call build_coupled(system)
-    call locate_elements(system%matrix, system%contact)
+    if (.not. graph_holds(system%whole%matrix, system%contact)) call build_coupled(system)
+    call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
 
   !> Builds the pattern of a system without contact: that of the bulk.
@@ -196,7 +199,7 @@ contains
     type(system_t), intent(inout) :: system !! gets csc
 
     call begin_cost(system%costs, cost_pattern)
-    call build_pattern(system%bulk_matrix, system%equation, system%csc)
+    call build_pattern(system%whole%bulk_matrix, system%equation, system%whole%csc)
     call end_cost(system%costs, cost_pattern)
   end subroutine build_uncoupled
 
@@ -205,12 +208,13 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
 
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(system%bulk_matrix%nodes, system%bulk, system%matrix, system%contact, &
+    call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
+      system%contact, &
       system%volumes)
     call place_bulk(system)
-    call build_pattern(system%matrix, system%equation, system%csc)
-    call start_pattern(system%solver)
-    system%coupled_hosts = system%hosts
+    call build_pattern(system%whole%matrix, system%equation, system%whole%csc)
+    call start_pattern(system%whole%solver)
+    system%place%coupled_hosts = system%place%hosts
     call end_cost(system%costs, cost_pattern)
   end subroutine build_coupled
 
@@ -223,11 +227,11 @@ contains
     integer :: k, p, element
 
     if (system%contact%n == 0) return
-    if (allocated(system%matrix%ptr) .and. all(system%coupled_hosts == hosts)) return
-    system%hosts = hosts
+    if (allocated(system%whole%matrix%ptr) .and. all(system%place%coupled_hosts == hosts)) return
+    system%place%hosts = hosts
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        element = system%first_point(k) + p - 1
+        element = system%place%first_point(k) + p - 1
         system%contact%routine(element) = routine_none
         if (hosts(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
@@ -238,7 +242,7 @@ contains
       end do
     end do
     call build_coupled(system)
-    call locate_elements(system%matrix, system%contact)
+    call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple_as_saved
 
   !> Where each block of the bulk's matrix stands in the coupled matrix.
@@ -246,12 +250,13 @@ contains
     type(system_t), intent(inout) :: system !! gets bulk_place
     integer :: j, k
 
-    if (.not. allocated(system%bulk_place)) then
-      allocate (system%bulk_place(size(system%bulk_matrix%row)))
+    if (.not. allocated(system%whole%bulk_place)) then
+      allocate (system%whole%bulk_place(size(system%whole%bulk_matrix%row)))
     end if
-    do j = 1, system%bulk_matrix%nodes
-      do k = system%bulk_matrix%ptr(j), system%bulk_matrix%ptr(j + 1) - 1
-        system%bulk_place(k) = find_block(system%matrix, system%bulk_matrix%row(k), j)
+    do j = 1, system%whole%bulk_matrix%nodes
+      do k = system%whole%bulk_matrix%ptr(j), system%whole%bulk_matrix%ptr(j + 1) - 1
+        system%whole%bulk_place(k) = find_block(system%whole%matrix, &
+          system%whole%bulk_matrix%row(k), j)
       end do
     end do
   end subroutine place_bulk
@@ -278,14 +283,14 @@ contains
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        element = system%first_point(k) + p - 1
-        model%pairs(k)%new(p)%status = system%contact%status(element)
-        model%pairs(k)%new(p)%path = 0.0_wp
+        element = system%place%first_point(k) + p - 1
+        model%pairs(k)%history%new(p)%status = system%contact%status(element)
+        model%pairs(k)%history%new(p)%path = 0.0_wp
         if (system%contact%status(element) <= status_open) cycle
-        model%pairs(k)%new(p)%dissipation = model%pairs(k)%new(p)%dissipation &
+        model%pairs(k)%history%new(p)%dissipation = model%pairs(k)%history%new(p)%dissipation &
           + friction_work(system, element)
-        model%pairs(k)%new(p)%tip = system%contact%h2(:, element)
-        model%pairs(k)%new(p)%path = system%contact%path2(element)
+        model%pairs(k)%history%new(p)%tip = system%contact%h2(:, element)
+        model%pairs(k)%history%new(p)%path = system%contact%path2(element)
       end do
     end do
   end subroutine keep_status
@@ -297,7 +302,7 @@ contains
     real(wp) :: way(3), dxi(2)
 
     associate (list => system%contact, nodes => master_nodes(system%contact, element), &
-               x => system%x_now)
+               x => system%position%x_now)
       if (list%routine(element) == routine_quadratic) then
         associate (facet => x(:, list%ix(list%nel(element) - 5:list%nel(element), element)))
           way = place_on_quadratic(facet, list%h2(:, element)) &
@@ -338,7 +343,7 @@ contains
 
     call keep_status(model, system)
     do k = 1, size(model%pairs)
-      call settle_points(model%pairs(k), system%x_now)
+      call settle_points(model%pairs(k), system%position%x_now)
     end do
   end subroutine settle_contact
 end module contact_system

@@ -54,7 +54,7 @@ contains
       end if
       call list_elements(system, tangent)
     end associate
-    if (any(system%weak)) call find_grounded(x, system)
+    if (any(system%body%weak)) call find_grounded(x, system)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
@@ -91,19 +91,19 @@ contains
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call gather_compliance(condensed)
       call drag_bodies(system)
-      tangent%modes = condensed%modes
+      tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
       if (tangent%whole) then
-        call sum_elements(tangent, condensed%n_live, tangent%sum)
+        call sum_elements(tangent, condensed%alive%n_live, tangent%sum)
         call peel_nodes(condensed, tangent, negligible)
-        if (tangent%rank > most_whole*tangent%most_dense .and. .not. tangent%dense) &
+        if (tangent%rank > most_whole*tangent%parts%most_dense .and. .not. tangent%parts%dense) &
           tangent%whole = .false.
       end if
       if (.not. tangent%whole) call peel_elements(condensed, tangent)
-      tangent%iterated = .not. (tangent%whole .or. tangent%dense) .and. tangent%rank > &
-        tangent%most_dense
-      if (tangent%iterated) then
+      tangent%parts%iterated = .not. (tangent%whole .or. tangent%parts%dense) .and. tangent%rank > &
+        tangent%parts%most_dense
+      if (tangent%parts%iterated) then
         call form_blocks(system, x, outcome)
       else if (tangent%whole) then
         call form_whole(condensed, tangent)
@@ -113,7 +113,7 @@ contains
       tangent%status = system%contact%status
       info = 0
       associate (n => tangent%rank + tangent%modes)
-        if (n > 0 .and. .not. tangent%iterated) call dgetrf(n, n, tangent%small, &
+        if (n > 0 .and. .not. tangent%parts%iterated) call dgetrf(n, n, tangent%small, &
           size(tangent%small, 1), tangent%pivot, info)
       end associate
       if (info /= 0) outcome = solver_singular
@@ -125,7 +125,7 @@ contains
   subroutine peel_elements(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
-    real(wp) :: weight(size(tangent%s, 1)), root(condensed%n_live)
+    real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live)
     integer :: e, i, b, rank
 
     if (.not. allocated(tangent%owner)) then
@@ -161,7 +161,7 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
     integer :: j
 
-    call make_small(tangent%rank + tangent%modes, condensed%n_live, tangent)
+    call make_small(tangent%rank + tangent%modes, condensed%alive%n_live, tangent)
     do j = 1, tangent%rank
       call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
         tangent%cu(:, j))
@@ -268,7 +268,8 @@ contains
 
     associate (tangent => system%condensed%tangent)
       if (tangent%whole) then
-        if (.not. tangent%fresh) call sum_elements(tangent, system%condensed%n_live, tangent%now)
+        if (.not. tangent%fresh) call sum_elements(tangent, system%condensed%alive%n_live, &
+          tangent%now)
         return
       end if
       tangent%resting = 0

@@ -84,8 +84,8 @@ contains
     type(system_t), intent(in) :: system !! inverted given
     character(:), allocatable :: t
 
-    t = '  element '//to_text(system%inverted)//' of material '//to_text(model%materials( &
-      model%element_material(system%inverted))%number)//': look at loads, units and mesh '// &
+    t = '  element '//to_text(system%inner%inverted)//' of material '//to_text(model%materials( &
+      model%element_material(system%inner%inverted))%number)//': look at loads, units and mesh '// &
       'there;'//new_line('a')//'  a regular mesh, MEAN or another law may bear more'
   end function inverted_element
 
@@ -112,7 +112,7 @@ contains
     logical :: free
     integer :: b
 
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       call free_motion(model%mesh%x, system, b, .false., free, motion)
       if (.not. free) cycle
       if (in_a_pair(model, system, b)) then
@@ -135,10 +135,10 @@ contains
     yes = .false.
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        if (system%node_body(model%pairs(k)%point_nodes(1, p)) == body) yes = .true.
+        if (system%body%node_body(model%pairs(k)%points%point_nodes(1, p)) == body) yes = .true.
       end do
-      do f = 1, size(model%pairs(k)%facets, 2)
-        if (system%node_body(model%pairs(k)%facets(1, f)) == body) yes = .true.
+      do f = 1, size(model%pairs(k)%surface%facets, 2)
+        if (system%body%node_body(model%pairs(k)%surface%facets(1, f)) == body) yes = .true.
       end do
     end do
   end function in_a_pair
@@ -152,7 +152,7 @@ contains
     integer :: b
 
     body = 0
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       call free_motion(model%mesh%x, system, b, .true., free, motion)
       if (free .and. .not. is_held(model, system, b)) then
         body = b
@@ -178,8 +178,8 @@ contains
     k = maxloc(abs(motion), 1)
     dof = mod(k - 1, 3) + 1
     node = 0
-    do k = 1, size(system%node_body)
-      if (system%node_body(k) /= body) cycle
+    do k = 1, size(system%body%node_body)
+      if (system%body%node_body(k) /= body) cycle
       if (system%equation(dof, k) == 0 .and. .not. is_carried(system, k)) cycle
       node = k
       exit
@@ -219,12 +219,12 @@ contains
     logical :: free
     integer :: b
 
-    if (.not. any(system%weak)) return
-    do b = 1, system%bodies
-      if (.not. system%weak(b) .or. system%told(b)) cycle
+    if (.not. any(system%body%weak)) return
+    do b = 1, system%body%bodies
+      if (.not. system%body%weak(b) .or. system%body%told(b)) cycle
       call free_motion(model%mesh%x, system, b, .true., free, motion, tracks=.true.)
       if (.not. free .or. closed_points(system, b) == 0) cycle
-      system%told(b) = .true.
+      system%body%told(b) = .true.
       what = body_name(model, system, b)//' can '//named_motion(maxloc(abs(motion), 1))// &
         ' without resistance'
       if (is_held(model, system, b)) then
@@ -243,7 +243,7 @@ contains
     integer, intent(in) :: body !! the body
 
     held = .false.
-    if (allocated(model%held)) held = any(model%held .and. system%node_body == body)
+    if (allocated(model%held)) held = any(model%held .and. system%body%node_body == body)
   end function is_held
 
   !> What to change for a body that can move.
@@ -275,7 +275,7 @@ contains
     do e = 1, model%mesh%elements
       node = model%mesh%ix(1, e)
       if (node == 0) cycle
-      if (system%node_body(node) /= body) cycle
+      if (system%body%node_body(node) /= body) cycle
       t = 'the body of element '//to_text(e)
       if (model%mesh%region(e) > 0) then
         if (len(model%mesh%regions(model%mesh%region(e))%name) > 0) then
@@ -302,7 +302,7 @@ contains
     if (node == 0) return
     t = '  the largest residual, '//to_text(residual)//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)
-    contact = worst_contact(model, system, max(system%node_body(node), 0))
+    contact = worst_contact(model, system, max(system%body%node_body(node), 0))
     if (len(contact) == 0) contact = worst_contact(model, system, 0)
     if (len(contact) > 0) t = t//nl//contact//nl//what_may_help(model, system, cut)
   end function worst_node

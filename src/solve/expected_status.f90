@@ -39,18 +39,18 @@ contains
     call forget_expected(system%contact)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%segmented) then
-        call expect_on_facets(model%pairs(k), system%first_point(k), system)
+        call expect_on_facets(model%pairs(k), system%place%first_point(k), system)
         cycle
       end if
       do p = 1, count_points(model%pairs(k))
-        element = system%first_point(k) + p - 1
+        element = system%place%first_point(k) + p - 1
         if (system%contact%routine(element) == routine_none) cycle
-        if (model%pairs(k)%old(p)%status <= status_open) then
+        if (model%pairs(k)%history%old(p)%status <= status_open) then
           system%contact%keep(element) = touching_shift(model%pairs(k), p, element, &
             system)
           cycle
         end if
-        system%contact%slide(element) = model%pairs(k)%old(p)%status == status_slip
+        system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
         system%contact%keep(element) = closing_shift(model%pairs(k), p, system)
       end do
     end do
@@ -62,21 +62,21 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: first !! its first contact element
     type(system_t), intent(inout) :: system !! gets keep, slide
-    type(expected_t) :: facets(size(pair%slave_facets, 2))
+    type(expected_t) :: facets(size(pair%points%slave_facets, 2))
     real(wp) :: now
     integer :: p
 
-    call look_back(pair, system%x_old, facets)
+    call look_back(pair, system%position%x_old, facets)
     do p = 1, count_points(pair)
-      if (pair%cells(p)%slave == 0) cycle
+      if (pair%history%cells(p)%slave == 0) cycle
       if (system%contact%routine(first + p - 1) == routine_none) cycle
-      associate (facet => facets(pair%cells(p)%slave))
+      associate (facet => facets(pair%history%cells(p)%slave))
         if (.not. facet%closed .or. facet%area <= 0.0_wp) then
           system%contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, system)
           cycle
         end if
         system%contact%slide(first + p - 1) = facet%slips
-        now = shifted_gap(pair, p, pair%new(p), system%x_now)
+        now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
         if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
       end associate
     end do
@@ -90,15 +90,15 @@ contains
     real(wp) :: xi(2), gap
     integer :: p
 
-    do p = 1, size(pair%old)
-      associate (cell => pair%old_cells(p), point => pair%old(p))
+    do p = 1, size(pair%history%old)
+      associate (cell => pair%history%old_cells(p), point => pair%history%old(p))
         if (cell%slave == 0 .or. cell%area <= 0.0_wp) cycle
         associate (facet => facets(cell%slave))
           facet%closed = facet%closed .and. point%status > status_open
           facet%slips = facet%slips .and. point%status == status_slip
           if (.not. facet%closed) cycle
           call project_on_master(pair, point%host, x, &
-            matmul(x(:, pair%slave_facets(:, cell%slave)), cell%weight), xi, gap)
+            matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight), xi, gap)
           facet%area = facet%area + cell%area
           facet%gap = facet%gap + (gap - facet%gap)*cell%area/facet%area
         end associate
@@ -118,10 +118,11 @@ contains
 
     shift = 0.0_wp
     associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
-      if (.not. any(system%weak(system%node_body(nodes)))) return
+      if (.not. any(system%body%weak(system%body%node_body(nodes)))) return
     end associate
-    gap = shifted_gap(pair, p, pair%new(p), system%x_now)
-    tolerance = touching*facet_size(system%x_now(:, pair%facets(:, pair%new(p)%host)))
+    gap = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
+    tolerance = touching*facet_size(system%position%x_now(:, pair%surface%facets(:, &
+      pair%history%new(p)%host)))
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift
 
@@ -142,9 +143,9 @@ contains
     real(wp) :: now, before
 
     shift = 0.0_wp
-    now = shifted_gap(pair, p, pair%new(p), system%x_now)
+    now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
     if (now <= 0.0_wp) return
-    before = shifted_gap(pair, p, pair%old(p), system%x_old)
+    before = shifted_gap(pair, p, pair%history%old(p), system%position%x_old)
     if (before < 0.0_wp) shift = before - now
   end function closing_shift
 

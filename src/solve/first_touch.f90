@@ -1,6 +1,7 @@
 !> First touch (doc/theory, "First touch"): what counts as slip of a point that was open is its way
 !! after it has met the surface. The increment is solved without friction at such points first; that
 !! tells which of them touch, and with the free motion where the way of each meets the surface.
+!! In more than 400 lines, since its stages share what an increment knows of touches.
 module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch
@@ -34,7 +35,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with their last converged state
     type(system_t), intent(inout) :: system !! gets touch
     real(wp), intent(in) :: span !! length of the increment [time]
-    logical :: held(0:system%bodies)
+    logical :: held(0:system%body%bodies)
     integer :: k
 
     associate (touch => system%touch)
@@ -42,7 +43,7 @@ contains
       touch%span = span
       if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
       if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
-      associate (bodies => system%bodies, pairs => size(model%pairs))
+      associate (bodies => system%body%bodies, pairs => size(model%pairs))
         allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
         allocate (touch%start(0:bodies, pairs), source=0.0_wp)
       end associate
@@ -58,7 +59,7 @@ contains
   pure logical function rubs(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    rubs = any(has_friction(pair%mu))
+    rubs = any(has_friction(pair%friction%mu))
   end function rubs
 
   !> A point was closed without a depth: it has carried no force, and not slipped.
@@ -68,15 +69,17 @@ contains
     integer, intent(in) :: p !! the point, with a host
     real(wp) :: xi(2), gap, least, epsilon
 
-    least = touching*facet_size(system%x_old(:, pair%facets(:, pair%old(p)%host)))
+    least = touching*facet_size(system%position%x_old(:, pair%surface%facets(:, &
+      pair%history%old(p)%host)))
     if (pair%segmented) then
-      epsilon = pair%density*pair%old_cells(p)%area
+      epsilon = pair%points%density*pair%history%old_cells(p)%area
     else
-      epsilon = pair%epsilon(p)
+      epsilon = pair%points%epsilon(p)
     end if
-    barely = norm2(pair%old(p)%lambda) <= epsilon*least
+    barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
-    call project_on_master(pair, pair%old(p)%host, system%x_old, old_place(pair, system, p), xi, &
+    call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+      old_place(pair, system, p), xi, &
                            gap)
     barely = abs(gap) <= least
   end function barely
@@ -89,10 +92,11 @@ contains
     real(wp) :: y(3)
 
     if (pair%segmented) then
-      y = matmul(system%x_old(:, pair%slave_facets(:, pair%old_cells(p)%slave)), &
-        pair%old_cells(p)%weight)
+      y = matmul(system%position%x_old(:, pair%points%slave_facets(:, &
+        pair%history%old_cells(p)%slave)), &
+        pair%history%old_cells(p)%weight)
     else
-      y = point_position(pair, p, system%x_old)
+      y = point_position(pair, p, system%position%x_old)
     end if
   end function old_place
 
@@ -105,21 +109,22 @@ contains
     logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
     integer, intent(in) :: k !! number of the pair
     integer :: p, body
-    logical :: sticks(0:system%bodies), slides(0:system%bodies)
+    logical :: sticks(0:system%body%bodies), slides(0:system%body%bodies)
 
     sticks = .false.
     slides = .false.
     system%touch%empty(:, k) = .true.
-    do p = 1, size(pair%old)
-      if (pair%old(p)%status <= status_open) cycle
+    do p = 1, size(pair%history%old)
+      if (pair%history%old(p)%status <= status_open) cycle
       body = old_body(pair, system, p)
       system%touch%empty(body, k) = .false.
-      if (pair%old(p)%status == status_stick) sticks(body) = .true.
+      if (pair%history%old(p)%status == status_stick) sticks(body) = .true.
       if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
     end do
     system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
-      .and. all(held(system%node_body(pair%facets(1, :))))
-    if (any(system%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, system, k)
+      .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
+    if (any(system%body%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
+      system, k)
   end subroutine look_at_pair
 
   !> A body that contact alone holds and that lies on its master already, without a force so far,
@@ -131,15 +136,16 @@ contains
     real(wp) :: xi(2), gap
     integer :: p, body
 
-    do p = 1, size(pair%old)
-      if (pair%old(p)%host == 0) cycle
+    do p = 1, size(pair%history%old)
+      if (pair%history%old(p)%host == 0) cycle
       body = old_body(pair, system, p)
-      associate (facet => pair%facets(:, pair%old(p)%host))
+      associate (facet => pair%surface%facets(:, pair%history%old(p)%host))
         if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
-        if (.not. any(system%weak([body, system%node_body(facet(1))]))) cycle
-        call project_on_master(pair, pair%old(p)%host, system%x_old, old_place(pair, system, p), &
+        if (.not. any(system%body%weak([body, system%body%node_body(facet(1))]))) cycle
+        call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+          old_place(pair, system, p), &
           xi, gap)
-        if (abs(gap) <= touching*facet_size(system%x_old(:, facet))) then
+        if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
           system%touch%waits(body, k) = .false.
         end if
       end associate
@@ -153,9 +159,10 @@ contains
     integer, intent(in) :: p !! the point
 
     if (pair%segmented) then
-      body = system%node_body(pair%slave_facets(1, max(1, pair%old_cells(p)%slave)))
+      body = system%body%node_body(pair%points%slave_facets(1, max(1, &
+        pair%history%old_cells(p)%slave)))
     else
-      body = system%node_body(pair%point_nodes(1, p))
+      body = system%body%node_body(pair%points%point_nodes(1, p))
     end if
   end function old_body
 
@@ -177,9 +184,9 @@ contains
     do k = 1, size(model%pairs)
       if (.not. any(system%touch%waits(:, k))) cycle
       do p = 1, count_points(model%pairs(k))
-        if (system%contact%routine(system%first_point(k) + p - 1) == routine_none) cycle
+        if (system%contact%routine(system%place%first_point(k) + p - 1) == routine_none) cycle
         if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
-        system%contact%d(d03_mu:d03_mu + 1, system%first_point(k) + p - 1) = 0.0_wp
+        system%contact%d(d03_mu:d03_mu + 1, system%place%first_point(k) + p - 1) = 0.0_wp
       end do
     end do
   end subroutine withhold_friction
@@ -192,11 +199,11 @@ contains
     integer, intent(in) :: p !! the point
 
     waiting = .false.
-    if (.not. system%touch%waits(system%node_body(pair%point_nodes(1, p)), k)) return
+    if (.not. system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) return
     if (pair%segmented) then
       waiting = was_open(pair, p)
     else
-      waiting = pair%old(p)%status <= status_open
+      waiting = pair%history%old(p)%status <= status_open
     end if
   end function is_waiting
 
@@ -209,13 +216,14 @@ contains
 
     open = .true.
     least = huge(1.0_wp)
-    do q = first_cell(pair%old_cells, pair%cells(p)%slave), size(pair%old_cells)
+    do q = first_cell(pair%history%old_cells, pair%history%cells(p)%slave), &
+      size(pair%history%old_cells)
       if (q == 0) return
-      if (pair%old_cells(q)%slave /= pair%cells(p)%slave) return
-      distance = norm2(pair%old_cells(q)%weight - pair%cells(p)%weight)
+      if (pair%history%old_cells(q)%slave /= pair%history%cells(p)%slave) return
+      distance = norm2(pair%history%old_cells(q)%weight - pair%history%cells(p)%weight)
       if (distance >= least) cycle
       least = distance
-      open = pair%old(q)%status <= status_open
+      open = pair%history%old(q)%status <= status_open
     end do
   end function was_open
 
@@ -231,13 +239,13 @@ contains
     if (system%touch%stage /= touch_waits) return
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        if (system%contact%status(system%first_point(k) + p - 1) <= status_open) cycle
+        if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
         if (is_waiting(model%pairs(k), system, k, p)) touches = touches + 1
       end do
     end do
     if (touches == 0) return
     call count_cost(system%costs, cost_touch, 1)
-    system%touch%x_end = system%x_now
+    system%touch%x_end = system%position%x_now
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) then
@@ -264,7 +272,7 @@ contains
       associate (pair => model%pairs(k))
         if (.not. (pair%segmented .and. any(system%touch%waits(:, k)))) cycle
         call cut_touched(pair, [(is_waiting(pair, system, k, p), p=1, count_points(pair))], &
-          system%x_old, meeting_place(system, k), changes)
+          system%position%x_old, meeting_place(system, k), changes)
       end associate
     end do
     if (changes > 0) call place_touches(model, system, .false.)
@@ -274,11 +282,11 @@ contains
   pure function meeting_place(system, k) result(x)
     type(system_t), intent(in) :: system !! touch known
     integer, intent(in) :: k !! the pair
-    real(wp) :: x(3, size(system%x_old, 2))
+    real(wp) :: x(3, size(system%position%x_old, 2))
     real(wp) :: share
 
     share = min(1.0_wp, minval(system%touch%start(:, k), system%touch%waits(:, k)))
-    x = system%x_old + share*(system%touch%x_free - system%x_old)
+    x = system%position%x_old + share*(system%touch%x_free - system%position%x_old)
   end function meeting_place
 
   !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
@@ -290,13 +298,14 @@ contains
     real(wp) :: ratio
 
     associate (touch => system%touch, x => model%mesh%x)
-      touch%x_free = system%x_ahead
+      touch%x_free = system%position%x_ahead
       if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
       ratio = touch%span/touch%span_before
-      u_old = system%x_old - x
+      u_old = system%position%x_old - x
       u = touch%u_before
       where (system%equation == 0) u = u_old
-      call carry_bodies(x, system%equation, system%node_body, system%bodies, touch%u_before, u)
+      call carry_bodies(x, system%equation, system%body%node_body, system%body%bodies, &
+        touch%u_before, u)
       touch%x_free = touch%x_free + ratio*(u_old - u)
     end associate
   end subroutine find_free_way
@@ -305,18 +314,18 @@ contains
   subroutine find_shapes(pair, system)
     type(pair_t), intent(inout) :: pair !! the pair: gets patch_way
     type(system_t), intent(in) :: system !! positions, touch with its free way
-    real(wp) :: present(size(pair%patch, 1), size(pair%patch, 2))
+    real(wp) :: present(size(pair%surface%patch, 1), size(pair%surface%patch, 2))
 
-    present = pair%patch
-    if (.not. allocated(pair%patch_way)) &
-      allocate (pair%patch_way(size(present, 1), size(present, 2), 3))
-    call renew_patches(pair, system%x_old)
-    pair%patch_way(:, :, 1) = pair%patch
+    present = pair%surface%patch
+    if (.not. allocated(pair%surface%patch_way)) &
+      allocate (pair%surface%patch_way(size(present, 1), size(present, 2), 3))
+    call renew_patches(pair, system%position%x_old)
+    pair%surface%patch_way(:, :, 1) = pair%surface%patch
     call renew_patches(pair, system%touch%x_free)
-    pair%patch_way(:, :, 2) = pair%patch
+    pair%surface%patch_way(:, :, 2) = pair%surface%patch
     call renew_patches(pair, system%touch%x_end)
-    pair%patch_way(:, :, 3) = pair%patch
-    pair%patch = present
+    pair%surface%patch_way(:, :, 3) = pair%surface%patch
+    pair%surface%patch = present
   end subroutine find_shapes
 
   !> When each slave body comes to its first touch, as a share of the increment.
@@ -328,16 +337,16 @@ contains
 
     system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
     do p = 1, count_points(pair)
-      if (system%contact%status(system%first_point(k) + p - 1) <= status_open) cycle
+      if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
       if (.not. is_waiting(pair, system, k, p)) cycle
-      body = system%node_body(pair%point_nodes(1, p))
+      body = system%body%node_body(pair%points%point_nodes(1, p))
       if (.not. system%touch%empty(body, k)) cycle
       if (body > 0) then
         ! what nothing holds falls at once
-        if (system%weak(body)) system%touch%start(body, k) = 0.0_wp
+        if (system%body%weak(body)) system%touch%start(body, k) = 0.0_wp
       end if
       system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
-        system%touch, system%x_old, p))
+        system%touch, system%position%x_old, p))
     end do
   end subroutine find_start
 
@@ -353,7 +362,7 @@ contains
       if (.not. any(system%touch%waits(:, k))) cycle
       if (.not. (all_points .or. model%pairs(k)%segmented)) cycle
       do p = 1, count_points(model%pairs(k))
-        if (model%pairs(k)%new(p)%host == 0) cycle
+        if (model%pairs(k)%history%new(p)%host == 0) cycle
         if (is_waiting(model%pairs(k), system, k, p)) call place_touch(model%pairs(k), system, k, p)
       end do
     end do
@@ -368,17 +377,19 @@ contains
     real(wp) :: start, time, gap
     integer :: host
 
-    host = pair%new(p)%host
-    start = system%touch%start(system%node_body(pair%point_nodes(1, p)), k)
-    time = way_before(system%touch, system%node_body(pair%point_nodes(1, p)), k, &
-      touch_time(pair, system%touch, system%x_old, p))
-    associate (point => pair%new(p))
+    host = pair%history%new(p)%host
+    start = system%touch%start(system%body%node_body(pair%points%point_nodes(1, p)), k)
+    time = way_before(system%touch, system%body%node_body(pair%points%point_nodes(1, p)), k, &
+      touch_time(pair, system%touch, system%position%x_old, p))
+    associate (point => pair%history%new(p))
       point%host = first_host(pair, p)
-      call meet(pair, system%touch, start, system%x_old, p, time, point%host, point%tip, gap)
-      if (point%host /= host) point%lambda = matmul(matmul(facet_frame(corners(system%x_old, &
-        pair%facets(:, host))), point%lambda), facet_frame(corners(system%x_old, &
-        pair%facets(:, point%host))))
-      pair%start(p) = point
+      call meet(pair, system%touch, start, system%position%x_old, p, time, point%host, &
+        point%tip, gap)
+      if (point%host /= host) point%lambda = &
+        matmul(matmul(facet_frame(corners(system%position%x_old, &
+        pair%surface%facets(:, host))), point%lambda), facet_frame(corners(system%position%x_old, &
+        pair%surface%facets(:, point%host))))
+      pair%history%start(p) = point
     end associate
   end subroutine place_touch
 

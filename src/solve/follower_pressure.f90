@@ -27,15 +27,16 @@ contains
     do k = 1, size(model%conditions%pressures)
       n = n + size(model%mesh%surfaces(model%conditions%pressures(k)%surface)%facets, 2)
     end do
-    allocate (system%pressed(most_facet_nodes, n), system%pressed_by(n), source=0)
-    allocate (system%pressure(size(model%conditions%pressures)), source=0.0_wp)
+    allocate (system%loads%pressed(most_facet_nodes, n), system%loads%pressed_by(n), source=0)
+    allocate (system%loads%pressure(size(model%conditions%pressures)), source=0.0_wp)
     n = 0
     do k = 1, size(model%conditions%pressures)
       associate (faces => model%mesh%surfaces(model%conditions%pressures(k)%surface))
         do f = 1, size(faces%facets, 2)
           n = n + 1
-          system%pressed(:, n) = facet_of(model%mesh%ix(:, faces%elements(f)), faces%facets(:, f))
-          system%pressed_by(n) = k
+          system%loads%pressed(:, n) = facet_of(model%mesh%ix(:, faces%elements(f)), &
+            faces%facets(:, f))
+          system%loads%pressed_by(n) = k
         end do
       end associate
     end do
@@ -48,10 +49,10 @@ contains
     type(system_t), intent(inout) :: system !! gets pressure
     integer :: k
 
-    if (.not. allocated(system%pressure)) return
-    do k = 1, size(system%pressure)
+    if (.not. allocated(system%loads%pressure)) return
+    do k = 1, size(system%loads%pressure)
       associate (load => model%conditions%pressures(k))
-        system%pressure(k) = load%value*load_factor(model%tables, load%table, time)
+        system%loads%pressure(k) = load%value*load_factor(model%tables, load%table, time)
       end associate
     end do
   end subroutine set_pressures
@@ -67,10 +68,11 @@ contains
       slopes(2, most_facet_nodes, facet_points), weights(facet_points), t(3)
     integer :: f, q, a, nodes, points
 
-    if (.not. allocated(system%pressed)) return
-    do f = 1, size(system%pressed, 2)
-      nodes = count(system%pressed(:, f) > 0)
-      associate (p => system%pressure(system%pressed_by(f)), ix => system%pressed(:nodes, f))
+    if (.not. allocated(system%loads%pressed)) return
+    do f = 1, size(system%loads%pressed, 2)
+      nodes = count(system%loads%pressed(:, f) > 0)
+      associate (p => system%loads%pressure(system%loads%pressed_by(f)), &
+        ix => system%loads%pressed(:nodes, f))
         if (abs(p) <= 0.0_wp) cycle
         y(:, :nodes) = x(:, ix) + u(:, ix)
         call place_facet_points(nodes, points, n, slopes, weights)
@@ -95,10 +97,11 @@ contains
       slopes(2, most_facet_nodes, facet_points), weights(facet_points), t1(3), t2(3)
     integer :: f, q, a, b, nodes, points, place
 
-    if (.not. allocated(system%pressed)) return
-    do f = 1, size(system%pressed, 2)
-      nodes = count(system%pressed(:, f) > 0)
-      associate (p => system%pressure(system%pressed_by(f)), ix => system%pressed(:nodes, f))
+    if (.not. allocated(system%loads%pressed)) return
+    do f = 1, size(system%loads%pressed, 2)
+      nodes = count(system%loads%pressed(:, f) > 0)
+      associate (p => system%loads%pressure(system%loads%pressed_by(f)), &
+        ix => system%loads%pressed(:nodes, f))
         if (abs(p) <= 0.0_wp) cycle
         y(:, :nodes) = x(:, ix) + u(:, ix)
         call place_facet_points(nodes, points, n, slopes, weights)
@@ -107,8 +110,8 @@ contains
           t2 = matmul(y(:, :nodes), slopes(2, :nodes, q))
           do b = 1, nodes
             do a = 1, nodes
-              place = find_block(system%bulk_matrix, ix(a), ix(b))
-              associate (k => system%bulk_matrix%val(:, :, place))
+              place = find_block(system%whole%bulk_matrix, ix(a), ix(b))
+              associate (k => system%whole%bulk_matrix%val(:, :, place))
                 k = k + p*weights(q)*n(a, q)*(slopes(2, b, q)*spin(t1) - slopes(1, b, q)*spin(t2))
               end associate
             end do
@@ -123,8 +126,8 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u, forces given; external and bulk_force change
 
-    call add_pressure_force(x, system%u, 1.0_wp, system, system%external)
-    call add_pressure_force(x, system%u, 1.0_wp, system, system%bulk_force)
+    call add_pressure_force(x, system%u, 1.0_wp, system, system%loads%external)
+    call add_pressure_force(x, system%u, 1.0_wp, system, system%inner%bulk_force)
   end subroutine take_pressure_force
 
   !> The matrix that takes a vector to the product a x v.

@@ -20,12 +20,12 @@ contains
     type(state_t), intent(in) :: state !! last converged state
     type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
 
-    system%given_forces = max(hypot(norm2(system%external), rigid_loads(system)), &
+    system%scale%given_forces = max(hypot(norm2(system%loads%external), rigid_loads(system)), &
       norm2(state%reaction))
-    system%seen_forces = 0.0_wp
-    system%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
+    system%scale%seen_forces = 0.0_wp
+    system%scale%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
       max(0.0_wp, maxval(abs(system%u), system%equation == 0))
-    system%stroke = maxval(abs(system%u - state%u))
+    system%scale%stroke = maxval(abs(system%u - state%u))
   end subroutine begin_scales
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were
@@ -36,8 +36,8 @@ contains
 
     forces = internal_forces(system)
     if (forces <= 0.0_wp) return
-    if (system%seen_forces <= 0.0_wp) system%seen_forces = forces
-    system%seen_forces = min(system%seen_forces, forces)
+    if (system%scale%seen_forces <= 0.0_wp) system%scale%seen_forces = forces
+    system%scale%seen_forces = min(system%scale%seen_forces, forces)
   end subroutine note_forces
 
   !> Norm of the nodal forces of supports and contact at the iterate.
@@ -50,8 +50,8 @@ contains
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
-        norm = hypot(norm, system%bulk_force(k, i) + system%contact_force(k, i) &
-          - system%external(k, i))
+        norm = hypot(norm, system%inner%bulk_force(k, i) + system%contact_force(k, i) &
+          - system%loads%external(k, i))
       end do
     end do
   end function internal_forces
@@ -60,7 +60,7 @@ contains
   pure real(wp) function force_scale(system) result(scale)
     type(system_t), intent(in) :: system !! its scales
 
-    scale = max(system%given_forces, system%seen_forces)
+    scale = max(system%scale%given_forces, system%scale%seen_forces)
   end function force_scale
 
   !> The share of a direction that a body can go in one iteration: its own size and what is
@@ -71,11 +71,11 @@ contains
     integer :: i
 
     share = 1.0_wp
-    do i = 1, size(system%node_body)
-      if (system%node_body(i) == 0) cycle
-      associate (body => system%node_body(i))
-        way = system%motions(body)%size + system%stroke
-        if (system%grounded(body)) way = min(way, system%facet_size)
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) == 0) cycle
+      associate (body => system%body%node_body(i))
+        way = system%body%motions(body)%size + system%scale%stroke
+        if (system%body%grounded(body)) way = min(way, system%scale%facet_size)
         if (maxval(abs(system%du(:, i)))*share > way) share = way/maxval(abs(system%du(:, i)))
       end associate
     end do
@@ -85,6 +85,6 @@ contains
   pure logical function in_bounds(system) result(inside)
     type(system_t), intent(in) :: system !! u and its bound
 
-    inside = all(abs(system%u) <= system%bound)
+    inside = all(abs(system%u) <= system%scale%bound)
   end function in_bounds
 end module force_scales

@@ -32,10 +32,10 @@ contains
 
     call begin_touch_again(system)
     if (carried) then
-      system%u = system%carried
+      system%u = system%position%carried
       call monitor%detail('  no convergence: once more with the predictor')
     else
-      system%u = system%left
+      system%u = system%position%left
       call monitor%detail('  no convergence: once more without the predictor')
     end if
     call start_here(model, system, norm)
@@ -49,8 +49,8 @@ contains
     integer :: k
 
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%shrink >= 0) model%pairs(k)%withheld = 1.0_wp - &
-        load_factor(model%tables, model%pairs(k)%shrink, time)
+      if (model%pairs(k)%shrinking%shrink >= 0) model%pairs(k)%shrinking%withheld = 1.0_wp - &
+        load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)
     end do
   end subroutine take_overlaps
 
@@ -61,7 +61,7 @@ contains
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
 
-    call conditions_at(model, time, displacement=system%u, force=system%external)
+    call conditions_at(model, time, displacement=system%u, force=system%loads%external)
     where (system%equation > 0) system%u = state%u
     call begin_rigid(model, system, state, time)
     call set_pressures(model, time, system)
@@ -80,22 +80,23 @@ contains
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
     call start_bulk(model%mesh%x, state%u, system)
-    system%left = system%u
-    system%carried = system%u
-    call carry_bodies(model%mesh%x, system%equation, system%node_body, system%bodies, state%u, &
-      system%carried)
-    system%x_ahead = model%mesh%x + system%carried
+    system%position%left = system%u
+    system%position%carried = system%u
+    call carry_bodies(model%mesh%x, system%equation, system%body%node_body, system%body%bodies, &
+      state%u, &
+      system%position%carried)
+    system%position%x_ahead = model%mesh%x + system%position%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
       call place_starts(system)
-      system%u = system%left
+      system%u = system%position%left
     end if
     call start_here(model, system, norm_left)
-    if (all(abs(system%carried - system%left) <= 0.0_wp)) return
-    system%u = system%carried
+    if (all(abs(system%position%carried - system%position%left) <= 0.0_wp)) return
+    system%u = system%position%carried
     call start_here(model, system, norm_carried)
     if (norm_carried <= norm_left) return
-    system%u = system%left
+    system%u = system%position%left
     call start_here(model, system, norm_left)
     call monitor%detail('  predictor dropped: it does not lower the residual')
   end subroutine choose_start
@@ -109,7 +110,7 @@ contains
 
     call return_rigid(system)
     call return_bulk(model%mesh%x, system)
-    system%x_now = model%mesh%x + system%u
+    system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
       call restart_points(model, system)
       call move_hosts(model, system, 0.0_wp, changes)

@@ -51,13 +51,13 @@ contains
     logical :: choice, stayed, failed
 
     call choose_solver(model, system, monitor)
-    model%pairs%softened = is_stiff(model%pairs)
-    system%x_old = model%mesh%x + state%u
+    model%pairs%history%softened = is_stiff(model%pairs)
+    system%position%x_old = model%mesh%x + state%u
     call take_overlaps(model, time)
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, time, monitor)
-    choice = any(abs(system%carried - system%left) > 0.0_wp)
-    stayed = any(abs(system%carried - system%u) > 0.0_wp)
+    choice = any(abs(system%position%carried - system%position%left) > 0.0_wp)
+    stayed = any(abs(system%position%carried - system%u) > 0.0_wp)
     if (any(shifts_gap(model%pairs))) then
       call solve_with_multipliers(model, system, time, settings, monitor, progress)
     else
@@ -73,11 +73,11 @@ contains
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
-    if (any(system%weak) .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
+    if (any(system%body%weak) .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
       outcome_restless, outcome_singular])) then
       call let_down(model, system, time, settings, monitor, progress)
     end if
-    if (any(model%pairs%crowded)) call tell_crowded(model, monitor)
+    if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     call accept(model, system, state, time)
@@ -96,17 +96,17 @@ contains
     real(wp) :: norm
 
     call monitor%detail('  no convergence: once more with a drag on bodies that contact holds')
-    system%u = system%left
+    system%u = system%position%left
     call start_here(model, system, norm)
     progress = newton_t()
     patient = settings
     patient%most_solves = drag_patience*settings%most_solves
     patient%most_passes = drag_patience*settings%most_passes
-    system%first_drag = max(force_scale(system), norm)/(drag_way*max(system%facet_size, &
+    system%body%first_drag = max(force_scale(system), norm)/(drag_way*max(system%scale%facet_size, &
       tiny(1.0_wp)))
     call solve_from_start(model, system, time, patient, monitor, progress)
-    system%first_drag = 0.0_wp
-    system%drag = 0.0_wp
+    system%body%first_drag = 0.0_wp
+    system%body%drag = 0.0_wp
   end subroutine let_down
 
   !> Says once that a segmented pair has fewer points than its cells want.
@@ -116,10 +116,10 @@ contains
     integer :: k
 
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%crowd_told .or. .not. model%pairs(k)%crowded) cycle
-      model%pairs(k)%crowd_told = .true.
+      if (model%pairs(k)%history%crowd_told .or. .not. model%pairs(k)%history%crowded) cycle
+      model%pairs(k)%history%crowd_told = .true.
       call monitor%warning('pair '//model%pairs(k)%name//': the slave lies on more facets than '// &
-        'there is room for ('//to_text(size(model%pairs(k)%cells))//' points): some '// &
+        'there is room for ('//to_text(size(model%pairs(k)%history%cells))//' points): some '// &
         'slave facets have one point a cell or fewer, and what they carry is not exact from '// &
         'here on; write a number of points in place of SEGMent, or make '// &
         'the coarser surface the master')
@@ -142,7 +142,7 @@ contains
     start = system%u
     system%motion%active = .true.
     do k = 1, size(model%pairs)
-      model%pairs(k)%raise = raise_along(model%pairs(k))
+      model%pairs(k)%history%raise = raise_along(model%pairs(k))
     end do
     call solve_from_start(model, system, time, settings, monitor, progress)
     system%motion%active = .false.
@@ -298,7 +298,7 @@ contains
     integer :: changes
 
     if (system%condensed%active) call refresh_candidates(system)
-    system%x_now = model%mesh%x + system%u
+    system%position%x_now = model%mesh%x + system%u
     call move_hosts(model, system, settings%extrapolation, changes)
     call renew_surfaces(model, system, patch_tolerance, settled)
     if (renewals == most_renewals) settled = .true.
@@ -341,13 +341,13 @@ contains
     state%time = time
     call take_pressure_force(model%mesh%x, system)
     where (system%equation == 0)
-      state%reaction = system%bulk_force + system%contact_force - system%external
+      state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
     else where
       state%reaction = 0.0_wp
     end where
     call spring_reactions(system, state)
     call keep_rigid(system, state)
-    system%x_now = model%mesh%x + state%u
+    system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
   end subroutine accept
 end module increments

@@ -50,7 +50,7 @@ contains
       call take_condensed(system%condensed, length)
       return
     end if
-    system%bulk_force = system%bulk_force + length*system%bulk_change
+    system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
   end subroutine take_trial
 
   !> Backtracking on the residual norm or, where a stiff penalty makes that blind, on the length of
@@ -87,7 +87,7 @@ contains
     end do
     if (halving > most_halvings) then
       length = best_length
-      if (start <= round_off_factor*system%round_off) length = 0.0_wp
+      if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, x, length)
     end if
     call take_trial(system, length)
@@ -99,7 +99,7 @@ contains
 
     energy = next_direction(system, 1.0_wp)
     if (system%condensed%active) then
-      energy = abs(dot_product(system%condensed%right, system%condensed%change))
+      energy = abs(dot_product(system%condensed%alive%right, system%condensed%alive%change))
     else if (energy < huge(1.0_wp)) then
       energy = abs(dot_product(system%right, system%next))
     end if

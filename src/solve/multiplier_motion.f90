@@ -60,13 +60,13 @@ contains
       do k = 1, size(model%pairs)
         if (.not. shifts_gap(model%pairs(k))) cycle
         do p = 1, count_points(model%pairs(k))
-          element = system%first_point(k) + p - 1
+          element = system%place%first_point(k) + p - 1
           if (system%contact%routine(element) == routine_none) cycle
-          if (model%pairs(k)%softened .and. nothing_yields(system, &
+          if (model%pairs(k)%history%softened .and. nothing_yields(system, &
             system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
-          motion%start(:, element) = model%pairs(k)%new(p)%lambda
+          motion%start(:, element) = model%pairs(k)%history%new(p)%lambda
         end do
       end do
     end associate
@@ -93,7 +93,7 @@ contains
       motion%way = 0.0_wp
       call project(model, system, at, change_of_forces(system, system%du), image)
       call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
-      floor = max(floor*iteration%rest, system%round_off, least_share*norm2(motion%force))
+      floor = max(floor*iteration%rest, system%scale%round_off, least_share*norm2(motion%force))
       do while (iteration%rest > floor .and. iteration%n < most_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call answer_multipliers(system, du)
@@ -129,7 +129,7 @@ contains
     do k = 1, size(model%pairs)
       if (.not. has_field(model%pairs(k))) cycle
       call take_forces(model, system, k, &
-        stress(:, system%first_point(k):system%first_point(k + 1) - 1), at(k))
+        stress(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), at(k))
     end do
   end subroutine find_fields
 
@@ -167,7 +167,7 @@ contains
     multiplier = force
     do k = 1, size(model%pairs)
       if (.not. has_field(model%pairs(k))) cycle
-      associate (first => system%first_point(k) - 1, n => size(at(k)%near))
+      associate (first => system%place%first_point(k) - 1, n => size(at(k)%near))
         allocate (global(3, n), field(3, n), source=0.0_wp)
         do p = 1, n
           if (at(k)%near(p)) global(:, p) = matmul(at(k)%frame(:, :, p), force(:, first + p))
@@ -231,10 +231,11 @@ contains
     du = 0.0_wp
     if (system%condensed%active) then
       associate (condensed => system%condensed)
-        allocate (change(condensed%n_live))
+        allocate (change(condensed%alive%n_live))
         call answer_force(system, -live_values(system, force), change)
-        do i = 1, condensed%n_live
-          du(condensed%direction(condensed%live(i)), condensed%node(condensed%live(i))) = change(i)
+        do i = 1, condensed%alive%n_live
+          du(condensed%direction(condensed%alive%live(i)), &
+            condensed%node(condensed%alive%live(i))) = change(i)
         end do
       end associate
       return
@@ -291,13 +292,13 @@ contains
   pure function live_values(system, field) result(values)
     type(system_t), intent(in) :: system !! condensed
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(system%condensed%n_live)
+    real(wp) :: values(system%condensed%alive%n_live)
     integer :: i
 
     associate (condensed => system%condensed)
-      do i = 1, condensed%n_live
-        values(i) = field(condensed%direction(condensed%live(i)), &
-          condensed%node(condensed%live(i)))
+      do i = 1, condensed%alive%n_live
+        values(i) = field(condensed%direction(condensed%alive%live(i)), &
+          condensed%node(condensed%alive%live(i)))
       end do
     end associate
   end function live_values
@@ -339,9 +340,10 @@ contains
     fit = .true.
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
-      associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
         fit = fit .and. norm2(multiplier(:, first:last) - system%motion%start(:, first:last)) <= &
-          max(8.0_wp*system%round_off, fitting(model%pairs(k))*norm2(multiplier(:, first:last)))
+          max(8.0_wp*system%scale%round_off, fitting(model%pairs(k))*norm2(multiplier(:, &
+            first:last)))
       end associate
     end do
   end function multipliers_fit
@@ -351,7 +353,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     share = 0.1_wp*pair%augment_tolerance
-    if (pair%softened) share = softened_share
+    if (pair%history%softened) share = softened_share
   end function fitting
 
   !> The multipliers to the working points.
@@ -363,7 +365,8 @@ contains
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
       do p = 1, count_points(model%pairs(k))
-        model%pairs(k)%new(p)%lambda = system%motion%start(:, system%first_point(k) + p - 1)
+        model%pairs(k)%history%new(p)%lambda = system%motion%start(:, &
+          system%place%first_point(k) + p - 1)
       end do
     end do
   end subroutine hand_back_multipliers

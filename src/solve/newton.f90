@@ -101,7 +101,7 @@ contains
 
     if (system%motion%active) call take_multipliers(model, system)
     call form_residual(system, model%mesh%x)
-    system%drag = system%first_drag
+    system%body%drag = system%body%first_drag
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
@@ -115,10 +115,10 @@ contains
     do
       call estimate_round_off(system, model%mesh%x)
       if (is_converged(system, settings, progress)) then
-        if (system%linearised) then
-          system%linearised = .false.
+        if (system%inner%linearised) then
+          system%inner%linearised = .false.
           call form_residual(system, model%mesh%x)
-          if (system%inverted > 0) progress%outcome = outcome_inverted
+          if (system%inner%inverted > 0) progress%outcome = outcome_inverted
           if (progress%outcome == outcome_going_on) cycle
           exit
         end if
@@ -129,7 +129,8 @@ contains
       if (progress%outcome /= outcome_going_on) exit
       if (progress%solves >= settings%most_solves) then
         progress%outcome = outcome_too_many
-      else if (progress%since_fewest >= merge(drag_patience, patience, system%drag > 0.0_wp)) then
+      else if (progress%since_fewest >= merge(drag_patience, patience, &
+        system%body%drag > 0.0_wp)) then
         progress%outcome = outcome_stalled
       else if (stop_requested()) then
         progress%outcome = outcome_stopped
@@ -151,8 +152,9 @@ contains
     type(chords_t) :: chords
 
     if (progress%energy_met .or. progress%length < 1.0_wp) return
-    if (system%border%n > 0 .or. .not. system%bulk%linear) return
-    if (system%drag > 0.0_wp .or. any(system%grounded) .or. any(system%contact%hold)) return
+    if (system%tools%border%n > 0 .or. .not. system%bulk%linear) return
+    if (system%body%drag > 0.0_wp .or. any(system%body%grounded) .or. &
+      any(system%contact%hold)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, chords)
     progress%energy_met = chords%energy_met .or. chords%settled
@@ -168,10 +170,10 @@ contains
     logical, intent(out) :: sound !! it is small all the same
 
     sound = .true.
-    if (.not. system%condensed%active .or. .not. any(system%weak)) return
+    if (.not. system%condensed%active .or. .not. any(system%body%weak)) return
     call renew_defects(system)
     call form_residual(system, x)
-    sound = residual_norm(system) <= max(round_off_factor*system%round_off, &
+    sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
       max(true_share, settings%residual_tolerance)*force_scale(system))
   end subroutine look_again
 
@@ -189,7 +191,7 @@ contains
     floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
       system%contact%n > 0)
     if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
-    if (norm <= min(floor_factor*system%round_off, least_meaning(system))) then
+    if (norm <= min(floor_factor*system%scale%round_off, least_meaning(system))) then
       converged = .true.
     else if (settings%residual_tolerance > 0.0_wp) then
       converged = norm <= settings%residual_tolerance*force_scale(system)
@@ -204,7 +206,8 @@ contains
   pure real(wp) function least_meaning(system) result(norm)
     type(system_t), intent(in) :: system !! its force scale, its stiffness
 
-    norm = max(most_round_off*force_scale(system), no_strain*system%stiffest*system%bound)
+    norm = max(most_round_off*force_scale(system), &
+      no_strain*system%scale%stiffest*system%scale%bound)
   end function least_meaning
 
   !> One iteration: tangent, factor, direction, line search.
@@ -222,7 +225,7 @@ contains
     logical :: dropped
 
     begin = wall_seconds()
-    if (any(system%weak)) then
+    if (any(system%body%weak)) then
       call drop_bodies(model%mesh%x, system, dropped)
       if (dropped .and. system%condensed%active) call find_defects(system)
       if (dropped) call form_residual(system, model%mesh%x)
@@ -235,9 +238,9 @@ contains
       return
     end if
     if (system%motion%active) call add_multipliers(model, system, .true.)
-    if (system%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
+    if (system%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
-    progress%indefinite = progress%indefinite .or. system%solver%indefinite
+    progress%indefinite = progress%indefinite .or. system%whole%solver%indefinite
     call forget_expected(system%contact)
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
@@ -250,17 +253,18 @@ contains
       return
     end if
     longest = min(longest, longest_step(system))
-    if (system%drag > 0.0_wp) then
+    if (system%body%drag > 0.0_wp) then
       call search_line(system, model%mesh%x, start, .true., .false., longest, length)
       call relax_drag(system, start)
-    else if (any(system%grounded)) then
+    else if (any(system%body%grounded)) then
       call approach(system, model%mesh%x, start, longest, length)
     else
-      call search_line(system, model%mesh%x, start, progress%updated .or. system%linearised .or. &
+      call search_line(system, model%mesh%x, start, progress%updated .or. &
+        system%inner%linearised .or. &
         any(system%contact%hold), progress%since_lowest < circling, longest, length)
     end if
-    system%linearised = .false.
-    if (system%inverted > 0) then
+    system%inner%linearised = .false.
+    if (system%inner%inverted > 0) then
       progress%outcome = outcome_inverted
       return
     end if
@@ -283,7 +287,8 @@ contains
     real(wp), intent(in) :: before !! norm of the residual before the step
 
     if (before <= 0.0_wp) return
-    system%drag = system%drag*min(most_growth, max(least_growth, residual_norm(system)/before))
+    system%body%drag = system%body%drag*min(most_growth, max(least_growth, &
+      residual_norm(system)/before))
   end subroutine relax_drag
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
@@ -295,7 +300,7 @@ contains
 
     associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
       met = progress%energy <= tolerance*first
-      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%grounded)) return
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
       met = next_energy(system) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
@@ -340,7 +345,7 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    call factorise_bordered(system, system%symmetric .and. .not. progress%indefinite, outcome)
+    call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
     call spread_direction(system)
@@ -380,7 +385,7 @@ contains
     if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
-    report%solver = solver_name(system%solver)
+    report%solver = solver_name(system%whole%solver)
     if (system%condensed%active .or. system%condensed%preconditions) report%solver = 'REDUCED'
     report%seconds = seconds
   end subroutine describe

@@ -198,17 +198,17 @@ contains
     type(part_t) :: part
     integer :: e, a
 
-    if (system%volumes%n == 0 .or. system%inverted > 0) return
+    if (system%volumes%n == 0 .or. system%inner%inverted > 0) return
     associate (list => system%volumes)
       call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
-      system%bulk_energy = system%bulk_energy + energy
+      system%inner%bulk_energy = system%inner%bulk_energy + energy
       if (tangent) allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
         associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
           part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
           mean = 0.25_wp*sum(pressure(corners))
-          system%bulk_force(:, nodes) = system%bulk_force(:, nodes) + mean*part%gradient
+          system%inner%bulk_force(:, nodes) = system%inner%bulk_force(:, nodes) + mean*part%gradient
           if (.not. tangent) cycle
           do a = 1, 4
             b(:, list%place(:, a, e), corners(a)) = b(:, list%place(:, a, e), corners(a)) &
@@ -233,9 +233,9 @@ contains
     do b = 1, 4
       do a = 1, 4
         if (a == b) cycle
-        place = find_block(system%bulk_matrix, nodes(a), nodes(b))
+        place = find_block(system%whole%bulk_matrix, nodes(a), nodes(b))
         do k = 1, 3
-          system%bulk_matrix%val(:, k, place) = system%bulk_matrix%val(:, k, place) &
+          system%whole%bulk_matrix%val(:, k, place) = system%whole%bulk_matrix%val(:, k, place) &
             + factor*(c(:, a)*c(k, b) - c(:, b)*c(k, a))
         end do
       end do
@@ -249,11 +249,11 @@ contains
     type(system_t), intent(inout) :: system !! gets bulk_matrix
     integer :: v, i, j, place, k
 
-    associate (list => system%volumes, val => system%bulk_matrix%val)
+    associate (list => system%volumes, val => system%whole%bulk_matrix%val)
       do v = 1, list%n
         do j = 1, list%nel(v)
           do i = 1, list%nel(v)
-            place = find_block(system%bulk_matrix, list%ix(i, v), list%ix(j, v))
+            place = find_block(system%whole%bulk_matrix, list%ix(i, v), list%ix(j, v))
             do k = 1, 3
               val(:, k, place) = val(:, k, place) + factor(v)*b(:, i, v)*b(k, j, v)
             end do

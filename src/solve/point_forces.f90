@@ -45,12 +45,12 @@ contains
     allocate (at%near(n), source=.false.)
     at%facet = huge(1.0_wp)
     do p = 1, n
-      element = system%first_point(k) + p - 1
+      element = system%place%first_point(k) + p - 1
       if (system%contact%routine(element) == routine_none) cycle
       associate (nodes => master_nodes(system%contact, element))
         at%near(p) = .true.
         at%frame(:, :, p) = facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes))
-        at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%new(p)%lambda)
+        at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%history%new(p)%lambda)
         at%force(:, p) = stress(1:3, p)
         normal(:, p) = stress(10:12, p)
         if (system%contact%status(element) > status_open) at%facet = min(at%facet, &
@@ -87,7 +87,7 @@ contains
         gap = max(gap, norm2(rest(:, i))/max(at%field%stiffness(i), least_share &
           *maxval(at%field%stiffness)))
       end do
-      gap = gap/(model%pairs(k)%raise*at%facet)
+      gap = gap/(model%pairs(k)%history%raise*at%facet)
     end associate
     do p = 1, size(at%near)
       if (at%near(p)) multiplier(:, p) = matmul(multiplier(:, p), at%frame(:, :, p))

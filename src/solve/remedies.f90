@@ -35,8 +35,8 @@ contains
       return
     end if
     do k = 1, size(model%pairs)
-      first = system%first_point(k)
-      last = system%first_point(k + 1) - 1
+      first = system%place%first_point(k)
+      last = system%place%first_point(k + 1) - 1
       if (all(system%contact%status(first:last) <= status_open)) cycle
       t = joined(t, pair_advice(model, system, k))
     end do
@@ -54,17 +54,21 @@ contains
     t = ''
     associate (pair => model%pairs(k))
       gap = deepest(model, system, k)
-      if (pair%cell > 0.0_wp .and. gap > deep*pair%cell) t = joined(t, '  pair '//pair%name// &
-        ' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%cell, 2)// &
+      if (pair%points%cell > 0.0_wp .and. gap > deep*pair%points%cell) t = joined(t, '  pair '// &
+        pair%name// &
+        ' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%points%cell, 2)// &
         ' cells: look at units and size of loads and displacements, or raise its penalty')
-      if (pair%relative > soft) t = joined(t, '  pair '//pair%name//': a penalty of '// &
-        to_text(pair%relative, 3)//' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its '// &
+      if (pair%points%relative > soft) t = joined(t, '  pair '//pair%name//': a penalty of '// &
+        to_text(pair%points%relative, 3)// &
+          ' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its '// &
         'gaps must close')
-      if (pair%relative > 0.0_wp .and. pair%relative <= soft) t = joined(t, '  pair '// &
+      if (pair%points%relative > 0.0_wp .and. pair%points%relative <= soft) t = joined(t, &
+        '  pair '// &
         pair%name//': try a softer penalty (PENAlty AUTO 1), with AUGMent if its gaps must close')
-      if (pair%relative <= 0.0_wp) t = joined(t, '  pair '//pair%name//': try PENAlty AUTO, '// &
+      if (pair%points%relative <= 0.0_wp) t = joined(t, '  pair '//pair%name// &
+        ': try PENAlty AUTO, '// &
         'or a softer penalty')
-      if (any(pair%mu > 0.0_wp) .and. mostly_slips(system, k)) t = joined(t, '  pair '// &
+      if (any(pair%friction%mu > 0.0_wp) .and. mostly_slips(system, k)) t = joined(t, '  pair '// &
         pair%name//': most of its points slip: hold what glides with BOUNdary, or move it by '// &
         'DISPlacement in place of FORCe')
       if (.not. (pair%smooth .or. pair%segmented)) t = joined(t, '  pair '//pair%name// &
@@ -94,11 +98,11 @@ contains
 
     x = model%mesh%x + system%u
     deepest = 0.0_wp
-    do p = system%first_point(k), system%first_point(k + 1) - 1
+    do p = system%place%first_point(k), system%place%first_point(k + 1) - 1
       if (system%contact%status(p) <= status_open) cycle
       facet = master_nodes(system%contact, p)
       call project_on_facet(x(:, facet), point_position(model%pairs(k), &
-        p - system%first_point(k) + 1, x), xi, gap)
+        p - system%place%first_point(k) + 1, x), xi, gap)
       deepest = max(deepest, -gap)
     end do
   end function deepest
@@ -108,8 +112,8 @@ contains
     type(system_t), intent(in) :: system !! the failed iterate
     integer, intent(in) :: k !! the pair
 
-    associate (status => system%contact%status(system%first_point(k): &
-      system%first_point(k + 1) - 1))
+    associate (status => system%contact%status(system%place%first_point(k): &
+      system%place%first_point(k + 1) - 1))
       yes = 2*count(status == status_slip) > count(status > status_open)
     end associate
   end function mostly_slips

@@ -69,25 +69,28 @@ contains
 
     call form_bulk_tangent(x, system)
     if (system%contact%n == 0) then
-      if (.not. (system%symmetric .and. system%bulk%linear)) call fill_values(system%bulk_matrix, &
-        system%equation, system%csc)
-      system%symmetric = .not. allocated(system%pressed)
+      if (.not. (system%whole%symmetric .and. system%bulk%linear)) &
+        call fill_values(system%whole%bulk_matrix, &
+        system%equation, system%whole%csc)
+      system%whole%symmetric = .not. allocated(system%loads%pressed)
       call form_border(system)
       return
     end if
     call begin_cost(system%costs, cost_contact_tangent)
-    system%matrix%val = 0.0_wp
-    do k = 1, size(system%bulk_place)
-      system%matrix%val(:, :, system%bulk_place(k)) = system%bulk_matrix%val(:, :, k)
+    system%whole%matrix%val = 0.0_wp
+    do k = 1, size(system%whole%bulk_place)
+      system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
+        system%whole%bulk_matrix%val(:, :, k)
     end do
     system%contact_force = 0.0_wp
-    call assemble(system%contact, task_tangent, x, system%u, system%contact_force, system%matrix)
+    call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
+      system%whole%matrix)
     call gather_right(system, 0.0_wp, .false.)
-    if (any(system%weak)) call ground_bodies(x, system)
+    if (any(system%body%weak)) call ground_bodies(x, system)
     call form_border(system)
-    call fill_values(system%matrix, system%equation, system%csc)
-    system%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
-      .not. allocated(system%pressed)
+    call fill_values(system%whole%matrix, system%equation, system%whole%csc)
+    system%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
+      .not. allocated(system%loads%pressed)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent
 
@@ -96,10 +99,11 @@ contains
     type(system_t), intent(in) :: system !! right given
 
     if (system%condensed%active) then
-      norm = hypot(norm2(system%condensed%right), system%condensed%defect_share &
-        *system%condensed%defect_norm)
-      if (system%condensed%modes > 0) norm = hypot(norm, norm2(system%condensed%imbalance &
-        + (1.0_wp - system%condensed%defect_share)*system%condensed%imbalance_change))
+      norm = hypot(norm2(system%condensed%alive%right), system%condensed%bulk%defect_share &
+        *system%condensed%bulk%defect_norm)
+      if (system%condensed%rigid%modes > 0) norm = hypot(norm, &
+        norm2(system%condensed%rigid%imbalance &
+        + (1.0_wp - system%condensed%bulk%defect_share)*system%condensed%rigid%imbalance_change))
     else
       norm = norm2(system%right)
     end if
@@ -117,11 +121,11 @@ contains
     dof = 0
     value = 0.0_wp
     if (system%condensed%active) then
-      if (system%condensed%n_live == 0) return
-      largest = maxloc(abs(system%condensed%right(:system%condensed%n_live)), 1)
-      value = system%condensed%right(largest)
-      node = system%condensed%node(system%condensed%live(largest))
-      dof = system%condensed%direction(system%condensed%live(largest))
+      if (system%condensed%alive%n_live == 0) return
+      largest = maxloc(abs(system%condensed%alive%right(:system%condensed%alive%n_live)), 1)
+      value = system%condensed%alive%right(largest)
+      node = system%condensed%node(system%condensed%alive%live(largest))
+      dof = system%condensed%direction(system%condensed%alive%live(largest))
     else if (system%equations > 0) then
       largest = maxloc(abs(system%right(:system%equations)), 1)
       value = system%right(largest)
@@ -141,9 +145,9 @@ contains
     integer :: k, n, last
 
     if (system%condensed%active) then
-      terms = norm2(system%condensed%force)
+      terms = norm2(system%condensed%bulk%force)
     else
-      call multiply_absolute(system%bulk_matrix, system%u, system%trial)
+      call multiply_absolute(system%whole%bulk_matrix, system%u, system%trial)
       where (system%equation == 0) system%trial = 0.0_wp
       terms = norm2(system%trial)
     end if
@@ -159,7 +163,7 @@ contains
       end do
       terms = hypot(terms, system%contact%d(d03_epsilon, k)*largest)
     end do
-    system%round_off = machine_epsilon*terms
+    system%scale%round_off = machine_epsilon*terms
   end subroutine estimate_round_off
 
   !> A body of a contact element is not held by its supports alone.
@@ -168,7 +172,7 @@ contains
     integer, intent(in) :: k !! the element
 
     associate (nodes => system%contact%ix(1:system%contact%nel(k), k))
-      is_weak = any(system%weak(system%node_body(nodes)))
+      is_weak = any(system%body%weak(system%body%node_body(nodes)))
     end associate
   end function is_weak
 end module residuals

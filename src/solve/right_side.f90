@@ -24,11 +24,12 @@ contains
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
-        system%right(system%equation(k, i)) = system%external(k, i) - system%bulk_force(k, i) &
-          - length*system%bulk_change(k, i) - system%contact_force(k, i)
+        system%right(system%equation(k, i)) = system%loads%external(k, i) - &
+          system%inner%bulk_force(k, i) &
+          - length*system%inner%bulk_change(k, i) - system%contact_force(k, i)
       end do
     end do
-    if (system%border%n == 0) return
+    if (system%tools%border%n == 0) return
     if (tried) then
       call add_rigid_right(system, system%trial, .true., nodal_forces(system, length))
     else
@@ -42,6 +43,7 @@ contains
     real(wp), intent(in) :: length !! share of bulk_change
     real(wp) :: force(3, size(system%equation, 2))
 
-    force = system%external - system%bulk_force - length*system%bulk_change - system%contact_force
+    force = system%loads%external - system%inner%bulk_force - length*system%inner%bulk_change - &
+      system%contact_force
   end function nodal_forces
 end module right_side

@@ -25,16 +25,16 @@ contains
 
     allocate (state%rigid(6, count_rigid(model)), source=0.0_wp)
     if (count_rigid(model) == 0) return
-    allocate (system%rigid(count_rigid(model)))
-    allocate (system%carried_by(model%mesh%nodes), source=0)
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b), body => model%conditions%rigid(b))
+    allocate (system%tools%rigid(count_rigid(model)))
+    allocate (system%tools%carried_by(model%mesh%nodes), source=0)
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b), body => model%conditions%rigid(b))
         rigid%node = body%nodes
         rigid%point = body%point
         rigid%unknown = pack([(k, k=1, 6)], body%free)
-        rigid%first = system%equations + system%border%n
-        rigid%body = system%node_body(body%nodes(1))
-        system%border%n = system%border%n + size(rigid%unknown)
+        rigid%first = system%equations + system%tools%border%n
+        rigid%body = system%body%node_body(body%nodes(1))
+        system%tools%border%n = system%tools%border%n + size(rigid%unknown)
         allocate (rigid%reach(3, size(rigid%node)), rigid%base(3, size(rigid%node)))
         do i = 1, size(rigid%node)
           rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
@@ -42,7 +42,7 @@ contains
         rigid%length = maxval(norm2(rigid%reach, 1))
         rigid%turn = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
         rigid%old_turn = rigid%turn
-        if (size(rigid%unknown) > 0) system%carried_by(rigid%node) = b
+        if (size(rigid%unknown) > 0) system%tools%carried_by(rigid%node) = b
       end associate
     end do
   end subroutine start_rigid
@@ -53,7 +53,7 @@ contains
     integer, intent(in) :: node !! the node
 
     yes = .false.
-    if (allocated(system%carried_by)) yes = system%carried_by(node) > 0
+    if (allocated(system%tools%carried_by)) yes = system%tools%carried_by(node) > 0
   end function is_carried
 
   !> All nodes of a contact element are prescribed.
@@ -62,7 +62,7 @@ contains
     integer, intent(in) :: nodes(:) !! of the element
 
     yes = all(system%equation(:, nodes) == 0)
-    if (yes .and. allocated(system%carried_by)) yes = all(system%carried_by(nodes) == 0)
+    if (yes .and. allocated(system%tools%carried_by)) yes = all(system%tools%carried_by(nodes) == 0)
   end function nothing_yields
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
@@ -74,9 +74,9 @@ contains
     real(wp) :: motion(6)
     integer :: b
 
-    if (.not. allocated(system%rigid)) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         motion = motion_at(model, b, time)
         rigid%given = motion(1:3)
         rigid%load = load_at(model, b, time)
@@ -109,9 +109,9 @@ contains
 
     integer :: b
 
-    if (.not. allocated(system%rigid)) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         rigid%move = rigid%old_move
         rigid%turn = rigid%old_turn
         if (size(rigid%unknown) > 0) call place_nodes(rigid, rigid%move, rigid%turn, system%u)
@@ -138,9 +138,9 @@ contains
     real(wp) :: step(6)
     integer :: b, i
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
         step = step_of(rigid, solution)
         do i = 1, size(rigid%node)
@@ -168,9 +168,9 @@ contains
     real(wp) :: step(6)
     integer :: b
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
         step = share*step_of(rigid, system%solution)
         rigid%trial_move = rigid%move + step(1:3)
@@ -185,10 +185,10 @@ contains
     type(system_t), intent(inout) :: system !! rigid bodies
     integer :: b
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      system%rigid(b)%move = system%rigid(b)%trial_move
-      system%rigid(b)%turn = system%rigid(b)%trial_turn
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      system%tools%rigid(b)%move = system%tools%rigid(b)%trial_move
+      system%tools%rigid(b)%turn = system%tools%rigid(b)%trial_turn
     end do
   end subroutine take_rigid
 
@@ -199,9 +199,9 @@ contains
     real(wp), intent(in) :: way(3) !! the translation [length]
     integer :: b, k
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
         do k = 1, 3
           if (any(rigid%unknown == k)) rigid%move(k) = rigid%move(k) + way(k)
@@ -232,12 +232,13 @@ contains
   pure function rigid_values(system, force) result(values)
     type(system_t), intent(in) :: system !! rigid bodies, u
     real(wp), intent(in) :: force(:, :) !! (3, nodes) forces [force]
-    real(wp) :: values(system%border%n), w(6)
+    real(wp) :: values(system%tools%border%n), w(6)
     integer :: b
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b), first => system%rigid(b)%first - system%equations)
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first - &
+        system%equations)
         w = wrench_on(rigid, system%u, rigid%move, force)
         w(4:6) = w(4:6)/rigid%length
         values(first + 1:first + size(rigid%unknown)) = w(rigid%unknown)
@@ -254,8 +255,8 @@ contains
     real(wp) :: w(6), move(3)
     integer :: b
 
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         move = rigid%move
         if (tried) move = rigid%trial_move
         w = rigid%load + wrench_on(rigid, u, move, force)
@@ -273,8 +274,8 @@ contains
     integer :: b, k
 
     force = 0.0_wp
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         if (rigid%body /= body) cycle
         do k = 1, size(rigid%unknown)
           if (rigid%unknown(k) <= 3) force(rigid%unknown(k)) = force(rigid%unknown(k)) &
@@ -290,9 +291,9 @@ contains
     integer :: b
 
     norm = 0.0_wp
-    if (.not. allocated(system%rigid)) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         norm = norm2([norm, rigid%load(1:3), rigid%load(4:6)/rigid%length])
       end associate
     end do
@@ -304,9 +305,9 @@ contains
     type(state_t), intent(inout) :: state !! gets rigid
     integer :: b
 
-    if (system%border%n == 0) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         state%rigid(1:3, b) = rigid%move
         if (any(rigid%unknown > 3)) state%rigid(4:6, b) = rotation_vector(rigid%turn, &
           state%rigid(4:6, b))

@@ -26,8 +26,8 @@ contains
     type(system_t), intent(inout) :: system !! matrix, forces, rigid given; gets border
     integer :: b
 
-    if (system%border%n == 0) return
-    associate (border => system%border)
+    if (system%tools%border%n == 0) return
+    associate (border => system%tools%border)
       if (.not. allocated(border%corner)) allocate (border%columns(system%equations, border%n), &
         border%rows(system%equations, border%n), border%answers(system%equations, border%n), &
         border%corner(border%n, border%n), border%pivot(border%n))
@@ -35,12 +35,12 @@ contains
       border%rows = 0.0_wp
       border%corner = 0.0_wp
     end associate
-    do b = 1, size(system%rigid)
-      if (size(system%rigid(b)%unknown) == 0) cycle
+    do b = 1, size(system%tools%rigid)
+      if (size(system%tools%rigid(b)%unknown) == 0) cycle
       if (system%contact%n > 0) then
-        call add_blocks(system%matrix, b, system)
+        call add_blocks(system%whole%matrix, b, system)
       else
-        call add_blocks(system%bulk_matrix, b, system)
+        call add_blocks(system%whole%bulk_matrix, b, system)
       end if
       call add_turning(b, system)
       call add_hold(b, system)
@@ -56,7 +56,7 @@ contains
     real(wp) :: all_motions(3, 6)
     integer :: k
 
-    associate (rigid => system%rigid(b))
+    associate (rigid => system%tools%rigid(b))
       all_motions = 0.0_wp
       do k = 1, 3
         all_motions(k, k) = 1.0_wp
@@ -74,9 +74,9 @@ contains
     real(wp), allocatable :: motion(:, :)
     integer :: i, k, other
 
-    do i = 1, size(system%rigid(b)%node)
+    do i = 1, size(system%tools%rigid(b)%node)
       motion = motion_of(system, b, i)
-      associate (node => system%rigid(b)%node(i))
+      associate (node => system%tools%rigid(b)%node(i))
         do k = matrix%ptr(node), matrix%ptr(node + 1) - 1
           other = matrix%row(k)
           call add_block(matmul(matrix%val(:, :, k), motion), &
@@ -93,9 +93,9 @@ contains
       real(wp), intent(in) :: row(:, :) !! (3, unknowns) resultants by its displacement
       integer :: c, first, n
 
-      first = system%rigid(b)%first - system%equations
+      first = system%tools%rigid(b)%first - system%equations
       n = size(column, 2)
-      associate (border => system%border)
+      associate (border => system%tools%border)
         do c = 1, 3
           associate (equation => system%equation(c, other))
             if (equation == 0) cycle
@@ -105,12 +105,12 @@ contains
               border%rows(equation, first + 1:first + n) + row(c, :)
           end associate
         end do
-        if (system%carried_by(other) == 0) return
-        associate (next => system%rigid(system%carried_by(other)), &
-          at => system%rigid(system%carried_by(other))%first - system%equations)
+        if (system%tools%carried_by(other) == 0) return
+        associate (next => system%tools%rigid(system%tools%carried_by(other)), &
+          at => system%tools%rigid(system%tools%carried_by(other))%first - system%equations)
           border%corner(at + 1:at + size(next%unknown), first + 1:first + n) = &
             border%corner(at + 1:at + size(next%unknown), first + 1:first + n) &
-            + matmul(transpose(motion_of(system, system%carried_by(other), &
+            + matmul(transpose(motion_of(system, system%tools%carried_by(other), &
             findloc(next%node, other, 1))), column)
         end associate
       end associate
@@ -125,10 +125,10 @@ contains
     integer :: i, first
 
     turning = 0.0_wp
-    associate (rigid => system%rigid(b), border => system%border)
+    associate (rigid => system%tools%rigid(b), border => system%tools%border)
       do i = 1, size(rigid%node)
         associate (node => rigid%node(i))
-          force = system%external(:, node) - system%bulk_force(:, node) &
+          force = system%loads%external(:, node) - system%inner%bulk_force(:, node) &
             - system%contact_force(:, node)
           turning(4:6, 4:6) = turning(4:6, 4:6) - matmul(spin(force), spin(lever(rigid, i, &
             system%u, rigid%move)))/rigid%length**2
@@ -149,11 +149,11 @@ contains
     real(wp) :: hold
     integer :: k
 
-    associate (rigid => system%rigid(b))
-      hold = system%drag
-      if (system%grounded(rigid%body)) hold = hold + grounding*stiffest(system)
+    associate (rigid => system%tools%rigid(b))
+      hold = system%body%drag
+      if (system%body%grounded(rigid%body)) hold = hold + grounding*stiffest(system)
       do k = 1, size(rigid%unknown)
-        associate (entry => system%border%corner(rigid%first - system%equations + k, &
+        associate (entry => system%tools%border%corner(rigid%first - system%equations + k, &
           rigid%first - system%equations + k))
           entry = entry + hold
         end associate
@@ -165,7 +165,7 @@ contains
   pure real(wp) function stiffest(system)
     type(system_t), intent(in) :: system !! its matrices
 
-    stiffest = system%stiffest
+    stiffest = system%scale%stiffest
     if (stiffest <= 0.0_wp .and. system%contact%n > 0) stiffest = &
       maxval(system%contact%d(d03_epsilon, :))
     if (stiffest <= 0.0_wp) stiffest = 1.0_wp
@@ -179,14 +179,16 @@ contains
     integer :: k, info
 
     outcome = solver_done
-    if (system%equations > 0 .or. system%border%n == 0) call factorise_matrix(system%solver, &
-      system%csc, symmetric, system%costs, outcome)
-    if (system%border%n == 0 .or. outcome /= solver_done) return
-    associate (border => system%border)
+    if (system%equations > 0 .or. system%tools%border%n == 0) &
+      call factorise_matrix(system%whole%solver, &
+      system%whole%csc, symmetric, system%costs, outcome)
+    if (system%tools%border%n == 0 .or. outcome /= solver_done) return
+    associate (border => system%tools%border)
       border%answers = 0.0_wp
       do k = 1, border%n
         if (all(abs(border%columns(:, k)) <= 0.0_wp)) cycle
-        call solve_system(system%solver, system%csc, border%columns(:, k), border%answers(:, k), &
+        call solve_system(system%whole%solver, system%whole%csc, border%columns(:, k), &
+          border%answers(:, k), &
           system%costs, outcome)
         if (outcome /= solver_done) return
       end do
@@ -202,15 +204,16 @@ contains
     real(wp), intent(in) :: b(:) !! (equations+n) right-hand side
     real(wp), intent(inout) :: x(:) !! (equations+n) solution
     integer, intent(out) :: outcome !! one of the outcomes
-    real(wp) :: rest(system%border%n, 1)
+    real(wp) :: rest(system%tools%border%n, 1)
     real(wp), allocatable :: part(:), answer(:)
     integer :: info
 
     outcome = solver_done
-    associate (border => system%border, n => system%equations)
+    associate (border => system%tools%border, n => system%equations)
       part = b(:n)
       answer = x(:n)
-      if (n > 0 .or. border%n == 0) call solve_system(system%solver, system%csc, part, answer, &
+      if (n > 0 .or. border%n == 0) call solve_system(system%whole%solver, system%whole%csc, &
+        part, answer, &
         system%costs, outcome)
       x(:n) = answer
       if (border%n == 0 .or. outcome /= solver_done) return

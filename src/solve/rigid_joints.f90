@@ -45,15 +45,15 @@ contains
     real(wp) :: low(3), high(3)
     integer :: b, i, k
 
-    parts%body = pack([(b, b=1, system%bodies)], system%weak)
+    parts%body = pack([(b, b=1, system%body%bodies)], system%body%weak)
     allocate (parts%center(3, size(parts%body)), parts%length(size(parts%body)))
     do k = 1, size(parts%body)
       low = huge(1.0_wp)
       high = -huge(1.0_wp)
-      do i = 1, size(system%node_body)
-        if (system%node_body(i) /= parts%body(k)) cycle
-        low = min(low, system%x_old(:, i))
-        high = max(high, system%x_old(:, i))
+      do i = 1, size(system%body%node_body)
+        if (system%body%node_body(i) /= parts%body(k)) cycle
+        low = min(low, system%position%x_old(:, i))
+        high = max(high, system%position%x_old(:, i))
       end do
       parts%center(:, k) = 0.5_wp*(low + high)
       parts%length(k) = max(0.5_wp*norm2(high - low), tiny(1.0_wp))
@@ -74,16 +74,17 @@ contains
     type(system_t), intent(in) :: system !! positions, equations
     real(wp), intent(in) :: time !! their time
     type(assembly_t), intent(in) :: parts !! weak bodies
-    real(wp) :: loads(6*size(parts%body)), force(3, size(system%node_body))
+    real(wp) :: loads(6*size(parts%body)), force(3, size(system%body%node_body))
     integer :: i, k
 
     loads = 0.0_wp
     call conditions_at(model, time, force=force)
     where (system%equation == 0) force = 0.0_wp
-    do i = 1, size(system%node_body)
-      k = part_of(parts, system%node_body(i))
+    do i = 1, size(system%body%node_body)
+      k = part_of(parts, system%body%node_body(i))
       if (k == 0) cycle
-      loads(6*k - 5:6*k) = loads(6*k - 5:6*k) + wrench(parts, k, system%x_old(:, i), force(:, i))
+      loads(6*k - 5:6*k) = loads(6*k - 5:6*k) + wrench(parts, k, system%position%x_old(:, i), &
+        force(:, i))
     end do
   end function loads_on
 
@@ -108,10 +109,10 @@ contains
 
     allocate (parts%joints(64))
     joint%support = .true.
-    do i = 1, size(system%node_body)
-      joint%sides = [part_of(parts, system%node_body(i)), 0]
+    do i = 1, size(system%body%node_body)
+      joint%sides = [part_of(parts, system%body%node_body(i)), 0]
       if (joint%sides(1) == 0) cycle
-      joint%place = system%x_old(:, i)
+      joint%place = system%position%x_old(:, i)
       do k = 1, 3
         if (.not. is_supported(system, k, i)) cycle
         joint%normal = 0.0_wp
@@ -135,20 +136,21 @@ contains
     real(wp) :: reach
     integer :: p, i
 
-    tree = pair%tree
-    call fit_tree(tree, pair%facets, system%x_old)
-    reach = longest_facet(pair, system%x_old)
+    tree = pair%surface%tree
+    call fit_tree(tree, pair%surface%facets, system%position%x_old)
+    reach = longest_facet(pair, system%position%x_old)
     if (pair%segmented) then
-      do p = 1, size(pair%slave_facets, 2)
+      do p = 1, size(pair%points%slave_facets, 2)
         do i = 1, 3
-          call add_joint(pair, system, tree, reach, pair%slave_facets(i, p), &
-            system%x_old(:, pair%slave_facets(i, p)), parts)
+          call add_joint(pair, system, tree, reach, pair%points%slave_facets(i, p), &
+            system%position%x_old(:, pair%points%slave_facets(i, p)), parts)
         end do
       end do
     else
       do p = 1, count_points(pair)
-        if (is_first(pair, p)) call add_joint(pair, system, tree, reach, pair%point_nodes(1, p), &
-          point_position(pair, p, system%x_old), parts)
+        if (is_first(pair, p)) call add_joint(pair, system, tree, reach, &
+          pair%points%point_nodes(1, p), &
+          point_position(pair, p, system%position%x_old), parts)
       end do
     end if
   end subroutine joints_of_pair
@@ -166,19 +168,19 @@ contains
     real(wp) :: xi(2), weights(3), gap, distance, x(3, 3)
     integer :: facet
 
-    call nearest_facet(tree, pair%facets, system%x_old, y, facet, distance)
+    call nearest_facet(tree, pair%surface%facets, system%position%x_old, y, facet, distance)
     if (facet == 0 .or. distance > reach) return
-    joint%sides = [part_of(parts, system%node_body(node)), &
-      part_of(parts, system%node_body(pair%facets(1, facet)))]
+    joint%sides = [part_of(parts, system%body%node_body(node)), &
+      part_of(parts, system%body%node_body(pair%surface%facets(1, facet)))]
     if (all(joint%sides == 0)) return
-    x = corners(system%x_old, pair%facets(:, facet))
+    x = corners(system%position%x_old, pair%surface%facets(:, facet))
     call project_on_facet(x, y, xi, gap)
     weights = [xi, 1.0_wp - sum(xi)]
     if (any(weights < -rim) .and. .not. pair%segmented) return
     weights = max(weights, 0.0_wp)
     joint%place = matmul(x, weights/sum(weights))
     joint%normal = facet_normal(x)
-    joint%mu = maxval(pair%mu)
+    joint%mu = maxval(pair%friction%mu)
     call keep(parts, joint)
   end subroutine add_joint
 

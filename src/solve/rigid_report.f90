@@ -23,7 +23,7 @@ contains
     do b = 1, size(rows, 2)
       rows(1:6, b) = motion_at(model, b, state%time) + state%rigid(:, b)
       rows(7:12, b) = needed(model, system, state, b)
-      rows(6 + system%rigid(b)%unknown, b) = 0.0_wp
+      rows(6 + system%tools%rigid(b)%unknown, b) = 0.0_wp
     end do
   end function rigid_rows
 
@@ -38,8 +38,8 @@ contains
 
     lacking = 0.0_wp
     do b = 1, size(state%rigid, 2)
-      if (system%rigid(b)%body /= body) cycle
-      associate (free => system%rigid(b)%unknown)
+      if (system%tools%rigid(b)%body /= body) cycle
+      associate (free => system%tools%rigid(b)%unknown)
         all_of_it = needed(model, system, state, b)
         lacking(free) = lacking(free) - all_of_it(free)
       end associate
@@ -54,7 +54,7 @@ contains
     integer, intent(in) :: b !! the body
     real(wp) :: w(6)
 
-    w = wrench_on(system%rigid(b), state%u, state%rigid(1:3, b), state%reaction) &
+    w = wrench_on(system%tools%rigid(b), state%u, state%rigid(1:3, b), state%reaction) &
       - load_at(model, b, state%time)
   end function needed
 end module rigid_report

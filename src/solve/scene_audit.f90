@@ -34,11 +34,11 @@ contains
     audit%verdict(checks) = verdict_ok
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        if (excess(pair, audit%ratio(k)) > audit%value(check_facets)) then
-          audit%value(check_facets) = excess(pair, audit%ratio(k))
+        if (excess(pair, audit%fixed%ratio(k)) > audit%value(check_facets)) then
+          audit%value(check_facets) = excess(pair, audit%fixed%ratio(k))
           audit%worst(check_facets) = k
         end if
-        moved = pair%farthest_way/audit%facet(k)
+        moved = pair%fit%farthest_way/audit%fixed%facet(k)
         if (moved > audit%value(check_moved)) audit%worst(check_moved) = k
         audit%value(check_moved) = max(audit%value(check_moved), moved)
       end associate
@@ -58,7 +58,7 @@ contains
     audit%value(check_room) = 0.0_wp
     audit%verdict(check_room) = verdict_ok
     do k = 1, size(model%pairs)
-      if (.not. model%pairs(k)%crowded) cycle
+      if (.not. model%pairs(k)%history%crowded) cycle
       if (audit%worst(check_room) == 0) audit%worst(check_room) = k
       audit%value(check_room) = audit%value(check_room) + 1.0_wp
       audit%verdict(check_room) = verdict_warning
@@ -70,7 +70,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: ratio !! slave facets over master facets, 0 if unknown
 
-    excess = ratio/merge(coarse_nodes, coarse_points, pair%n_slaves == 1)
+    excess = ratio/merge(coarse_nodes, coarse_points, pair%points%n_slaves == 1)
     if (pair%segmented) excess = 0.0_wp
   end function excess
 

@@ -39,9 +39,9 @@ contains
     integer :: new
 
     new = asked
-    if (system%forced /= solver_unknown) new = system%forced
-    if (system%asked /= new) system%choice = solver_unknown
-    system%asked = new
+    if (system%whole%forced /= solver_unknown) new = system%whole%forced
+    if (system%whole%asked /= new) system%whole%choice = solver_unknown
+    system%whole%asked = new
   end subroutine ask_for_solver
 
   !> Decides once for each SOLVer, before an increment, and tells the log.
@@ -53,12 +53,12 @@ contains
     type(scene_t) :: scene
     logical :: condensed
 
-    if (system%choice /= solver_unknown) return
+    if (system%whole%choice /= solver_unknown) return
     scene = look_at(model, system)
-    call decide(scene, system%asked, system%choice, reason)
+    call decide(scene, system%whole%asked, system%whole%choice, reason)
     condensed = system%condensed%active .or. system%condensed%preconditions
-    if (system%choice == solver_reduced .and. .not. condensed) then
-      call start_condensed(model, system, system%asked == solver_auto, obstacle, &
+    if (system%whole%choice == solver_reduced .and. .not. condensed) then
+      call start_condensed(model, system, system%whole%asked == solver_auto, obstacle, &
         scene%dense_share)
       if (len(obstacle) > 0) then
         if (index(obstacle, 'would cost') > 0) then
@@ -66,14 +66,14 @@ contains
         else
           call monitor%warning('REDUced cannot be had, '//obstacle)
         end if
-        call decide(scene, solver_cholmod, system%choice, reason)
+        call decide(scene, solver_cholmod, system%whole%choice, reason)
       else
-        call decide(scene, system%asked, system%choice, reason)
+        call decide(scene, system%whole%asked, system%whole%choice, reason)
       end if
-    else if (system%choice /= solver_reduced .and. condensed) then
+    else if (system%whole%choice /= solver_reduced .and. condensed) then
       call free_condensed(system)
     end if
-    system%solver%symmetric_allowed = system%choice /= solver_umfpack
+    system%whole%solver%symmetric_allowed = system%whole%choice /= solver_umfpack
     call monitor%event(reason)
   end subroutine choose_solver
 
@@ -87,12 +87,12 @@ contains
 
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
-    scene%restrained = .not. any(system%weak)
-    scene%rigid_unknowns = system%border%n > 0
-    scene%dofs = system%equations + system%border%n
+    scene%restrained = .not. any(system%body%weak)
+    scene%rigid_unknowns = system%tools%border%n > 0
+    scene%dofs = system%equations + system%tools%border%n
     on_surface = .false.
     do k = 1, size(model%pairs)
-      if (any(has_friction(model%pairs(k)%mu))) scene%friction = .true.
+      if (any(has_friction(model%pairs(k)%friction%mu))) scene%friction = .true.
       call mark_surfaces(model%pairs(k), on_surface)
     end do
     scene%contact_dofs = count(system%equation > 0 .and. spread(on_surface, 1, 3))
@@ -104,11 +104,11 @@ contains
     logical, intent(inout) :: on_surface(:) !! (nodes)
     integer :: f, p
 
-    do p = 1, size(pair%point_nodes, 2)
-      on_surface(pair%point_nodes(:, p)) = .true.
+    do p = 1, size(pair%points%point_nodes, 2)
+      on_surface(pair%points%point_nodes(:, p)) = .true.
     end do
-    do f = 1, size(pair%facets, 2)
-      on_surface(pair%facets(:, f)) = .true.
+    do f = 1, size(pair%surface%facets, 2)
+      on_surface(pair%surface%facets(:, f)) = .true.
     end do
   end subroutine mark_surfaces
 

@@ -17,8 +17,8 @@ contains
     type(system_t), intent(inout) :: system !! equations given; gets spring, if there are such
 
     if (.not. allocated(model%conditions%spring)) return
-    system%spring = model%conditions%spring
-    where (system%equation == 0) system%spring = 0.0_wp
+    system%loads%spring = model%conditions%spring
+    where (system%equation == 0) system%loads%spring = 0.0_wp
   end subroutine start_springs
 
   !> Adds them to the bulk's matrix.
@@ -26,13 +26,13 @@ contains
     type(system_t), intent(inout) :: system !! its bulk_matrix has been assembled
     integer :: node, place, k
 
-    if (.not. allocated(system%spring)) return
-    do node = 1, size(system%spring, 2)
-      if (all(system%spring(:, node) <= 0.0_wp)) cycle
-      place = find_block(system%bulk_matrix, node, node)
+    if (.not. allocated(system%loads%spring)) return
+    do node = 1, size(system%loads%spring, 2)
+      if (all(system%loads%spring(:, node) <= 0.0_wp)) cycle
+      place = find_block(system%whole%bulk_matrix, node, node)
       do k = 1, 3
-        associate (stiffness => system%bulk_matrix%val(k, k, place))
-          stiffness = stiffness + system%spring(k, node)
+        associate (stiffness => system%whole%bulk_matrix%val(k, k, place))
+          stiffness = stiffness + system%loads%spring(k, node)
         end associate
       end do
     end do
@@ -43,7 +43,8 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(inout) :: system !! springs; bulk_force grows
 
-    if (allocated(system%spring)) system%bulk_force = system%bulk_force + system%spring*u
+    if (allocated(system%loads%spring)) system%inner%bulk_force = system%inner%bulk_force + &
+      system%loads%spring*u
   end subroutine add_spring_forces
 
   !> Their forces on the bodies are reactions.
@@ -51,8 +52,8 @@ contains
     type(system_t), intent(in) :: system !! springs
     type(state_t), intent(inout) :: state !! u given; gets reaction on free degrees of freedom
 
-    if (.not. allocated(system%spring)) return
-    where (system%equation > 0) state%reaction = -system%spring*state%u
+    if (.not. allocated(system%loads%spring)) return
+    where (system%equation > 0) state%reaction = -system%loads%spring*state%u
   end subroutine spring_reactions
 
   !> A support or a spring resists a degree of freedom.
@@ -62,8 +63,8 @@ contains
     integer, intent(in) :: node !! the node
 
     yes = system%equation(k, node) == 0
-    if (allocated(system%carried_by)) yes = yes .and. system%carried_by(node) == 0
-    if (yes .or. .not. allocated(system%spring)) return
-    yes = system%spring(k, node) > 0.0_wp
+    if (allocated(system%tools%carried_by)) yes = yes .and. system%tools%carried_by(node) == 0
+    if (yes .or. .not. allocated(system%loads%spring)) return
+    yes = system%loads%spring(k, node) > 0.0_wp
   end function is_supported
 end module springs

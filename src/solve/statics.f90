@@ -52,9 +52,9 @@ contains
     real(wp), allocatable :: loads(:), rest(:)
     integer :: kind
 
-    if (.not. (allocated(system%weak) .and. allocated(system%x_old))) return
+    if (.not. (allocated(system%body%weak) .and. allocated(system%position%x_old))) return
     if (size(model%pairs) == 0) return
-    if (.not. any(system%weak) .or. system%border%n > 0) return
+    if (.not. any(system%body%weak) .or. system%tools%border%n > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
     loads = loads_on(model, system, time, parts)

@@ -112,9 +112,11 @@ contains
     character(1), parameter :: nl = new_line('a')
 
     t = 'error: out of memory while factorising '//to_text(system%equations)//' equations'
-    if (system%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
+    if (system%whole%solver%wanted > 0.0_wp) t = &
+      'error: the memory does not hold the factor of '// &
       to_text(system%equations)//' equations: it takes about '// &
-      memory_text(system%solver%wanted)//', and '//memory_text(system%solver%left)//' are left'
+      memory_text(system%whole%solver%wanted)//', and '//memory_text(system%whole%solver%left)// &
+        ' are left'
     t = t//nl//'  use a coarser mesh or a machine with more memory'
   end function memory_message
 

@@ -1,4 +1,5 @@
 !> How bodies are held: by supports, by closed contact points, or, for one iteration, by grounding.
+!! In more than 400 lines, since the three of them answer the same question of each motion.
 module supports
   use kinds, only: wp
   use vectors, only: cross
@@ -50,8 +51,8 @@ contains
     size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
     gram = 0.0_wp
     dofs = 0
-    do i = 1, size(system%node_body)
-      if (system%node_body(i) /= body) cycle
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) /= body) cycle
       do k = 1, 3
         if (system%equation(k, i) > 0 .or. is_carried(system, i)) dofs = dofs + 1
         if (is_supported(system, k, i)) then
@@ -77,9 +78,9 @@ contains
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     integer :: b, k
 
-    if (.not. allocated(system%rigid)) return
-    do b = 1, size(system%rigid)
-      associate (rigid => system%rigid(b))
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
         do k = 1, 3
           if (all(rigid%unknown /= k)) call add_support(gram, unit_vector(k), (rigid%point &
@@ -116,7 +117,7 @@ contains
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle
       associate (sides => side_nodes(system%contact, k))
-        if (.not. any(system%node_body(sides) == body)) cycle
+        if (.not. any(system%body%node_body(sides) == body)) cycle
         y = (slave_point(system%contact, k, x) - center)/size_x
         if (system%contact%status(k) == status_stick .or. system%contact%hold(k)) then
           do i = 1, 3
@@ -163,19 +164,19 @@ contains
     real(wp) :: motion(6)
 
     held = system%equation
-    if (allocated(system%spring)) where (system%spring > 0.0_wp) held = 0
-    allocate (system%weak(system%bodies), system%grounded(system%bodies), &
-      system%told(system%bodies), source=.false.)
-    allocate (system%motions(system%bodies))
-    do body = 1, system%bodies
-      call find_motions(x, held, system%node_body, body, system%motions(body))
+    if (allocated(system%loads%spring)) where (system%loads%spring > 0.0_wp) held = 0
+    allocate (system%body%weak(system%body%bodies), system%body%grounded(system%body%bodies), &
+      system%body%told(system%body%bodies), source=.false.)
+    allocate (system%body%motions(system%body%bodies))
+    do body = 1, system%body%bodies
+      call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
     end do
-    system%weak = system%motions%n > 0
-    if (system%border%n == 0) return
-    do body = 1, size(system%rigid)
-      associate (rigid => system%rigid(body))
+    system%body%weak = system%body%motions%n > 0
+    if (system%tools%border%n == 0) return
+    do body = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(body))
         if (size(rigid%unknown) == 0) cycle
-        call free_motion(x, system, rigid%body, .false., system%weak(rigid%body), motion)
+        call free_motion(x, system, rigid%body, .false., system%body%weak(rigid%body), motion)
       end associate
     end do
   end subroutine find_weak_bodies
@@ -187,9 +188,10 @@ contains
     real(wp) :: motion(6)
     integer :: body
 
-    system%grounded = .false.
-    do body = 1, system%bodies
-      if (system%weak(body)) call free_motion(x, system, body, .true., system%grounded(body), &
+    system%body%grounded = .false.
+    do body = 1, system%body%bodies
+      if (system%body%weak(body)) call free_motion(x, system, body, .true., &
+        system%body%grounded(body), &
         motion)
     end do
   end subroutine find_grounded
@@ -199,20 +201,21 @@ contains
   subroutine ground_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
-    real(wp) :: drag(system%bodies)
+    real(wp) :: drag(system%body%bodies)
     integer :: node, place, k
 
     call find_grounded(x, system)
-    if (system%drag <= 0.0_wp .and. .not. any(system%grounded)) return
-    drag = [(system%drag/real(max(1, count(system%node_body == k)), wp), k=1, system%bodies)]
-    do node = 1, size(system%node_body)
-      if (system%node_body(node) == 0) cycle
-      associate (body => system%node_body(node))
-        if (.not. system%weak(body) .or. is_carried(system, node)) cycle
-        place = find_block(system%matrix, node, node)
+    if (system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)) return
+    drag = [(system%body%drag/real(max(1, count(system%body%node_body == k)), wp), k=1, &
+      system%body%bodies)]
+    do node = 1, size(system%body%node_body)
+      if (system%body%node_body(node) == 0) cycle
+      associate (body => system%body%node_body(node))
+        if (.not. system%body%weak(body) .or. is_carried(system, node)) cycle
+        place = find_block(system%whole%matrix, node, node)
         do k = 1, 3
-          associate (stiffness => system%matrix%val(k, k, place))
-            if (system%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
+          associate (stiffness => system%whole%matrix%val(k, k, place))
+            if (system%body%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
             stiffness = stiffness + drag(body)
           end associate
         end do
@@ -232,7 +235,8 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) > status_open) cycle
-      if (.not. any(system%grounded(system%node_body(side_nodes(system%contact, k))))) cycle
+      if (.not. any(system%body%grounded(system%body%node_body(side_nodes(system%contact, &
+        k))))) cycle
       now = gap_of(x, 0.0_wp, k, system)
       later = gap_of(x, 1.0_wp, k, system)
       if (later < now) then
@@ -250,17 +254,17 @@ contains
     logical, intent(out) :: dropped !! a body was moved
     real(wp) :: way(3)
     integer :: body, node
-    logical :: touching(system%bodies)
+    logical :: touching(system%body%bodies)
 
     dropped = .false.
     touching = touched_bodies(system)
-    do body = 1, system%bodies
-      if (.not. system%weak(body) .or. touching(body)) cycle
+    do body = 1, system%body%bodies
+      if (.not. system%body%weak(body) .or. touching(body)) cycle
       way = way_down(x, system, body)
       if (all(abs(way) <= 0.0_wp)) cycle
       dropped = .true.
-      do node = 1, size(system%node_body)
-        if (system%node_body(node) /= body) cycle
+      do node = 1, size(system%body%node_body)
+        if (system%body%node_body(node) /= body) cycle
         where (system%equation(:, node) > 0) system%u(:, node) = system%u(:, node) + way
       end do
       call drop_rigid(system, body, way)
@@ -270,13 +274,13 @@ contains
   !> Bodies with a closed contact point.
   pure function touched_bodies(system) result(touching)
     type(system_t), intent(in) :: system !! contact elements
-    logical :: touching(system%bodies)
+    logical :: touching(system%body%bodies)
     integer :: k
 
     touching = .false.
     do k = 1, system%contact%n
       if (system%contact%status(k) <= status_open) cycle
-      touching(system%node_body(side_nodes(system%contact, k))) = .true.
+      touching(system%body%node_body(side_nodes(system%contact, k))) = .true.
     end do
   end function touched_bodies
 
@@ -293,11 +297,11 @@ contains
     force = resultant(system, body)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      if (.not. any(system%node_body(side_nodes(system%contact, k)) == body)) cycle
+      if (.not. any(system%body%node_body(side_nodes(system%contact, k)) == body)) cycle
       gap = gap_of(x, 0.0_wp, k, system)
       if (gap >= least) cycle
       normal = normal_of(positions_of(x, 0.0_wp, k, system), [2, 3, 4])
-      if (system%node_body(system%contact%ix(1, k)) == body) normal = -normal
+      if (system%body%node_body(system%contact%ix(1, k)) == body) normal = -normal
       if (dot_product(force, normal) <= 0.0_wp) cycle
       least = gap
       way = (gap + overshoot*size_of(x, k, system))*normal
@@ -313,20 +317,21 @@ contains
 
     force = 0.0_wp
     if (system%condensed%active) then
-      associate (motions => system%motions(body), first => system%condensed%bodies(body)%first_mode)
+      associate (motions => system%body%motions(body), &
+        first => system%condensed%bodies(body)%first_mode)
         force = -matmul(motions%basis(1:3, :motions%n), &
-          system%condensed%imbalance(first + 1:first + motions%n))
+          system%condensed%rigid%imbalance(first + 1:first + motions%n))
       end associate
       return
     end if
-    do node = 1, size(system%node_body)
-      if (system%node_body(node) /= body) cycle
+    do node = 1, size(system%body%node_body)
+      if (system%body%node_body(node) /= body) cycle
       do k = 1, 3
         if (system%equation(k, node) == 0) cycle
         force(k) = force(k) + system%right(system%equation(k, node))
       end do
     end do
-    if (system%border%n > 0) force = force + rigid_force(system, body)
+    if (system%tools%border%n > 0) force = force + rigid_force(system, body)
   end function resultant
 
   !> Outward unit normal of a facet.

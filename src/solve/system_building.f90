@@ -29,7 +29,7 @@ contains
 
     call outline_system(model, system, state)
     call list_contact(model, system)
-    system%facet_size = mean_facet(model)
+    system%scale%facet_size = mean_facet(model)
     call build_bulk(model, system)
   end subroutine build_system
 
@@ -41,7 +41,7 @@ contains
     integer, allocatable :: element_body(:)
     integer :: k
 
-    call find_bodies(model%mesh, element_body, system%node_body, system%bodies)
+    call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
     call number_equations(model%conditions%restrained, system)
     call start_rigid(model, system, state)
     call start_springs(model, system)
@@ -80,7 +80,7 @@ contains
 
     h = 0.0_wp
     do k = 1, size(model%pairs)
-      associate (facets => model%pairs(k)%facets)
+      associate (facets => model%pairs(k)%surface%facets)
         do f = 1, size(facets, 2)
           h = h + facet_size(model%mesh%x(:, facets(:, f)))/real(size(facets, 2), wp)
         end do
@@ -96,11 +96,13 @@ contains
     type(state_t), intent(inout) :: state !! gets its vectors
 
     allocate (system%u(3, nodes), system%du(3, nodes), system%trial(3, nodes), &
-      system%external(3, nodes), system%bulk_force(3, nodes), system%bulk_change(3, nodes), &
-      system%contact_force(3, nodes), system%left(3, nodes), system%carried(3, nodes), &
-      system%x_old(3, nodes), system%x_now(3, nodes), &
-      system%x_ahead(3, nodes), source=0.0_wp)
-    allocate (system%right(system%equations + system%border%n), source=0.0_wp)
+      system%loads%external(3, nodes), system%inner%bulk_force(3, nodes), &
+        system%inner%bulk_change(3, nodes), &
+      system%contact_force(3, nodes), system%position%left(3, nodes), system%position%carried(3, &
+        nodes), &
+      system%position%x_old(3, nodes), system%position%x_now(3, nodes), &
+      system%position%x_ahead(3, nodes), source=0.0_wp)
+    allocate (system%right(system%equations + system%tools%border%n), source=0.0_wp)
     allocate (system%solution, system%next, source=system%right)
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors
@@ -111,23 +113,23 @@ contains
     type(system_t), intent(inout) :: system !! gets contact, first_point
     integer :: k, n, slaves, masters
 
-    allocate (system%first_point(size(model%pairs) + 1))
+    allocate (system%place%first_point(size(model%pairs) + 1))
     n = 0
     slaves = 1
     masters = 3
     do k = 1, size(model%pairs)
-      slaves = max(slaves, model%pairs(k)%n_slaves)
-      if (allocated(model%pairs(k)%middles)) masters = most_facet_nodes
-      system%first_point(k) = n + 1
+      slaves = max(slaves, model%pairs(k)%points%n_slaves)
+      if (allocated(model%pairs(k)%surface%middles)) masters = most_facet_nodes
+      system%place%first_point(k) = n + 1
       n = n + count_points(model%pairs(k))
     end do
-    system%first_point(size(model%pairs) + 1) = n + 1
+    system%place%first_point(size(model%pairs) + 1) = n + 1
     call allocate_list(system%contact, n, slaves + masters)
-    allocate (system%hosts(n), system%coupled_hosts(n), source=0)
+    allocate (system%place%hosts(n), system%place%coupled_hosts(n), source=0)
     do k = 1, size(model%pairs)
-      associate (first => system%first_point(k), last => system%first_point(k + 1) - 1)
-        system%contact%slaves(first:last) = model%pairs(k)%n_slaves
-        system%contact%nel(first:last) = model%pairs(k)%n_slaves + 3
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
+        system%contact%slaves(first:last) = model%pairs(k)%points%n_slaves
+        system%contact%nel(first:last) = model%pairs(k)%points%n_slaves + 3
       end associate
     end do
   end subroutine list_contact

@@ -36,31 +36,31 @@ module system_types
     !! of their points [length, radian]
   end type state_t
 
-  !> Everything that is built once from a model.
-  type :: system_t
-    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    integer :: equations = 0 !! free degrees of freedom
+  !> What acts on the bodies from outside.
+  type :: outer_t
     real(wp), allocatable :: spring(:, :) !! (3, nodes) springs to ground, if there are any; zero
     !! where restrained [force/length]
     integer, allocatable :: pressed(:, :) !! (6, facets) nodes of facets whose pressure follows,
     !! zeros behind the last; not allocated if there are none
     integer, allocatable :: pressed_by(:) !! (facets) place in pressure
     real(wp), allocatable :: pressure(:) !! at the end of the increment [force/length^2]
-    type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
-    integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
-    type(border_t) :: border !! what these unknowns add to the matrix
+    real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
+  end type outer_t
+
+  !> The connected bodies, and what holds them.
+  type :: bodies_t
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
-    type(bulk_list_t) :: bulk !! bulk elements
-    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
-    type(element_list_t) :: contact !! contact elements, one a point
-    integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
-    integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
-    integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
+    real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
+    real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
+  end type bodies_t
+
+  !> The system as one sparse matrix, and its solver.
+  type :: whole_form_t
     type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
     type(block_matrix_t) :: matrix !! tangent of bulk and contact
     integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
@@ -70,16 +70,19 @@ module system_types
     integer :: forced = solver_unknown !! what --solver asks for, unknown if it does not
     integer :: asked = solver_auto !! what --solver or SOLVer asks for
     integer :: choice = solver_unknown !! what is taken, unknown before the next increment
-    type(condensed_t) :: condensed !! the condensed form, if it is in use
-    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
-    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
-    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
+  end type whole_form_t
+
+  !> Where the nodes are, were and start.
+  type :: positions_t
     real(wp), allocatable :: left(:, :) !! (3, nodes) start without predictor [length]
     real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
-    real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
+  end type positions_t
+
+  !> What the bulk answers to the displacements of the iterate.
+  type :: bulk_answer_t
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
     real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
     logical :: linearised = .false. !! the bulk answers by its tangent at the last state
@@ -87,21 +90,58 @@ module system_types
     real(wp), allocatable :: u_start(:, :) !! (3, nodes) displacements there [length]
     real(wp) :: bulk_energy = 0.0_wp !! strain energy of a bulk that is not linear [force length]
     integer :: inverted = 0 !! element that was, or would be, turned inside out
-    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
-    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
-    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
-    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
+  end type bulk_answer_t
+
+  !> Rigid bodies with a point, and their unknowns beside those of the nodes.
+  type :: rigid_part_t
+    type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
+    integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
+    type(border_t) :: border !! what these unknowns add to the matrix
+  end type rigid_part_t
+
+  !> Which contact elements are whose, and what facets they lie on.
+  type :: contact_places_t
+    integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
+    integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
+    integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
+  end type contact_places_t
+
+  !> What forces and displacements are measured against.
+  type :: scales_t
     real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
     real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in the increment, 0: none [force]
     real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
     real(wp) :: stroke = 0.0_wp !! largest prescribed motion of the increment [length]
     real(wp) :: stiffest = 0.0_wp !! largest entry of the bulk's matrix [force/length]
-    real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
-    real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
     real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
     real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
+  end type scales_t
+
+  !> Everything that is built once from a model.
+  type :: system_t
+    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    integer :: equations = 0 !! free degrees of freedom
+    type(bulk_list_t) :: bulk !! bulk elements
+    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
+    type(element_list_t) :: contact !! contact elements, one a point
+    type(condensed_t) :: condensed !! the condensed form, if it is in use
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
+    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
+    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
+    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
     type(touch_t) :: touch !! first touches of the increment
     type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
     type(cost_t) :: costs !! cost table
+    type(outer_t) :: loads !! loads and springs
+    type(bodies_t) :: body !! connected bodies
+    type(whole_form_t) :: whole !! the matrix as a whole
+    type(positions_t) :: position !! positions of the nodes
+    type(bulk_answer_t) :: inner !! the bulk's answer
+    type(rigid_part_t) :: tools !! rigid bodies with a point
+    type(contact_places_t) :: place !! where the contact elements are
+    type(scales_t) :: scale !! forces and lengths to compare with
   end type system_t
 end module system_types

@@ -25,8 +25,8 @@ contains
     integer :: body
 
     held = .true.
-    do body = 1, system%bodies
-      if (system%weak(body)) held(body) = stays(model, system, body)
+    do body = 1, system%body%bodies
+      if (system%body%weak(body)) held(body) = stays(model, system, body)
     end do
   end subroutine find_held
 
@@ -38,25 +38,26 @@ contains
     real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x, n(3)
     integer :: i, k, p, info
 
-    center = 0.5_wp*(maxval(system%x_old, 2) + minval(system%x_old, 2))
-    size_x = max(maxval(maxval(system%x_old, 2) - minval(system%x_old, 2)), tiny(1.0_wp))
+    center = 0.5_wp*(maxval(system%position%x_old, 2) + minval(system%position%x_old, 2))
+    size_x = max(maxval(maxval(system%position%x_old, 2) - minval(system%position%x_old, 2)), &
+      tiny(1.0_wp))
     gram = 0.0_wp
-    do i = 1, size(system%node_body)
-      if (system%node_body(i) /= body) cycle
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) /= body) cycle
       do k = 1, 3
         n = 0.0_wp
         n(k) = 1.0_wp
-        if (is_supported(system, k, i)) call add(n, system%x_old(:, i))
+        if (is_supported(system, k, i)) call add(n, system%position%x_old(:, i))
       end do
     end do
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        do p = 1, size(pair%old)
-          if (pair%old(p)%host == 0) cycle
-          associate (facet => pair%facets(:, pair%old(p)%host))
-            if (all(system%node_body([facet, pair%point_nodes(1, p)]) /= body)) cycle
-            call add(facet_normal(corners(system%x_old, facet)), &
-              system%x_old(:, pair%point_nodes(1, p)))
+        do p = 1, size(pair%history%old)
+          if (pair%history%old(p)%host == 0) cycle
+          associate (facet => pair%surface%facets(:, pair%history%old(p)%host))
+            if (all(system%body%node_body([facet, pair%points%point_nodes(1, p)]) /= body)) cycle
+            call add(facet_normal(corners(system%position%x_old, facet)), &
+              system%position%x_old(:, pair%points%point_nodes(1, p)))
           end associate
         end do
       end associate

@@ -74,9 +74,9 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point, with a host
 
-    host = pair%new(p)%host
+    host = pair%history%new(p)%host
     if (pair%segmented) return
-    if (pair%start(p)%host > 0) host = pair%start(p)%host
+    if (pair%history%start(p)%host > 0) host = pair%history%start(p)%host
   end function first_host
 
   !> When the free way of a point meets the surface, as a share of the increment; more than 1 if it
@@ -134,15 +134,16 @@ contains
     integer, intent(inout) :: host !! in: where to begin; out: the facet
     real(wp), intent(out) :: xi(2) !! (xi, eta) of the projection
     real(wp), intent(out) :: gap !! distance, positive outside [length]
-    real(wp) :: y(3), slaves(3, size(pair%point_nodes, 1))
+    real(wp) :: y(3), slaves(3, size(pair%points%point_nodes, 1))
     integer :: step, next, before, first
 
-    slaves = places_at(touch, start, x_old, pair%point_nodes(:, p), t)
-    y = matmul(slaves, pair%point_weights(:, p))
+    slaves = places_at(touch, start, x_old, pair%points%point_nodes(:, p), t)
+    y = matmul(slaves, pair%points%point_weights(:, p))
     before = 0
     first = host
     do step = 1, longest_walk
-      call project(pair, places_at(touch, start, x_old, pair%facets(:, host), t), host, start, t, &
+      call project(pair, places_at(touch, start, x_old, pair%surface%facets(:, host), t), host, &
+        start, t, &
         y, xi, gap)
       if (pair%segmented) return
       next = across(pair, host, xi)
@@ -164,7 +165,7 @@ contains
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
     if (pair%smooth) then
-      associate (way => pair%patch_way(:, facet, :))
+      associate (way => pair%surface%patch_way(:, facet, :))
         call project_on_patch(corners, patch_from_values(between(way(:, 1), way(:, 2), way(:, 3), &
           start, t)), y, xi, gap)
       end associate
@@ -187,8 +188,8 @@ contains
     do trial = 1, 3
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
-      if (pair%neighbours(k, host) > 0 .and. .not. pair%fold(k, host)) then
-        next = pair%neighbours(k, host)
+      if (pair%surface%neighbours(k, host) > 0 .and. .not. pair%surface%fold(k, host)) then
+        next = pair%surface%neighbours(k, host)
         return
       end if
       n(k) = 1.0_wp

@@ -25,10 +25,10 @@ contains
     type(system_t), intent(inout) :: system !! grounded, drag; compliance gathered
     integer :: b
 
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
-        body%drag = system%drag
-        if (system%grounded(b)) body%drag = body%drag &
+        body%drag = system%body%drag
+        if (system%body%grounded(b)) body%drag = body%drag &
           + grounding*real(size(body%node), wp)/body%softness
       end associate
     end do
@@ -41,8 +41,8 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! element matrices
     real(wp) :: stiffest
     integer :: b, i, e
-    real(wp) :: softness(condensed%n_live)
-    logical :: touched(condensed%n_live)
+    real(wp) :: softness(condensed%alive%n_live)
+    logical :: touched(condensed%alive%n_live)
 
     touched = .false.
     do e = 1, tangent%elements
@@ -133,7 +133,7 @@ contains
   subroutine border_whole(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! motions of the bodies
     type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets the border of small
-    real(wp) :: moved(condensed%n_live), force(condensed%n_live), alpha(tangent%modes)
+    real(wp) :: moved(condensed%alive%n_live), force(condensed%alive%n_live), alpha(tangent%modes)
     integer :: b, j, n
 
     n = tangent%rank

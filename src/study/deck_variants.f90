@@ -68,7 +68,7 @@ contains
     if (allocated(variant%deck%mesh) .and. allocated(variant%deck%batch)) &
       call find_difference(deck, variant%deck, difference)
     if (allocated(error)) return
-    if (difference%worst <= place_load .and. .not. any(model%pairs%adjusted)) then
+    if (difference%worst <= place_load .and. .not. any(model%pairs%fit%adjusted)) then
       variant%model%title = model%title
       variant%model%mesh = model%mesh
       call read_rest(variant%deck, diagnostics, variant%model, exterior)

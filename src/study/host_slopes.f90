@@ -69,12 +69,12 @@ contains
         return
       end if
       do k = 1, 3
-        next = pair%neighbours(k, last)
+        next = pair%surface%neighbours(k, last)
         if (next == 0 .or. exact .or. tried >= most_ways) cycle
         if (distance(next) < 0 .or. any(so_far%facet(:so_far%n) == next)) cycle
         if (so_far%n + distance(next) > limit) cycle
-        call unfold_point(pair%facets(:, last), pair%facets(:, next), corners(x, &
-          pair%facets(:, last)), corners(x, pair%facets(:, next)), n, n_next, found)
+        call unfold_point(pair%surface%facets(:, last), pair%surface%facets(:, next), corners(x, &
+          pair%surface%facets(:, last)), corners(x, pair%surface%facets(:, next)), n, n_next, found)
         if (.not. found) cycle
         longer = so_far
         longer%n = so_far%n + 1
@@ -90,7 +90,7 @@ contains
     integer, intent(in) :: to !! where to
     integer, intent(in) :: from !! a facet that shall be reached
     integer, allocatable, intent(out) :: distance(:) !! (facets) -1 where not reached
-    integer :: queue(size(pair%facets, 2)), head, tail, k, next
+    integer :: queue(size(pair%surface%facets, 2)), head, tail, k, next
 
     allocate (distance(size(queue)), source=-1)
     distance(to) = 0
@@ -102,7 +102,7 @@ contains
         if (distance(queue(head)) > distance(from) + 3) return
       end if
       do k = 1, 3
-        next = pair%neighbours(k, queue(head))
+        next = pair%surface%neighbours(k, queue(head))
         if (next == 0) cycle
         if (distance(next) >= 0) cycle
         distance(next) = distance(queue(head)) + 1
@@ -128,7 +128,8 @@ contains
     n = barycentric(tip)
     dn = [dtip, -sum(dtip)]
     do k = 1, way%n - 1
-      associate (a => pair%facets(:, way%facet(k)), b => pair%facets(:, way%facet(k + 1)))
+      associate (a => pair%surface%facets(:, way%facet(k)), b => pair%surface%facets(:, &
+        way%facet(k + 1)))
         call unfold_slope(a, b, corners(x, a), corners(x, b), n, corners(dx, a), corners(dx, b), &
           dn, dn_next)
         call unfold_point(a, b, corners(x, a), corners(x, b), n, n_next, found)
@@ -150,8 +151,8 @@ contains
     real(wp) :: c(3, 3), dc(3, 3), n(3), a1(3), a2(3), e(3), size_n, xi(2), gap, motion(3), de(3)
     real(wp) :: d1(3), d2(3)
 
-    c = corners(x, pair%facets(:, facet))
-    dc = corners(dx, pair%facets(:, facet))
+    c = corners(x, pair%surface%facets(:, facet))
+    dc = corners(dx, pair%surface%facets(:, facet))
     call project_on_facet(c, point_position(pair, p, x), xi, gap)
     a1 = c(:, 1) - c(:, 3)
     a2 = c(:, 2) - c(:, 3)

@@ -93,15 +93,16 @@ contains
             change = factor_change(slope, model%conditions%loads(k)%table, time)
             do i = 1, condensed%n
               associate (m => condensed%direction(i), node => condensed%node(i))
-                stiffer = slope%stiffness(system%node_body(node))
-                loaded(i, j) = loaded(i, j) + change*condensed%influence(m, node, k) &
+                stiffer = slope%stiffness(system%body%node_body(node))
+                loaded(i, j) = loaded(i, j) + change*condensed%outer%influence(m, node, k) &
                   + (slope%forces - stiffer)*factor*s%pushed(m, node, k)
               end associate
             end do
           end do
           do i = 1, condensed%n
-            loaded(i, j) = loaded(i, j) + slope%stiffness(system%node_body(condensed%node(i))) &
-              *condensed%yielded(i)
+            loaded(i, j) = loaded(i, j) + &
+              slope%stiffness(system%body%node_body(condensed%node(i))) &
+              *condensed%bulk%yielded(i)
           end do
         end associate
       end do

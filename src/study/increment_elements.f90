@@ -71,7 +71,7 @@ contains
       source=0.0_wp)
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        e = system%first_point(k) + p - 1
+        e = system%place%first_point(k) + p - 1
         if (system%contact%routine(e) == routine_none) cycle
         if (work%slopes(e)%status == status_open) cycle
         do j = 1, n
@@ -101,27 +101,28 @@ contains
     integer :: j
     logical :: exact, anew
 
-    associate (host => pair%old(p)%host)
+    associate (host => pair%history%old(p)%host)
       anew = s%host(e) == 0
       if (s%status(e) <= status_open .and. system%touch%stage == touch_known) then
-        if (system%touch%waits(system%node_body(pair%point_nodes(1, p)), k)) then
+        if (system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) then
           anew = .true.
           s%touched = s%touched + 1
         end if
       end if
       if (.not. anew .and. s%host(e) /= host) then
-        call find_way(pair, system%x_old, s%host(e), s%tip(:, e), host, system%contact%h1(:, e), &
+        call find_way(pair, system%position%x_old, s%host(e), s%tip(:, e), host, &
+          system%contact%h1(:, e), &
                       way, exact)
         if (.not. exact) s%lost = s%lost + 1
         anew = way%n == 0
       end if
       do j = 1, size(dtip, 2)
         if (anew) then
-          dtip(:, j) = projection_slope(pair, p, host, system%x_old, s%du(:, :, j))
+          dtip(:, j) = projection_slope(pair, p, host, system%position%x_old, s%du(:, :, j))
           cycle
         end if
         dtip(:, j) = s%dtip(:, e, j)
-        if (s%host(e) /= host) call carry_slope(pair, system%x_old, s%du(:, :, j), way, &
+        if (s%host(e) /= host) call carry_slope(pair, system%position%x_old, s%du(:, :, j), way, &
           s%tip(:, e), dtip(:, j))
       end do
     end associate

@@ -62,15 +62,15 @@ contains
     type(touched_t) :: touched
     real(wp), allocatable :: b(:, :), y(:, :)
 
-    if (condensed%tangent%iterated) then
-      b = u(condensed%live, :)
-      call subtract_yield(condensed%bodies, c(condensed%live, :), b)
+    if (condensed%tangent%parts%iterated) then
+      b = u(condensed%alive%live, :)
+      call subtract_yield(condensed%bodies, c(condensed%alive%live, :), b)
       allocate (y, mold=b)
       call answer_by_turns(condensed, b, y, arrived, iterations)
-      c(condensed%live, :) = c(condensed%live, :) + y
+      c(condensed%alive%live, :) = c(condensed%alive%live, :) + y
     else
       call gather_touched(condensed, touched)
-      associate (rows => condensed%live(touched%rows))
+      associate (rows => condensed%alive%live(touched%rows))
         b = u(rows, :)
         call add_product(touched, -1.0_wp, c(rows, :), b)
         allocate (y, mold=b)
@@ -88,7 +88,7 @@ contains
     real(wp), intent(out) :: y(:, :) !! (live, columns) answers of contact [force]
     logical, intent(out) :: arrived !! all of them
     integer, intent(inout) :: iterations !! of GMRES: counts on
-    real(wp) :: push(condensed%modes), t(size(b, 1)), floor
+    real(wp) :: push(condensed%rigid%modes), t(size(b, 1)), floor
     integer :: j, mine
     logical :: there
 

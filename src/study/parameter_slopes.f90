@@ -91,7 +91,7 @@ contains
     differs = any(abs(a%mesh%x - b%mesh%x) > 0.0_wp) &
       .or. any(a%conditions%restrained .neqv. b%conditions%restrained)
     do k = 1, size(a%pairs)
-      differs = differs .or. size(a%pairs(k)%epsilon) /= size(b%pairs(k)%epsilon)
+      differs = differs .or. size(a%pairs(k)%points%epsilon) /= size(b%pairs(k)%points%epsilon)
     end do
   end function differs
 
@@ -113,14 +113,14 @@ contains
     kink = .false.
     do k = 1, size(model%pairs)
       do m = 1, 2
-        slope%mu(m, k) = slope_of([(variants(v)%model%pairs(k)%mu(m), v=1, 4)], &
-          model%pairs(k)%mu(m))
+        slope%mu(m, k) = slope_of([(variants(v)%model%pairs(k)%friction%mu(m), v=1, 4)], &
+          model%pairs(k)%friction%mu(m))
       end do
-      slope%angle(k) = pi/180.0_wp*slope_of([(variants(v)%model%pairs(k)%angle, v=1, 4)], &
-        model%pairs(k)%angle)
-      associate (epsilon => model%pairs(k)%epsilon)
-        if (size(epsilon) > 0) slope%penalty(k) = slope_of([(variants(v)%model%pairs(k)% &
-          epsilon(1), v=1, 4)], epsilon(1))/epsilon(1)
+      slope%angle(k) = pi/180.0_wp*slope_of([(variants(v)%model%pairs(k)%friction%angle, v=1, 4)], &
+        model%pairs(k)%friction%angle)
+      associate (epsilon => model%pairs(k)%points%epsilon)
+        if (size(epsilon) > 0) slope%penalty(k) = &
+          slope_of([(variants(v)%model%pairs(k)%points%epsilon(1), v=1, 4)], epsilon(1))/epsilon(1)
       end associate
     end do
     do m = 1, size(model%materials)

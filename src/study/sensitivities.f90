@@ -108,7 +108,8 @@ contains
     s%range = huge(1.0_wp)
     s%kinks = 0
     do k = 1, size(model%pairs)
-      do e = system%first_point(k), system%first_point(k) + count_points(model%pairs(k)) - 1
+      do e = system%place%first_point(k), system%place%first_point(k) + &
+        count_points(model%pairs(k)) - 1
         if (system%contact%routine(e) == routine_none) cycle
         call look_at_border(system, work, e, s, k)
         if (work%slopes(e)%status == status_open) cycle
@@ -172,13 +173,14 @@ contains
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        e = system%first_point(k) + p - 1
-        associate (point => model%pairs(k)%old(p))
+        e = system%place%first_point(k) + p - 1
+        associate (point => model%pairs(k)%history%old(p))
           do j = 1, size(s%slopes)
             if (point%host == 0) then
               s%dtip(:, e, j) = 0.0_wp
             else if (point%status <= status_open) then
-              s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%host, system%x_now, &
+              s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%host, &
+                system%position%x_now, &
                 s%du(:, :, j))
             else
               change = tip_change(work, e, j, s%du(:, :, j))
@@ -204,8 +206,8 @@ contains
     do j = 1, size(s%slopes)
       stiffer = 0.0_wp
       do node = 1, size(stiffer, 2)
-        if (system%node_body(node) > 0) stiffer(:, node) = &
-          s%slopes(j)%stiffness(system%node_body(node))
+        if (system%body%node_body(node) > 0) stiffer(:, node) = &
+          s%slopes(j)%stiffness(system%body%node_body(node))
       end do
       call change_loads(model, s%slopes(j), state%time, prescribed, given)
       given = s%force(:, :, j) - given

@@ -165,7 +165,7 @@ contains
       call add_candidate(list, model%pairs(k)%name)
       if (len(pair) > 0 .and. model%pairs(k)%name /= pair) cycle
       found = found + 1
-      if (word /= 'penalty' .and. .not. any(has_friction(model%pairs(k)%mu))) then
+      if (word /= 'penalty' .and. .not. any(has_friction(model%pairs(k)%friction%mu))) then
         call report_error(diagnostics, at, 'pair '//model%pairs(k)%name//' has no friction: '// &
           word//' changes nothing there', 'give it FRICtion, or name another PAIR behind '//word)
         return
@@ -298,8 +298,8 @@ contains
       return
     end if
     do i = 1, size(nodes)
-      if (model%conditions%restrained(dof, nodes(i))) call add_values(slope%loads(1)% &
-        displacement, nodes(i), unit)
+      if (model%conditions%restrained(dof, nodes(i))) &
+        call add_values(slope%loads(1)%displacement, nodes(i), unit)
     end do
     call add_slope(slope, s)
   end subroutine read_way

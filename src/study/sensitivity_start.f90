@@ -58,7 +58,7 @@ contains
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        associate (e => system%first_point(k) + p - 1, point => model%pairs(k)%old(p))
+        associate (e => system%place%first_point(k) + p - 1, point => model%pairs(k)%history%old(p))
           s%host(e) = point%host
           s%status(e) = point%status
           s%tip(:, e) = point%tip
@@ -81,22 +81,22 @@ contains
       associate (pair => model%pairs(k))
         if (pair%segmented) call refuse('SEGMent (pair '//pair%name//')')
         if (pair%smooth) call refuse('SMOOth (pair '//pair%name//')')
-        if (allocated(pair%middles) .or. pair%n_slaves > 3) &
+        if (allocated(pair%surface%middles) .or. pair%points%n_slaves > 3) &
           call refuse('facets of six nodes (pair '//pair%name//')')
-        if (pair%shrink >= 0) call refuse('SHRInk (pair '//pair%name//')')
+        if (pair%shrinking%shrink >= 0) call refuse('SHRInk (pair '//pair%name//')')
         if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
         do i = 1, size(cone_laws)
           if (acts(i, pair%law)) call refuse(trim(cone_laws(i)%keyword)//' (pair '//pair%name//')')
         end do
         if (is_stiff(pair)) call refuse('a penalty that is solved for by multipliers (pair '// &
           pair%name//', above 2000 E/h)')
-        if (pair%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
+        if (pair%points%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
       end associate
     end do
-    if (allocated(system%spring)) call refuse('SPRIng')
+    if (allocated(system%loads%spring)) call refuse('SPRIng')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
-    if (system%border%n > 0) call refuse('a rigid body with free motions')
-    if (any(system%weak)) call refuse('a body that contact alone holds')
+    if (system%tools%border%n > 0) call refuse('a rigid body with free motions')
+    if (any(system%body%weak)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 
   contains
@@ -117,17 +117,17 @@ contains
     type(system_t), intent(in) :: system !! bodies of the nodes
     type(slope_t), intent(inout) :: slope !! gets stiffness
     type(error_t), allocatable, intent(out) :: error !! only a part of a body changes
-    logical :: seen(system%bodies)
+    logical :: seen(system%body%bodies)
     integer :: e, b, m
 
-    allocate (slope%stiffness(system%bodies), source=0.0_wp)
+    allocate (slope%stiffness(system%body%bodies), source=0.0_wp)
     if (all(abs(slope%modulus) <= 0.0_wp)) return
     seen = .false.
     do e = 1, model%mesh%elements
       m = model%element_material(e)
       if (m == 0) cycle
       if (model%materials(m)%rigid) cycle
-      b = maxval(system%node_body(model%mesh%ix(1:4, e)))
+      b = maxval(system%body%node_body(model%mesh%ix(1:4, e)))
       if (b == 0) cycle
       if (seen(b) .and. abs(slope%stiffness(b) - slope%modulus(m)) > &
         1.0e-9_wp*(abs(slope%stiffness(b)) + abs(slope%modulus(m)))) then
@@ -186,7 +186,7 @@ contains
       end do
       call find_displacements(system, force, lever(:, :, :, i))
       do k = 1, 3
-        call multiply(system%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
+        call multiply(system%whole%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
         where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
       end do
     end do
@@ -222,10 +222,10 @@ contains
     if (all(abs(u) <= 0.0_wp) .and. all(abs(force) <= 0.0_wp)) return
     allocate (internal(3, size(u, 2)))
     do k = 1, size(u, 3)
-      call multiply(system%bulk_matrix, u(:, :, k), internal)
+      call multiply(system%whole%bulk_matrix, u(:, :, k), internal)
       force(:, :, k) = force(:, :, k) - internal
     end do
-    do b = 1, system%bodies
+    do b = 1, system%body%bodies
       if (.not. allocated(system%condensed%bodies(b)%node)) cycle
       call solve_condensed_body(system%condensed%bodies(b), force, u)
     end do

@@ -28,7 +28,7 @@ contains
   subroutine gather_touched(condensed, touched)
     type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
     type(touched_t), intent(out) :: touched !! all of it
-    logical :: marked(condensed%n_live)
+    logical :: marked(condensed%alive%n_live)
     integer :: k, i, j, b
 
     marked = .false.
@@ -43,8 +43,8 @@ contains
           call mark(tangent%dofs(:, tangent%owner(k)))
         end do
       end if
-      touched%rows = pack([(i, i=1, condensed%n_live)], marked)
-      touched%place = spread(0, 1, condensed%n_live)
+      touched%rows = pack([(i, i=1, condensed%alive%n_live)], marked)
+      touched%place = spread(0, 1, condensed%alive%n_live)
       touched%place(touched%rows) = [(i, i=1, size(touched%rows))]
       if (.not. tangent%whole) touched%cu = tangent%cu(touched%rows, :tangent%rank)
     end associate

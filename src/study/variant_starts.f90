@@ -48,12 +48,13 @@ contains
     touched = .false.
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        touched(reshape(pair%facets, [size(pair%facets)])) = .true.
-        if (allocated(pair%point_nodes)) touched(reshape(pair%point_nodes, &
-          [size(pair%point_nodes)])) = .true.
-        if (allocated(pair%slave_facets)) touched(reshape(pair%slave_facets, &
-          [size(pair%slave_facets)])) = .true.
-        if (allocated(pair%middles)) touched(pack(pair%middles, pair%middles > 0)) = .true.
+        touched(reshape(pair%surface%facets, [size(pair%surface%facets)])) = .true.
+        if (allocated(pair%points%point_nodes)) touched(reshape(pair%points%point_nodes, &
+          [size(pair%points%point_nodes)])) = .true.
+        if (allocated(pair%points%slave_facets)) touched(reshape(pair%points%slave_facets, &
+          [size(pair%points%slave_facets)])) = .true.
+        if (allocated(pair%surface%middles)) touched(pack(pair%surface%middles, &
+          pair%surface%middles > 0)) = .true.
       end associate
     end do
     starts%nodes = pack([(k, k=1, size(touched))], touched)

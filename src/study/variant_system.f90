@@ -38,10 +38,10 @@ contains
     system%u = 0.0_wp
     system%du = 0.0_wp
     system%contact_force = 0.0_wp
-    system%bulk_force = 0.0_wp
+    system%inner%bulk_force = 0.0_wp
     system%right = 0.0_wp
-    system%told = .false.
-    system%hosts = 0
+    system%body%told = .false.
+    system%place%hosts = 0
     associate (list => system%contact)
       list%routine = routine_none
       list%status = status_off
@@ -57,8 +57,8 @@ contains
     system%touch = touch_t()
     system%motion = multiplier_motion_t()
     associate (condensed => system%condensed)
-      if (allocated(condensed%kept)) deallocate (condensed%kept)
-      if (allocated(condensed%alpha)) condensed%alpha = 0.0_wp
+      if (allocated(condensed%outer%kept)) deallocate (condensed%outer%kept)
+      if (allocated(condensed%rigid%alpha)) condensed%rigid%alpha = 0.0_wp
     end associate
   end subroutine set_back
 
@@ -89,9 +89,9 @@ contains
     type(system_t), intent(inout) :: system !! condensed gets influence, pushes
 
     associate (condensed => system%condensed)
-      deallocate (condensed%influence, condensed%pushes)
+      deallocate (condensed%outer%influence, condensed%outer%pushes)
       call begin_influence(model, system)
-      call load_bodies(system, model%conditions%loads, .true., condensed%influence)
+      call load_bodies(system, model%conditions%loads, .true., condensed%outer%influence)
     end associate
   end subroutine change_influence
 
