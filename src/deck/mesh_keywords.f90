@@ -150,7 +150,10 @@ contains
     call explain(t, '    PLANe 3 1.5')
     call explain(t, '    INSIde cube')
     call add_command(t, table_mesh, 'SURFace', 'w:name FROM w:set IN w:region '// &
-                     '| w:name FROM w:set | w:name', 'a named surface of exterior facets')
+                     '| w:name FROM w:set | w:name ~PLANe r:x r:y r:z r:nx r:ny r:nz '// &
+                     '| w:name ~CYLInder r:x r:y r:z r:ax r:ay r:az r:r '// &
+                     '| w:name ~SPHEre r:x r:y r:z r:r | w:name', &
+                     'a named surface of exterior facets')
     call add_word(t, 'FACEts', 'p:n1 p:n2 p:n3', 'corner nodes of a facet')
     call explain(t, 'FROM: all exterior facets whose corner nodes lie in the set (and region).')
     call explain(t, 'Example: SURFace skin FROM top IN cube')

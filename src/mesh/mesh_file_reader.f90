@@ -1,6 +1,6 @@
 !> MESH: nodes, elements, regions, surfaces and sets from a file of Gmsh, Abaqus or CalculiX.
 module mesh_file_reader
-  use text, only: to_text, count_noun
+  use text, only: to_text, count_noun, lower
   use errors, only: error_t
   use deck_types, only: deck_t, location_t
   use records, only: item_name, item_count
@@ -84,7 +84,13 @@ contains
     place%file = diagnostics%source%count
     place%at = at
     associate (text => diagnostics%source%files(place%file)%text)
-      if (is_gmsh(text)) then
+      if (is_stl(full, text)) then
+        good = .false.
+        call report_error(diagnostics, at, 'triangles alone (STL) are not available in this '// &
+          'version', 'mesh the tool with tetrahedra (Gmsh: Volume), give it MATErial ... RIGId '// &
+          'and take its surface')
+        return
+      else if (is_gmsh(text)) then
         call read_gmsh(text, file, cursor)
       else
         is_abaqus = .true.
@@ -99,6 +105,15 @@ contains
     if (.not. good) call report_error(diagnostics, place_in_file(diagnostics%source, place%file, &
       cursor%fault), cursor%what, cursor%remedy)
   end subroutine load_file
+
+  !> The file holds triangles for a printer, by its name or its first word.
+  pure logical function is_stl(path, text)
+    character(*), intent(in) :: path !! its path
+    character(*), intent(in) :: text !! what it holds
+
+    is_stl = index(lower(path), '.stl', back=.true.) == max(1, len(path) - 3) .or. &
+      index(text(:min(6, len(text))), 'solid ') == 1
+  end function is_stl
 
   !> Puts nodes and tetrahedra into the mesh and keeps their deck numbers.
   subroutine place_mesh(file, index, place, mesh, origin, diagnostics, good)
