@@ -7,19 +7,18 @@ module contact_hosts
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, point_position, is_first, longest_facet
-  use contact_overlap, only: withheld_gap
-  use contact_parameters, only: point_shift, first_raise, has_multipliers, has_field
+  use contact_parameters, only: first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth, kink
-  use contact_tips, only: tip_of, find_tip
+  use contact_tips, only: tip_of, find_tip, touches
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: corners, unfold, unfold_vector, barycentric, altitude
   use master_facets, only: find_sharp_edges
   implicit none
   private
-  public :: start_pair, begin_increment, follow_tips, settle_points, touches
+  public :: start_pair, begin_increment, follow_tips, settle_points
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
@@ -96,13 +95,7 @@ contains
       x_old)
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (point%host > 0) then
-          if (beyond_rim(pair, x_old, point_position(pair, p, x_old), point%host)) then
-            point%host = 0
-            point%status = status_off
-            point%lambda = 0.0_wp
-          end if
-        end if
+        if (point%host > 0) call let_go(pair, x_old, p, point)
         if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
       end associate
     end do
@@ -160,6 +153,7 @@ contains
         call follow_tip(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
         if (point%host == pair%history%left(p)) point = before
+        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) call let_go(pair, x, p, point)
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then
@@ -170,20 +164,19 @@ contains
     end associate
   end subroutine follow_point
 
-  !> A point lies on or below the plane of a facet, its shift included.
-  pure logical function touches(pair, x, p, facet)
+  !> Lets a point go that has passed the rim: at the last converged state; and within an increment
+  !! one that had no facet at its start, so that it does not matter where the iteration took it.
+  subroutine let_go(pair, x, p, point)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: facet !! the facet, 0 for none
-    real(wp) :: xi(2), gap, kappa(3)
+    type(contact_point_t), intent(inout) :: point !! its working state, with a host
 
-    touches = .false.
-    if (facet == 0) return
-    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
-    kappa = point_shift(pair, p, pair%history%new(p))
-    touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
-  end function touches
+    if (.not. beyond_rim(pair, x, point_position(pair, p, x), point%host)) return
+    point%host = 0
+    point%status = status_off
+    point%lambda = 0.0_wp
+  end subroutine let_go
 
   !> Walks with one tip.
   subroutine follow_tip(pair, x_old, x, tolerance, p, point)

@@ -8,10 +8,11 @@ module contact_tips
   use contact_overlap, only: withheld_gap
   use contact_parameters, only: point_parameters, point_shift
   use facet_geometry, only: corners
+  use smooth_normals, only: project_on_master
   use master_facets, only: is_quadratic, facet_routine
   implicit none
   private
-  public :: tip_of, find_tip, find_tip_from
+  public :: tip_of, find_tip, find_tip_from, touches
 
 contains
 
@@ -66,4 +67,19 @@ contains
     tip = e%h2
     status = e%status
   end subroutine find_tip_from
+
+  !> A point lies on or below the plane of a facet, its shift included.
+  pure logical function touches(pair, x, p, facet)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: facet !! the facet, 0 for none
+    real(wp) :: xi(2), gap, kappa(3)
+
+    touches = .false.
+    if (facet == 0) return
+    call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
+    kappa = point_shift(pair, p, pair%history%new(p))
+    touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
+  end function touches
 end module contact_tips

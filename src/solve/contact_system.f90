@@ -14,7 +14,8 @@ module contact_system
   use contact_overlap, only: withheld_gap
   use rigid_bodies, only: nothing_yields
   use master_facets, only: is_quadratic, facet_routine
-  use contact_hosts, only: begin_increment, follow_tips, settle_points, touches
+  use contact_hosts, only: begin_increment, follow_tips, settle_points
+  use contact_tips, only: touches
   use smooth_normals, only: project_on_master, renew_patches, patch_change
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
