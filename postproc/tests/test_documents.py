@@ -57,7 +57,7 @@ def test_every_picture_has_a_maker():
 def test_the_gallery_shows_all_decks():
     page = formulas.read(os.path.join(DOC, 'gallery.md'))
     scenes = figures.SCENES + figures.MORE
-    assert len(figures.SCENES) == 12
+    assert len(figures.SCENES) == 15
     for name, deck, _, _, _, text in scenes:
         assert f'gallery/{name}.png' in page and f'inputs/{deck}.inp' in page and text in page
     decks = [os.path.relpath(path, os.path.join(TOP, 'inputs'))[:-4]
