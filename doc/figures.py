@@ -423,7 +423,7 @@ def make_gallery(names):
     os.makedirs(GALLERY, exist_ok=True)
     lines = ['# Gallery', '', 'Made by `make gallery`: each deck of `inputs`, its mesh, and a result at '
              'the last end time. The tests run them all. More fields, scales, views and movies: '
-             '`mfec-post picture --help`.', '', '## Twelve scenes', '']
+             '`mfec-post picture --help`.', '', '## Fifteen scenes', '']
     digests = read_digests(GALLERY)
     with tempfile.TemporaryDirectory() as folder:
         for name, deck, options, view, what, text in SCENES + MORE:
