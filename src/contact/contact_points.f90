@@ -8,12 +8,12 @@ module contact_points
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
   use master_facets, only: all_nodes
-  use quadratic_facet, only: facet_shapes_t, facet_shapes
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
   implicit none
   private
   public :: is_first, first_cell, count_points, used_points, point_position, point_text, &
-    make_node_points, make_facet_points, corner_weights, longest_facet, coupling, most_coupled, &
-    coupled_nodes
+    make_node_points, make_facet_points, corner_weights, longest_facet, smallest_facet, coupling, &
+    most_coupled, coupled_nodes
 
 contains
 
@@ -74,7 +74,8 @@ contains
     end do
   end function point_position
 
-  !> Longest edge of all master facets.
+  !> Longest edge of all master facets; of an exact surface, whose facets grow far away, of the
+  !! smallest one.
   pure real(wp) function longest_facet(pair, x) result(h)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -84,7 +85,20 @@ contains
     do f = 1, size(pair%surface%facets, 2)
       h = max(h, facet_size(corners(x, pair%surface%facets(:, f))))
     end do
+    if (pair%surface%exact) h = smallest_facet(pair, x)
   end function longest_facet
+
+  !> The smallest of the longest edges of the master facets of a pair.
+  pure real(wp) function smallest_facet(pair, x) result(h)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer :: f
+
+    h = huge(h)
+    do f = 1, size(pair%surface%facets, 2)
+      h = min(h, facet_size(corners(x, pair%surface%facets(:, f))))
+    end do
+  end function smallest_facet
 
   !> A number that tells which nodes the contact element of a point joins: its host, and where the
   !! slave nodes of a point change its slave facet as well.
@@ -197,7 +211,7 @@ contains
     type(facet_shapes_t) :: s
     real(wp) :: t(3, 2)
 
-    s = facet_shapes(xi, .false.)
+    s = facet_shapes(xi, facet_bent)
     weights = s%n
     t = matmul(x(:, facet), s%d)
     area = 0.5_wp*norm2(cross(t(:, 1), t(:, 2)))

@@ -73,7 +73,9 @@ module contact_types
   type :: master_surface_t
     integer, allocatable :: facets(:, :) !! (3, facets) master facets, outward side as in surface_t
     integer, allocatable :: middles(:, :) !! (3, facets) nodes on the edges 12, 23, 31, 0: none;
-    !! only if some facet has six nodes
+    !! only if some facet has six nodes; of a round surface, what the corners are round about
+    logical :: exact = .false. !! a plane, cylinder or sphere, with facets that grow far away
+    logical :: round = .false. !! its facets are parts of a sphere or cylinder
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
     integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
     real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one

@@ -2,7 +2,7 @@
 module facet_ratio
   use kinds, only: wp
   use contact_types, only: pair_t
-  use contact_points, only: used_points
+  use contact_points, only: used_points, smallest_facet
   use facet_geometry, only: corners, facet_size, facet_area
   implicit none
   private
@@ -11,7 +11,8 @@ module facet_ratio
 contains
 
   !> Size of the slave facets over that of the master facets below them: the root of the ratio of
-  !! their areas, in the mean over the slave's area; 0 if no point has a master below it.
+  !! their areas, in the mean over the slave's area; 0 if no point has a master below it, or the
+  !! master is exact.
   pure real(wp) function slave_over_master(pair, x) result(ratio)
     type(pair_t), intent(in) :: pair !! the pair with its first hosts
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -50,13 +51,14 @@ contains
     real(wp), intent(inout) :: sums(2) !! areas, and areas times ratios [length^2]
     real(wp) :: area
 
-    if (host == 0) return
+    if (host == 0 .or. pair%surface%exact) return
     area = facet_area(corners(x, nodes))
     if (area > 0.0_wp) sums = sums + area*[1.0_wp, &
       sqrt(area/facet_area(corners(x, pair%surface%facets(:, host))))]
   end subroutine compare
 
-  !> Mean of the longest edges of the master facets of a pair.
+  !> Mean of the longest edges of the master facets of a pair; of an exact surface, whose facets
+  !! grow far away, that of the smallest one.
   pure real(wp) function mean_facet(pair, x) result(h)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -67,5 +69,6 @@ contains
       h = h + facet_size(corners(x, pair%surface%facets(:, f)))
     end do
     if (size(pair%surface%facets, 2) > 0) h = h/real(size(pair%surface%facets, 2), wp)
+    if (pair%surface%exact) h = smallest_facet(pair, x)
   end function mean_facet
 end module facet_ratio

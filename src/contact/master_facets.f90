@@ -3,12 +3,13 @@ module master_facets
   use kinds, only: wp
   use contact_types, only: pair_t
   use facet_geometry, only: corners, barycentric, facet_normal
-  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic
-  use quadratic_facet, only: place_on_quadratic, facet_shapes_t, facet_shapes
+  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic, routine_round
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_flat, &
+    facet_bent, facet_round
   use vectors, only: cross
   implicit none
   private
-  public :: is_quadratic, all_nodes, facet_routine, field_on_facet, find_sharp_edges
+  public :: is_quadratic, facet_kind, all_nodes, facet_routine, field_on_facet, find_sharp_edges
 
   !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
   real(wp), parameter :: sharp_cosine = 0.7_wp
@@ -23,6 +24,15 @@ contains
     is_quadratic = .false.
     if (allocated(pair%surface%middles)) is_quadratic = pair%surface%middles(1, facet) > 0
   end function is_quadratic
+
+  !> What a facet is: flat, bent or round.
+  pure integer function facet_kind(pair, facet) result(kind)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+
+    kind = facet_flat
+    if (is_quadratic(pair, facet)) kind = merge(facet_round, facet_bent, pair%surface%round)
+  end function facet_kind
 
   !> The nodes of a facet: its corners, then the middles of its edges if it has some.
   pure function all_nodes(pair, facet) result(nodes)
@@ -41,19 +51,25 @@ contains
 
     routine = routine_mfec
     if (pair%smooth) routine = routine_smooth
-    if (is_quadratic(pair, facet)) routine = routine_quadratic
+    if (is_quadratic(pair, facet)) routine = merge(routine_round, routine_quadratic, &
+      pair%surface%round)
   end function facet_routine
 
   !> A nodal field, positions or displacements, at a place of a facet.
-  pure function field_on_facet(pair, facet, field, xi) result(y)
+  pure function field_on_facet(pair, facet, x, field, xi) result(y)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: field(:, :) !! (3, nodes) the field
     real(wp), intent(in) :: xi(2) !! (xi, eta)
     real(wp) :: y(3)
+    type(facet_shapes_t) :: s
 
     if (is_quadratic(pair, facet)) then
-      y = place_on_quadratic(field(:, all_nodes(pair, facet)), xi)
+      associate (nodes => all_nodes(pair, facet))
+        s = facet_shapes(xi, facet_kind(pair, facet), x(:, nodes))
+        y = matmul(field(:, nodes), s%n)
+      end associate
     else
       y = matmul(field(:, pair%surface%facets(:, facet)), barycentric(xi))
     end if
@@ -90,7 +106,7 @@ contains
       return
     end if
     l = merge(0.0_wp, 0.5_wp, pair%surface%neighbours(:, facet) == across)
-    s = facet_shapes(l(1:2), .false.)
+    s = facet_shapes(l(1:2), facet_kind(pair, facet), x(:, all_nodes(pair, facet)))
     t = matmul(x(:, all_nodes(pair, facet)), s%d)
     normal = cross(t(:, 1), t(:, 2))
     normal = normal/norm2(normal)

@@ -7,7 +7,7 @@ module smooth_normals
   use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
-  use master_facets, only: is_quadratic, all_nodes, field_on_facet
+  use master_facets, only: is_quadratic, facet_kind, all_nodes, field_on_facet
   use quadratic_facet, only: projection_t, project_quadratic
   implicit none
   private
@@ -306,7 +306,7 @@ contains
     type(projection_t) :: p
 
     if (is_quadratic(pair, facet)) then
-      p = project_quadratic(x(:, all_nodes(pair, facet)), y, .false.)
+      p = project_quadratic(x(:, all_nodes(pair, facet)), y, facet_kind(pair, facet))
       xi = p%xi
       gap = p%gap
       if (p%found) return
@@ -331,7 +331,7 @@ contains
     real(wp) :: y(3), gap
 
     if (is_quadratic(pair, from)) then
-      call project_on_master(pair, to, x, field_on_facet(pair, from, x, xi_from), xi_to, gap)
+      call project_on_master(pair, to, x, field_on_facet(pair, from, x, x, xi_from), xi_to, gap)
       return
     end if
     associate (corners => pair%surface%facets(:, from))

@@ -150,13 +150,18 @@ contains
     call explain(t, '    PLANe 3 1.5')
     call explain(t, '    INSIde cube')
     call add_command(t, table_mesh, 'SURFace', 'w:name FROM w:set IN w:region '// &
-                     '| w:name FROM w:set | w:name ~PLANe r:x r:y r:z r:nx r:ny r:nz '// &
-                     '| w:name ~CYLInder r:x r:y r:z r:ax r:ay r:az r:r '// &
-                     '| w:name ~SPHEre r:x r:y r:z r:r | w:name', &
+                     '| w:name FROM w:set | w:name PLANe r:x r:y r:z r:nx r:ny r:nz '// &
+                     '| w:name CYLInder r:x r:y r:z r:ax r:ay r:az r:r '// &
+                     '| w:name SPHEre r:x r:y r:z r:r | w:name', &
                      'a named surface of exterior facets')
     call add_word(t, 'FACEts', 'p:n1 p:n2 p:n3', 'corner nodes of a facet')
     call explain(t, 'FROM: all exterior facets whose corner nodes lie in the set (and region).')
+    call explain(t, 'PLANe (a point, the outward normal), CYLInder (a point, the axis, the')
+    call explain(t, 'radius) and SPHEre (the centre, the radius) are rigid, exact and without')
+    call explain(t, 'end; a negative radius is a bore. They are masters; they rest, or move by')
+    call explain(t, 'RIGId or DISPlacement.')
     call explain(t, 'Example: SURFace skin FROM top IN cube')
+    call explain(t, 'Example: SURFace floor PLANe 0 0 0  0 0 1')
     call add_command(t, table_mesh, 'OUTPut', '', 'what is written')
     call add_word(t, 'REACtions', 'w:set...', 'sets of the reaction table, in its order')
     call add_word(t, 'FIELds', 'NONE | c:displacement,reaction,stress,strain,contact,lay...', &

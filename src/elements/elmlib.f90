@@ -11,10 +11,11 @@ module elmlib
   use elmt04, only: elmt04_smooth, d04_size
   use elmt05, only: elmt05_finite
   use elmt06, only: elmt06_quadratic
+  use quadratic_facet, only: facet_bent, facet_round
   implicit none
   private
   public :: element_routine, solid_routine, routine_none, routine_t4, routine_small, routine_mfec, &
-    routine_smooth, routine_finite, routine_quadratic, n_parameters
+    routine_smooth, routine_finite, routine_quadratic, routine_round, n_parameters
 
   integer, parameter :: routine_none = 0 !! an element that takes no part
   integer, parameter :: routine_t4 = 1 !! linear tetrahedron, small strain
@@ -23,6 +24,7 @@ module elmlib
   integer, parameter :: routine_smooth = 4 !! the same on a curved patch with continuous normals
   integer, parameter :: routine_finite = 5 !! tetrahedron of any shape, finite strain
   integer, parameter :: routine_quadratic = 6 !! contact on a facet of six nodes
+  integer, parameter :: routine_round = 7 !! contact on a part of a sphere or cylinder
   integer, parameter :: n_parameters = d04_size !! room for the parameters d of contact elements
 
 contains
@@ -40,7 +42,9 @@ contains
     case (routine_smooth)
       call elmt04_smooth(task, d, e)
     case (routine_quadratic)
-      call elmt06_quadratic(task, d, e)
+      call elmt06_quadratic(task, facet_bent, d, e)
+    case (routine_round)
+      call elmt06_quadratic(task, facet_round, d, e)
     case default
       ! routine_none: a contact element that is switched off adds nothing.
     end select

@@ -3,7 +3,8 @@
 !!
 !! Nodes: those of the slave point, then the six of the facet, corners first. History, shift and
 !! task_stress are as those of element 3, its parameters d as well. Where the projection has no
-!! answer the flat facet of the corners stands in.
+!! answer the flat facet of the corners stands in. Round facets are facets of six nodes with other
+!! shape functions (doc/theory, "Round facets").
 module elmt06
   use kinds, only: wp
   use vectors, only: cross, dyad
@@ -12,7 +13,7 @@ module elmt06
   use slave_points, only: spread_element
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, axis_convected, axis_circumferential, axis_radial
-  use quadratic_facet, only: facet_shapes_t, facet_shapes
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_flat
   use patch_cone, only: shift_derivative, hold_tip, ways_of_tip, frame_of, mapped_ways
   use facet_cone, only: facet_cone_t, place_on_facet, place_axes, along_facet
   implicit none
@@ -24,17 +25,19 @@ module elmt06
 contains
 
   !> Does one task for one element.
-  pure subroutine elmt06_quadratic(task, d, e)
+  pure subroutine elmt06_quadratic(task, shape, d, e)
     integer, intent(in) :: task !! one of the tasks of element_types
+    integer, intent(in) :: shape !! facet_bent or facet_round
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(inout) :: e !! local data
     type(facet_cone_t) :: c
     logical :: found, stays
 
     call make_room(task, e)
+    c%shape = shape
     call place_on_facet(d, e, c, found)
     if (.not. found) then
-      c%flat = .true.
+      c%shape = facet_flat
       call place_on_facet(d, e, c, found)
     end if
     call hold_tip(task, c, e, stays)
@@ -63,7 +66,7 @@ contains
     type(facet_shapes_t) :: s
     integer :: a
 
-    s = facet_shapes(c%tip, c%flat)
+    s = facet_shapes(c%tip, c%shape, c%x)
     e%r(1:3) = epsilon*c%g_new
     do a = 1, 6
       e%r(3*a + 1:3*a + 3) = -s%n(a)*epsilon*c%g_new
@@ -82,7 +85,7 @@ contains
 
     e%s(1:n_dofs, 1:n_dofs) = 0.0_wp
     if (e%status == status_open) return
-    s = facet_shapes(c%tip, c%flat)
+    s = facet_shapes(c%tip, c%shape, c%x)
     b = nodal(1.0_wp, -s%n)
     dg = b
     if (c%shifted) dg = b + shift_way(c)
@@ -135,7 +138,7 @@ contains
     call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
     if (c%shifted) dk = shift_way(c)
-    old = facet_shapes(tip_old, c%flat)
+    old = facet_shapes(tip_old, c%shape, c%x)
     dtip = along_facet(c, ways_of_tip(c, dn, dgn, axis_turn(c, dn, dxi), &
       nodal(1.0_wp, -old%n), dk, dg))
   end subroutine tip_derivative
@@ -150,7 +153,7 @@ contains
     real(wp) :: b(3, n_dofs), right(2, n_dofs), dual(3, 2), metric(2, 2)
     integer :: i
 
-    s = facet_shapes(c%xi, c%flat)
+    s = facet_shapes(c%xi, c%shape, c%x)
     b = nodal(1.0_wp, -s%n)
     right = matmul(transpose(c%at%t), b)
     do i = 1, 2
@@ -175,7 +178,7 @@ contains
     real(wp) :: dt(3, n_dofs)
     type(facet_shapes_t) :: s
 
-    s = facet_shapes(c%xi, c%flat)
+    s = facet_shapes(c%xi, c%shape, c%x)
     ! second derivatives stand as 11, 22, 12
     dt = nodal(0.0_wp, s%d(:, i)) + dyad(c%at%bent(:, merge(1, 3, i == 1)), dxi(1, :)) &
       + dyad(c%at%bent(:, merge(3, 2, i == 1)), dxi(2, :))
@@ -222,7 +225,7 @@ contains
     frame = frame_of(c)
     mapped = frame
     turn = 0.0_wp
-    s = facet_shapes(c%tip, c%flat)
+    s = facet_shapes(c%tip, c%shape, c%x)
     b = nodal(1.0_wp, -s%n)
     dg = b
     if (c%shifted) dg = b + shift_way(c)

@@ -5,7 +5,8 @@ module facet_cone
   use element_types, only: element_t
   use slave_points, only: positions
   use contact_cone, only: leave_open
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic, &
+    facet_bent
   use smooth_patch, only: patch_frame, dual_frame
   use patch_cone, only: cone_t, place_shift, principal_axes, map_trial, solve_ways
   implicit none
@@ -20,7 +21,7 @@ module facet_cone
 
   !> The facet, and the cone on it.
   type, extends(cone_t) :: facet_cone_t
-    logical :: flat = .false. !! the corners alone
+    integer :: shape = facet_bent !! flat, bent or round
     real(wp) :: x(3, 6) = 0.0_wp !! nodes seen from corner 3 [length]
     real(wp) :: s(3) = 0.0_wp !! slave point, likewise [length]
     type(projection_t) :: at !! its projection
@@ -32,7 +33,7 @@ contains
   pure subroutine place_on_facet(d, e, c, found)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(inout) :: e !! gets status, h2, slip
-    type(facet_cone_t), intent(inout) :: c !! flat given; gets all else
+    type(facet_cone_t), intent(inout) :: c !! shape given; gets all else
     logical, intent(out) :: found !! the facet has an answer
     real(wp) :: x(3, 7)
 
@@ -42,7 +43,7 @@ contains
     c%f = patch_frame(c%x(:, 1:3))
     c%dual = dual_frame(c%f)
     c%slave = c%s + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
-    c%at = project_quadratic(c%x, c%s, c%flat)
+    c%at = project_quadratic(c%x, c%s, c%shape)
     found = c%at%found
     if (.not. found) return
     c%xi = c%at%xi
@@ -80,7 +81,7 @@ contains
     real(wp) :: g(3)
     type(facet_shapes_t) :: s
 
-    s = facet_shapes(xi, c%flat)
+    s = facet_shapes(xi, c%shape, c%x)
     g = c%s - matmul(c%x, s%n) + c%k
   end function gap_to
 
@@ -114,7 +115,7 @@ contains
     real(wp) :: m(2, 2)
     type(facet_shapes_t) :: s
 
-    s = facet_shapes(c%tip, c%flat)
+    s = facet_shapes(c%tip, c%shape, c%x)
     m = matmul(transpose(c%p), matmul(c%x, s%d))
   end function tip_matrix
 

@@ -1,11 +1,17 @@
 !> Facets of six nodes: shape functions, and the projection of a point (doc/theory, "Six-node
-!! facets"). Nodes: the corners, then the middles of the edges 12, 23, 31.
+!! facets"). Nodes: the corners, then the middles of the edges 12, 23, 31; of a round facet, the
+!! corners and what each of them is round about (doc/theory, "Round facets").
 module quadratic_facet
   use kinds, only: wp
   use vectors, only: cross
   implicit none
   private
   public :: facet_shapes_t, facet_shapes, projection_t, project_quadratic, place_on_quadratic
+  public :: facet_flat, facet_bent, facet_round
+
+  !> What a facet is: the plane of its corners, the surface through six nodes, or a part of a sphere
+  !! or cylinder that cannot be deformed.
+  integer, parameter :: facet_flat = 0, facet_bent = 1, facet_round = 2
 
   !> Steps of a projection, and how many of them leave the curvature out.
   integer, parameter :: most_steps = 30, first_steps = 2
@@ -38,16 +44,18 @@ module quadratic_facet
 contains
 
   !> Shape functions of six nodes, or those of the corners alone if the facet is taken as flat.
-  pure type(facet_shapes_t) function facet_shapes(xi, flat) result(s)
+  pure type(facet_shapes_t) function facet_shapes(xi, kind, x) result(s)
     real(wp), intent(in) :: xi(2) !! (xi, eta): L1 and L2
-    logical, intent(in) :: flat !! the corners alone
+    integer, intent(in) :: kind !! flat, bent or round
+    real(wp), intent(in), optional :: x(3, 6) !! nodes of a round one [length]
     real(wp) :: l(3)
 
     l = [xi, 1.0_wp - sum(xi)]
-    if (flat) then
+    if (kind /= facet_bent) then
       s%n(1:3) = l
       s%d(1:3, 1) = [1.0_wp, 0.0_wp, -1.0_wp]
       s%d(1:3, 2) = [0.0_wp, 1.0_wp, -1.0_wp]
+      if (kind == facet_round .and. present(x)) call make_round(x, s)
       return
     end if
     s%n = [l*(2.0_wp*l - 1.0_wp), 4.0_wp*l(1)*l(2), 4.0_wp*l(2)*l(3), 4.0_wp*l(3)*l(1)]
@@ -60,18 +68,48 @@ contains
     s%dd(:, 3) = [0.0_wp, 0.0_wp, 4.0_wp, 4.0_wp, -4.0_wp, -4.0_wp]
   end function facet_shapes
 
+  !> Shape functions of a round facet. With r_a from the inner node to the corner and p = sum l_a
+  !! r_a the place is that of the inner nodes plus s p, s = radius/|p|: weights s l_a at the
+  !! corners, (1 - s) l_a inside. They do not change while the nodes move as one rigid body.
+  pure subroutine make_round(x, s)
+    real(wp), intent(in) :: x(3, 6) !! nodes [length]
+    type(facet_shapes_t), intent(inout) :: s !! those of the flat corners; become those of six nodes
+    integer, parameter :: i(3) = [1, 2, 1], j(3) = [1, 2, 2]
+    real(wp) :: r(3, 3), p(3), t(3, 2), l(3), d(3, 2), scale, slope(2), square, bent
+    integer :: k
+
+    r = x(:, 1:3) - x(:, 4:6)
+    l = s%n(1:3)
+    d = s%d(1:3, :)
+    p = matmul(r, l)
+    t = matmul(r, d)
+    square = dot_product(p, p)
+    scale = norm2(r(:, 1))/sqrt(square)
+    slope = -scale*matmul(p, t)/square
+    s%n = [scale*l, (1.0_wp - scale)*l]
+    do k = 1, 2
+      s%d(:, k) = [slope(k)*l + scale*d(:, k), (1.0_wp - scale)*d(:, k) - slope(k)*l]
+    end do
+    do k = 1, 3
+      bent = 3.0_wp*slope(i(k))*slope(j(k))/scale &
+        - scale*dot_product(t(:, i(k)), t(:, j(k)))/square
+      s%dd(1:3, k) = bent*l + slope(i(k))*d(:, j(k)) + slope(j(k))*d(:, i(k))
+      s%dd(4:6, k) = -s%dd(1:3, k)
+    end do
+  end subroutine make_round
+
   !> Projection along the normal: t_i.(y - x(xi)) = 0, by Newton's method from the flat corners.
-  pure type(projection_t) function project_quadratic(x, y, flat) result(p)
+  pure type(projection_t) function project_quadratic(x, y, kind) result(p)
     real(wp), intent(in) :: x(3, 6) !! nodes [length]
     real(wp), intent(in) :: y(3) !! the point [length]
-    logical, intent(in) :: flat !! the corners alone
+    integer, intent(in) :: kind !! flat, bent or round
     type(facet_shapes_t) :: s
     real(wp) :: d(3), a(2, 2), metric(2, 2), det, step(2)
     integer :: i
 
     p%xi = flat_place(x, y)
     do i = 1, most_steps
-      s = facet_shapes(p%xi, flat)
+      s = facet_shapes(p%xi, kind, x)
       d = y - matmul(x, s%n)
       p%t = matmul(x, s%d)
       p%bent = matmul(x, s%dd)
@@ -86,11 +124,11 @@ contains
       p%xi = p%xi + step
       if (any(abs(p%xi) > farthest) .or. abs(sum(p%xi)) > farthest) return
       p%found = maxval(abs(step)) <= last_step .and. i > first_steps
-      if (flat .and. i > first_steps) p%found = .true.
+      if (kind == facet_flat .and. i > first_steps) p%found = .true.
       if (p%found) exit
     end do
     if (.not. p%found) return
-    s = facet_shapes(p%xi, flat)
+    s = facet_shapes(p%xi, kind, x)
     d = y - matmul(x, s%n)
     p%t = matmul(x, s%d)
     p%normal = cross(p%t(:, 1), p%t(:, 2))
@@ -130,13 +168,14 @@ contains
   end function flat_place
 
   !> The point of a facet at a place.
-  pure function place_on_quadratic(x, xi) result(y)
+  pure function place_on_quadratic(x, xi, kind) result(y)
     real(wp), intent(in) :: x(3, 6) !! nodes [length]
     real(wp), intent(in) :: xi(2) !! (xi, eta)
+    integer, intent(in) :: kind !! bent or round
     real(wp) :: y(3)
     type(facet_shapes_t) :: s
 
-    s = facet_shapes(xi, .false.)
+    s = facet_shapes(xi, kind, x)
     y = matmul(x, s%n)
   end function place_on_quadratic
 end module quadratic_facet

@@ -13,7 +13,7 @@ module file_mesh_checks
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
-  public :: file_place_t, check_file_mesh, place_in_file
+  public :: file_place_t, check_file_mesh, resolve_nodes, coordinate_key, place_in_file
 
   !> Errors of one kind that are reported one by one.
   integer, parameter :: most_errors = 5

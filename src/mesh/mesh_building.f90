@@ -8,7 +8,7 @@ module mesh_building
   implicit none
   private
   public :: element_origin_t, start_mesh, reserve_nodes, reserve_elements, place_node, &
-    place_element, finish_mesh, model_size
+    place_element, finish_mesh, model_size, model_box
   public :: max_nodes, max_elements, max_coordinate
 
   !> Most nodes and elements; what goes beyond is taken for a slip of the pen.
@@ -144,22 +144,32 @@ contains
     end do
   end subroutine finish_mesh
 
-  !> Diagonal of the box around all nodes [length].
+  !> Diagonal of the box around the model [length].
   pure real(wp) function model_size(mesh) result(length)
     type(mesh_t), intent(in) :: mesh !! the mesh
     real(wp) :: low(3), high(3)
+
+    call model_box(mesh, low, high)
+    length = 0.0_wp
+    if (all(low <= high)) length = norm2(high - low)
+  end function model_size
+
+  !> The box around all nodes but those of exact surfaces, which go on beyond the model. Without a
+  !! node its low corner is above its high one.
+  pure subroutine model_box(mesh, low, high)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp), intent(out) :: low(3) !! [length]
+    real(wp), intent(out) :: high(3) !! [length]
     integer :: n
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
-    do n = 1, mesh%nodes
+    do n = 1, mesh%nodes - mesh%exact_nodes
       if (.not. mesh%defined(n)) cycle
       low = min(low, mesh%x(:, n))
       high = max(high, mesh%x(:, n))
     end do
-    length = 0.0_wp
-    if (all(low <= high)) length = norm2(high - low)
-  end function model_size
+  end subroutine model_box
 
   !> Gives the node arrays another length; what is new is empty.
   subroutine resize_nodes(mesh, room, status)

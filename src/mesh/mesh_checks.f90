@@ -162,7 +162,8 @@ contains
       if (deck%mesh(i)%command /= 'mate') cycle
       materials = max(materials, item_integer(deck%mesh(i)%head, 2))
     end do
-    call check_control(deck, 1, 'numnp', mesh%nodes, 'the highest node number is', diagnostics)
+    call check_control(deck, 1, 'numnp', mesh%nodes - mesh%exact_nodes, &
+      'the highest node number is', diagnostics)
     if (.not. any([(is_split(deck%mesh(i)), i=1, size(deck%mesh))])) call check_control(deck, 2, &
       'numel', mesh%elements, 'the highest element number is', diagnostics)
     if (all(deck%mesh%complete)) call check_control(deck, 3, 'nummat', materials, &

@@ -1,6 +1,7 @@
-!> MESH: nodes, elements, regions, surfaces and sets from a file of Gmsh, Abaqus or CalculiX.
+!> MESH: nodes, elements, regions, surfaces and sets from a file of Gmsh, Abaqus or CalculiX; rigid
+!! surfaces from one of triangles alone, which may be STL.
 module mesh_file_reader
-  use text, only: to_text, count_noun, lower
+  use text, only: to_text, count_noun
   use errors, only: error_t
   use deck_types, only: deck_t, location_t
   use records, only: item_name, item_count
@@ -12,6 +13,8 @@ module mesh_file_reader
     place_element
   use file_cursor, only: cursor_t
   use mesh_file_types, only: file_mesh_t
+  use stl_reader, only: is_stl, read_stl
+  use tool_surfaces, only: is_tool, place_tool
   use gmsh_reader, only: read_gmsh, is_gmsh
   use abaqus_includes, only: join_includes
   use abaqus_reader, only: read_abaqus
@@ -47,6 +50,10 @@ contains
       call load_file(item_name(head, 2), head%items(2)%at, file, place, diagnostics, good)
     end associate
     if (.not. good) return
+    if (is_tool(file)) then
+      call place_tool(name, place, file, mesh, diagnostics)
+      return
+    end if
     call check_file_mesh(place, file, diagnostics, good)
     if (good) call place_mesh(file, index, place, mesh, origin, diagnostics, good)
     if (.not. good) return
@@ -85,11 +92,7 @@ contains
     place%at = at
     associate (text => diagnostics%source%files(place%file)%text)
       if (is_stl(full, text)) then
-        good = .false.
-        call report_error(diagnostics, at, 'triangles alone (STL) are not available in this '// &
-          'version', 'mesh the tool with tetrahedra (Gmsh: Volume), give it MATErial ... RIGId '// &
-          'and take its surface')
-        return
+        call read_stl(text, file, cursor)
       else if (is_gmsh(text)) then
         call read_gmsh(text, file, cursor)
       else
@@ -105,15 +108,6 @@ contains
     if (.not. good) call report_error(diagnostics, place_in_file(diagnostics%source, place%file, &
       cursor%fault), cursor%what, cursor%remedy)
   end subroutine load_file
-
-  !> The file holds triangles for a printer, by its name or its first word.
-  pure logical function is_stl(path, text)
-    character(*), intent(in) :: path !! its path
-    character(*), intent(in) :: text !! what it holds
-
-    is_stl = index(lower(path), '.stl', back=.true.) == max(1, len(path) - 3) .or. &
-      index(text(:min(6, len(text))), 'solid ') == 1
-  end function is_stl
 
   !> Puts nodes and tetrahedra into the mesh and keeps their deck numbers.
   subroutine place_mesh(file, index, place, mesh, origin, diagnostics, good)

@@ -35,11 +35,16 @@ contains
     found = index > 0
     allocate (mask(mesh%nodes), source=.false.)
     if (found) then
-      do k = 1, size(mesh%surfaces(index)%facets, 2)
-        facet = facet_of(mesh%ix(:, mesh%surfaces(index)%elements(k)), &
-          mesh%surfaces(index)%facets(:, k))
-        mask(pack(facet, facet > 0)) = .true.
-      end do
+      associate (surface => mesh%surfaces(index))
+        do k = 1, size(surface%facets, 2)
+          facet = 0
+          facet(:3) = surface%facets(:, k)
+          if (allocated(surface%inner)) facet(4:6) = surface%inner(:, k)
+          if (surface%elements(k) > 0) facet = facet_of(mesh%ix(:, surface%elements(k)), &
+            surface%facets(:, k))
+          mask(pack(facet, facet > 0)) = .true.
+        end do
+      end associate
     end if
     nodes = unique_numbers(mask)
   end subroutine find_nodes

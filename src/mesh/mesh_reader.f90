@@ -18,6 +18,7 @@ module mesh_reader
   use tied_nodes, only: has_tie, join_nodes, kept_node
   use mesh_file_reader, only: read_mesh_file
   use file_surfaces, only: surface_draft_t
+  use rigid_surfaces, only: is_exact, read_exact_surface
   use named_parts, only: gather_names, evaluate_parts
   implicit none
   private
@@ -57,6 +58,9 @@ contains
       else if (deck%mesh(i)%command == 'tran') then
         call read_transform(deck%mesh(i), mesh, diagnostics)
       end if
+    end do
+    do i = 1, size(deck%mesh)
+      if (is_exact(deck%mesh(i))) call read_exact_surface(deck%mesh(i), mesh, diagnostics)
     end do
     call finish_mesh(mesh, origin, error)
     if (allocated(error)) then

@@ -25,7 +25,10 @@ module mesh_types
     character(:), allocatable :: name !! its name
     type(location_t) :: at !! where the deck defines it
     integer, allocatable :: facets(:, :) !! (3, n) corner nodes, counter-clockwise seen from outside
-    integer, allocatable :: elements(:) !! (n) the element behind each facet
+    integer, allocatable :: elements(:) !! (n) the element behind each facet, 0 for none
+    logical :: alone = .false. !! nothing is behind it: rigid, and master only
+    logical :: exact = .false. !! alone, and a plane, cylinder or sphere
+    integer, allocatable :: inner(:, :) !! (3, n) what the corners are round about, if it is round
   end type surface_t
 
   !> Vectors of facets from a mesh file.
@@ -41,6 +44,7 @@ module mesh_types
   type :: mesh_t
     logical :: sound = .false. !! nothing in it is wrong or missing: it can be computed with
     integer :: nodes = 0 !! highest node number
+    integer :: exact_nodes = 0 !! the last so many belong to exact surfaces
     integer :: elements = 0 !! highest element number
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates
     logical, allocatable :: defined(:) !! (nodes) the deck gave this node coordinates

@@ -12,6 +12,7 @@ module named_parts
   use facets, only: facet_table_t, exterior_facets
   use node_sets, only: select_nodes
   use surfaces, only: select_facets
+  use rigid_surfaces, only: is_exact
   use file_surfaces, only: surface_draft_t, settle_surfaces
   implicit none
   private
@@ -147,7 +148,7 @@ contains
         if (part%set > 0) then
           call select_nodes(deck%mesh(part%command), mesh, diagnostics, nodes)
           call move_alloc(nodes, mesh%sets(part%set)%nodes)
-        else
+        else if (.not. mesh%surfaces(part%surface)%alone) then
           call select_facets(deck%mesh(part%command), mesh, table, diagnostics, facets, elements)
           call move_alloc(facets, mesh%surfaces(part%surface)%facets)
           call move_alloc(elements, mesh%surfaces(part%surface)%elements)
@@ -198,7 +199,8 @@ contains
     ! a part whose records were refused is not evaluated, nor what depends on it
     good = deck%mesh(command)%complete
     associate (head => deck%mesh(command)%head)
-      if (list%parts(i)%surface > 0 .and. item_count(head) >= 4) then
+      if (list%parts(i)%surface > 0 .and. item_count(head) >= 4 .and. &
+        .not. is_exact(deck%mesh(command))) then
         call follow(deck, mesh, head%items(4), .false., diagnostics, list, good)
         if (item_count(head) >= 6) then
           call follow(deck, mesh, head%items(6), .true., diagnostics, list, good)

@@ -64,6 +64,9 @@ contains
       call move_alloc(mesh%surfaces(i)%name, more(i)%name)
       call move_alloc(mesh%surfaces(i)%facets, more(i)%facets)
       call move_alloc(mesh%surfaces(i)%elements, more(i)%elements)
+      call move_alloc(mesh%surfaces(i)%inner, more(i)%inner)
+      more(i)%alone = mesh%surfaces(i)%alone
+      more(i)%exact = mesh%surfaces(i)%exact
       more(i)%at = mesh%surfaces(i)%at
     end do
     more(n + 1)%name = name

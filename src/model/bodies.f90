@@ -7,7 +7,8 @@ module bodies
 
 contains
 
-  !> Numbers the connected components of the elements from 1, in the order of their first element.
+  !> Numbers the connected components of the elements from 1, in the order of their first element;
+  !! surfaces with nothing behind them come last.
   pure subroutine find_bodies(mesh, element_body, node_body, n)
     type(mesh_t), intent(in) :: mesh !! the mesh
     integer, allocatable, intent(out) :: element_body(:) !! (elements) body, 0 for an unused number
@@ -18,6 +19,7 @@ contains
     integer :: e, root
 
     call join_elements(mesh, parent)
+    if (allocated(mesh%surfaces)) call join_surfaces(mesh, parent)
     allocate (element_body(mesh%elements), source=0)
     allocate (body_of_root(mesh%nodes), source=0)
     n = 0
@@ -30,8 +32,51 @@ contains
       end if
       element_body(e) = body_of_root(root)
     end do
+    if (allocated(mesh%surfaces)) call number_surfaces(mesh, parent, body_of_root, n)
     call number_nodes(parent, body_of_root, node_body)
   end subroutine find_bodies
+
+  !> Numbers the surfaces with nothing behind them, behind the elements.
+  pure subroutine number_surfaces(mesh, parent, body_of_root, n)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(inout) :: parent(:) !! (nodes) next node towards the root
+    integer, intent(inout) :: body_of_root(:) !! (nodes) body of a root, 0 for none
+    integer, intent(inout) :: n !! number of bodies
+    integer :: k, root
+
+    do k = 1, size(mesh%surfaces)
+      if (.not. mesh%surfaces(k)%alone .or. size(mesh%surfaces(k)%facets) == 0) cycle
+      call find_root(parent, mesh%surfaces(k)%facets(1, 1), root)
+      if (body_of_root(root) > 0) cycle
+      n = n + 1
+      body_of_root(root) = n
+    end do
+  end subroutine number_surfaces
+
+  !> Joins the nodes of each surface with nothing behind it: it is a rigid body.
+  pure subroutine join_surfaces(mesh, parent)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(inout) :: parent(:) !! (nodes) next node towards the root
+    integer :: k, f, i, first, other
+
+    do k = 1, size(mesh%surfaces)
+      associate (surface => mesh%surfaces(k))
+        if (.not. surface%alone) cycle
+        do f = 1, size(surface%facets, 2)
+          call find_root(parent, surface%facets(1, 1), first)
+          do i = 1, 3
+            call find_root(parent, surface%facets(i, f), other)
+            parent(max(first, other)) = min(first, other)
+            first = min(first, other)
+            if (.not. allocated(surface%inner)) cycle
+            call find_root(parent, surface%inner(i, f), other)
+            parent(max(first, other)) = min(first, other)
+            first = min(first, other)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine join_surfaces
 
   !> Joins the nodes of each element into one tree.
   pure subroutine join_elements(mesh, parent)

@@ -154,20 +154,29 @@ contains
     end do
   end subroutine restrain_rigid_nodes
 
-  !> Nodes without element are restrained, as in FEAP.
+  !> Nodes without element are restrained, as in FEAP; those of surfaces with nothing behind them
+  !! are meant to be.
   subroutine restrain_loose_nodes(deck, model, diagnostics, draft)
     type(deck_t), intent(in) :: deck !! the deck
     type(model_t), intent(in) :: model !! the mesh
     type(diagnostics_t), intent(inout) :: diagnostics !! takes the note
     type(condition_draft_t), intent(inout) :: draft !! the conditions
+    logical :: meant(model%mesh%nodes)
     integer :: i, first, n
 
+    meant = .false.
+    do i = 1, size(model%mesh%surfaces)
+      if (.not. model%mesh%surfaces(i)%alone) cycle
+      meant(pack(model%mesh%surfaces(i)%facets, .true.)) = .true.
+      if (allocated(model%mesh%surfaces(i)%inner)) meant(pack( &
+        model%mesh%surfaces(i)%inner, .true.)) = .true.
+    end do
     first = 0
     n = 0
     do i = 1, model%mesh%nodes
       if (model%mesh%used(i)) cycle
       draft%restrained(:, i) = .true.
-      if (.not. model%mesh%defined(i)) cycle
+      if (meant(i) .or. .not. model%mesh%defined(i)) cycle
       if (first == 0) first = i
       n = n + 1
     end do

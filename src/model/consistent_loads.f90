@@ -4,7 +4,7 @@ module consistent_loads
   use kinds, only: wp
   use vectors, only: cross
   use facet_quadrature, only: make_rule
-  use quadratic_facet, only: facet_shapes_t, facet_shapes
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
   use solid_shapes, only: shape_slopes
   use cells, only: most_facet_nodes, tet4, tet10
   implicit none
@@ -77,7 +77,7 @@ contains
     call make_rule(facet_points, l, weights(:facet_points))
     weights = 0.5_wp*weights
     do q = 1, facet_points
-      s = facet_shapes(l(:2, q), .false.)
+      s = facet_shapes(l(:2, q), facet_bent)
       n(:, q) = s%n
       slopes(:, :, q) = transpose(s%d)
     end do

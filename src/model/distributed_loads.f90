@@ -194,7 +194,13 @@ contains
     integer :: i
 
     call find_surface(model%mesh, item_name(record, 1), surface)
-    if (surface > 0) return
+    if (surface > 0) then
+      if (.not. model%mesh%surfaces(surface)%alone) return
+      surface = 0
+      call report_error(diagnostics, item_location(record, 1), item_name(record, 1)// &
+        ' has no elements behind it that could take a load', 'load the point of its RIGId')
+      return
+    end if
     call find_region(model%mesh, item_name(record, 1), i)
     if (i == 0) call find_set(model%mesh, item_name(record, 1), i)
     if (i == 0) then

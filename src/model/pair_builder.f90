@@ -128,8 +128,16 @@ contains
     if (.not. found) return
     pair%surface%facets = mesh%surfaces(index)%facets
     pair%surface%facet_elements = mesh%surfaces(index)%elements
-    call take_middles(mesh, pair%surface%facets, pair%surface%facet_elements, pair%surface%middles)
-    if (allocated(pair%surface%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
+    pair%surface%exact = mesh%surfaces(index)%exact
+    pair%surface%round = allocated(mesh%surfaces(index)%inner)
+    if (pair%surface%round) then
+      pair%surface%middles = mesh%surfaces(index)%inner
+      call check_round(pair, diagnostics)
+    else
+      call take_middles(mesh, pair%surface%facets, pair%surface%facet_elements, &
+        pair%surface%middles)
+      if (allocated(pair%surface%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
+    end if
     call facet_neighbours(pair%surface%facets, pair%surface%neighbours, non_manifold)
     if (non_manifold == 0) return
     call report_note(diagnostics, pair%master_at, 'the master '''//pair%master//''' has '// &
@@ -167,6 +175,7 @@ contains
     integer, allocatable, intent(out) :: middles(:, :) !! (3, facets) zeros where an edge has none
     integer :: f, nodes(most_facet_nodes)
 
+    if (any(elements == 0)) return
     if (all(mesh%ix(most_nodes, elements) == 0)) return
     allocate (middles(3, size(facets, 2)))
     do f = 1, size(facets, 2)
@@ -194,6 +203,34 @@ contains
       'of six nodes (elements of ten) in this version', 'close the gaps in the mesh')
   end subroutine check_six_nodes
 
+  !> What a round master cannot do, or need not.
+  subroutine check_round(pair, diagnostics)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    character(:), allocatable :: name
+
+    name = 'pair '//pair%name//': '
+    if (pair%segmented) call report_error(diagnostics, pair%master_at, name//'SEGMent cannot '// &
+      'cut an exact cylinder or sphere', 'write GTOS with a number of points in place of SEGMent')
+    if (pair%smooth) call report_error(diagnostics, pair%master_at, name//'SMOOth bends flat '// &
+      'facets, and an exact cylinder or sphere is round by itself', 'delete SMOOth')
+    if (pair%fit%adjusted) call report_error(diagnostics, pair%master_at, name//'ADJUst does '// &
+      'not know exact cylinders and spheres', 'close the gaps in the mesh')
+  end subroutine check_round
+
+  !> A surface with nothing behind it has no stiffness to give its points.
+  subroutine check_slave(mesh, pair, index, diagnostics)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: index !! of its slave among the surfaces, 0 if it is none
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (index == 0) return
+    if (mesh%surfaces(index)%alone) call report_error(diagnostics, pair%slave_at, 'the slave '''// &
+      pair%slave//''' has no elements behind it: it is rigid, and can be master only', &
+      'name the other surface first')
+  end subroutine check_slave
+
   !> Quadrature points of the slave facets and their areas.
   subroutine take_slave_facets(mesh, diagnostics, pair, found)
     type(mesh_t), intent(in) :: mesh !! the mesh
@@ -206,6 +243,7 @@ contains
     call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
     found = index > 0
     if (.not. found) return
+    call check_slave(mesh, pair, index, diagnostics)
     facets = mesh%surfaces(index)%facets
     call take_middles(mesh, facets, mesh%surfaces(index)%elements, middles)
     if (allocated(middles)) then
@@ -243,6 +281,7 @@ contains
       'no force of an even pressure', 'write GTOS '//pair%slave//' '//pair%master// &
       ' in place of NTOS; its slave is a surface')
     call find_surface(mesh, pair%slave, index)
+    call check_slave(mesh, pair, index, diagnostics)
     if (index > 0) then
       pair%points%slave_facets = mesh%surfaces(index)%facets
     else

@@ -101,7 +101,7 @@ contains
     logical, allocatable :: near(:)
 
     allocate (near(model%mesh%elements), source=.false.)
-    near(pair%surface%facet_elements) = .true.
+    near(pack(pair%surface%facet_elements, pair%surface%facet_elements > 0)) = .true.
     side = side_of(model, near)
   end function master_side
 

@@ -8,7 +8,8 @@ module rigid_reader
   use records, only: item_count, item_location, item_name, item_real, is_word
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_names, only: find_region, region_nodes, in_region
+  use mesh_names, only: find_region, find_surface, region_nodes, in_region, &
+    find_nodes_of => find_nodes
   use node_queries, only: report_unknown_name
   use model_types, only: model_t, rigid_body_t, point_load_t
   use condition_draft, only: condition_draft_t
@@ -62,8 +63,15 @@ contains
     type(rigid_body_t), intent(inout) :: body !! gets nodes, point
     integer, allocatable :: nodes(:)
     logical, allocatable :: mine(:)
-    integer :: index, e, i
+    integer :: index, e
 
+    call find_surface(model%mesh, item_name(set%head, 2), index)
+    if (index > 0) then
+      if (model%mesh%surfaces(index)%alone) then
+        call find_surface_nodes(set, index, model, draft, diagnostics, body)
+        return
+      end if
+    end if
     call find_region(model%mesh, item_name(set%head, 2), index)
     if (index == 0) then
       call report_unknown_name(model%mesh, item_location(set%head, 2), item_name(set%head, 2), &
@@ -82,6 +90,48 @@ contains
         return
       end associate
     end do
+    body%point = centroid(model%mesh, mine)
+    call take_nodes(set, nodes, draft, diagnostics, body)
+  end subroutine find_nodes
+
+  !> Nodes and centroid of a surface with nothing behind it.
+  subroutine find_surface_nodes(set, index, model, draft, diagnostics, body)
+    type(data_set_t), intent(in) :: set !! the data set
+    integer, intent(in) :: index !! of the surface
+    type(model_t), intent(in) :: model !! mesh
+    type(condition_draft_t), intent(in) :: draft !! other conditions
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(rigid_body_t), intent(inout) :: body !! gets nodes, point
+    integer, allocatable :: nodes(:)
+    real(wp) :: area, whole
+    logical :: found
+    integer :: f
+
+    call find_nodes_of(model%mesh, item_name(set%head, 2), nodes, found)
+    whole = 0.0_wp
+    body%point = 0.0_wp
+    associate (facets => model%mesh%surfaces(index)%facets)
+      do f = 1, size(facets, 2)
+        associate (x => model%mesh%x(:, facets(:, f)))
+          area = norm2(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))
+          body%point = body%point + area*sum(x, 2)/3.0_wp
+          whole = whole + area
+        end associate
+      end do
+    end associate
+    if (whole > 0.0_wp) body%point = body%point/whole
+    call take_nodes(set, nodes, draft, diagnostics, body)
+  end subroutine find_surface_nodes
+
+  !> Gives a body its nodes, which must have no conditions of their own.
+  subroutine take_nodes(set, nodes, draft, diagnostics, body)
+    type(data_set_t), intent(in) :: set !! the data set
+    integer, intent(in) :: nodes(:) !! its nodes
+    type(condition_draft_t), intent(in) :: draft !! other conditions
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(rigid_body_t), intent(inout) :: body !! gets nodes
+    integer :: i
+
     do i = 1, size(nodes)
       if (.not. (any(draft%restrained(:, nodes(i))) .or. &
         any(draft%displacement_at(:, nodes(i))%line > 0))) cycle
@@ -90,9 +140,8 @@ contains
         'a rigid body with a point moves by MOVE and TURN alone')
       return
     end do
-    body%point = centroid(model%mesh, mine)
-    call move_alloc(nodes, body%nodes)
-  end subroutine find_nodes
+    body%nodes = nodes
+  end subroutine take_nodes
 
   !> Centroid of some cells.
   pure function centroid(mesh, chosen) result(middle)

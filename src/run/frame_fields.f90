@@ -106,7 +106,7 @@ contains
       if (points%host(p) == 0) cycle
       associate (e => points%normal(:, p))
         call project_on_master(pair, points%host(p), moved, point_position(pair, p, moved), xi, gap)
-        y = point_position(pair, p, u) - field_on_facet(pair, points%host(p), u, xi)
+        y = point_position(pair, p, u) - field_on_facet(pair, points%host(p), x, u, xi)
         points%slip(:, p) = y - dot_product(y, e)*e
       end associate
     end do

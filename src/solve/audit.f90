@@ -9,6 +9,7 @@ module audit
   use contact_overlap, only: overlap_of, withheld_gap
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
+  use mesh_building, only: model_size
   use model_types, only: model_t
   use follower_pressure, only: add_pressure_force
   use increment_start, only: begin_at
@@ -54,7 +55,7 @@ contains
 
     call measure_bodies(model%mesh%x, system, audit%fixed%center, audit%fixed%reach, &
       audit%fixed%spread, audit%fixed%moves)
-    audit%fixed%model_size = norm2(maxval(model%mesh%x, 2) - minval(model%mesh%x, 2))
+    audit%fixed%model_size = model_size(model%mesh)
     allocate (audit%fixed%facet(size(model%pairs)), audit%fixed%ratio(size(model%pairs)), &
       source=0.0_wp)
     allocate (audit%balance(6, system%body%bodies), source=0.0_wp)

@@ -3,8 +3,9 @@ module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_search, cost_pattern
   use element_types, only: status_off, status_open, status_stick, status_slip
-  use quadratic_facet, only: place_on_quadratic
-  use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic
+  use quadratic_facet, only: place_on_quadratic, facet_bent, facet_round
+  use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic, &
+    routine_round
   use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -301,13 +302,15 @@ contains
     type(system_t), intent(in) :: system !! contact elements at x_now
     integer, intent(in) :: element !! a closed one
     real(wp) :: way(3), dxi(2)
+    integer :: kind
 
     associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%position%x_now)
-      if (list%routine(element) == routine_quadratic) then
+      if (any(list%routine(element) == [routine_quadratic, routine_round])) then
         associate (facet => x(:, list%ix(list%nel(element) - 5:list%nel(element), element)))
-          way = place_on_quadratic(facet, list%h2(:, element)) &
-            - place_on_quadratic(facet, list%h1(:, element))
+          kind = merge(facet_round, facet_bent, list%routine(element) == routine_round)
+          way = place_on_quadratic(facet, list%h2(:, element), kind) &
+            - place_on_quadratic(facet, list%h1(:, element), kind)
         end associate
       else if (list%routine(element) == routine_smooth) then
         way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &

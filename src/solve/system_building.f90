@@ -5,7 +5,7 @@ module system_building
   use model_types, only: model_t
   use contact_points, only: count_points
   use bodies, only: find_bodies
-  use facet_geometry, only: facet_size
+  use facet_ratio, only: mean_facet
   use bulk_term, only: build_bulk
   use contact_overlap, only: measure_overlap
   use contact_hosts, only: start_pair
@@ -29,7 +29,7 @@ contains
 
     call outline_system(model, system, state)
     call list_contact(model, system)
-    system%scale%facet_size = mean_facet(model)
+    system%scale%facet_size = mean_master(model)
     call build_bulk(model, system)
   end subroutine build_system
 
@@ -74,20 +74,16 @@ contains
   end subroutine number_equations
 
   !> Mean size of the master facets of all pairs.
-  pure real(wp) function mean_facet(model) result(h)
+  pure real(wp) function mean_master(model) result(h)
     type(model_t), intent(in) :: model !! pairs
-    integer :: k, f
+    integer :: k
 
     h = 0.0_wp
     do k = 1, size(model%pairs)
-      associate (facets => model%pairs(k)%surface%facets)
-        do f = 1, size(facets, 2)
-          h = h + facet_size(model%mesh%x(:, facets(:, f)))/real(size(facets, 2), wp)
-        end do
-      end associate
+      h = h + mean_facet(model%pairs(k), model%mesh%x)
     end do
     h = h/real(max(1, size(model%pairs)), wp)
-  end function mean_facet
+  end function mean_master
 
   !> Vectors of the solution.
   subroutine allocate_vectors(nodes, system, state)

@@ -4,6 +4,7 @@ which mixes this class in.
 import math
 import os
 import shutil
+import struct
 
 GALLERY = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'inputs', 'gallery')
 RIG = 'U1 U2 U3 ROT1 ROT2 ROT3 F1 F2 F3 M1 M2 M3'.split()
@@ -35,6 +36,68 @@ class RigidLaws:
                       * math.hypot(math.sin(a)/0.3, math.cos(a)/0.1), 1, 0.01)
             self.near(f'the plate carries the load in step {step}', table[step]['plate']['F3'], 0.002, 1e-10)
         self.near('one turn', table[37]['plate']['ROT3'], 2*math.pi, 1e-12)
+
+    def floor_deck(self, form, floor, more=()):
+        """The manual's punch on its block, upside down in roles: a block dragged over a floor."""
+        text = [
+            'MFEC * * A block on a floor', 'MATErial 1', '  SOLId LINEar', '  ELAStic ISOTropic 1000 0.3',
+            'MATErial 2', '  RIGId', 'BLOCk cube', '  CART 3 3 3  MATErial 1  TET4',
+            '  1  0 0 0', '  2  1 0 0', '  3  1 1 0', '  4  0 1 0', '  5  0 0 1', '  6  1 0 1', '  7  1 1 1', '  8  0 1 1',
+            *floor, 'SET top', '  PLANe 3 1', '  INSIde cube', 'SET bottom', '  PLANe 3 0', '  INSIde cube',
+            'SURFace under FROM bottom IN cube', 'BOUNdary', '  top 1 1 1', 'DISPlacement', '  top 0 0 -0.02 1',
+            '  top 0.3 0.1 0 2', *more, 'PROPortional 1', '  0 0', '  1 1', 'PROPortional 2', '  0 0', '  1 0', '  2 1',
+            'CONTact', '  PAIR 1 foot', f'    {form} under floor', '    PENAlty AUTO', '    FRICtion ELLIptic 0.3 0.15',
+            '    DIREction 1 0.5 0', 'OUTPut', '  REACtions top floor', 'END', 'BATCh', '  DT,,1/4', '  STEP,,8', 'END', 'STOP']
+        path = os.path.join(self.folder, 'floor.inp')
+        with open(path, 'w', encoding='ascii') as stream:
+            stream.write('\n'.join(text) + '\n')
+        return path
+
+    def stl_floor(self, name, binary):
+        """A floor of nine squares as an STL file."""
+        places = [-5 + 11*i/3 for i in range(4)]
+        corners = [[(places[i], places[j], 0.0) for i, j in ((a, b), (a + 1, b), (a + 1, b + 1), (a, b + 1))]
+                   for a in range(3) for b in range(3)]
+        triangles = [t for c in corners for t in ((c[0], c[1], c[2]), (c[0], c[2], c[3]))]
+        with open(os.path.join(self.folder, name), 'wb') as stream:
+            if binary:
+                stream.write(b'solid in bytes'.ljust(80) + struct.pack('<i', len(triangles)))
+                for t in triangles:
+                    stream.write(struct.pack('<12f', 0, 0, 1, *[x for v in t for x in v]) + bytes(2))
+            else:
+                lines = ['solid floor']
+                for t in triangles:
+                    lines += ['facet normal 0 0 1', 'outer loop'] + ['vertex %.8e %.8e %.8e' % v for v in t]
+                    lines += ['endloop', 'endfacet']
+                stream.write('\n'.join(lines + ['endsolid floor', '']).encode())
+
+    def test_a_floor_is_a_floor(self):
+        """Tetrahedra, an exact plane, triangles in text and in bytes, at rest and with a point."""
+        slab = ['BLOCk slab', '  CART 2 2 1  MATErial 2  TET4', '  1  -5 -5 -1', '  2  6 -5 -1', '  3  6 6 -1',
+                '  4  -5 6 -1', '  5  -5 -5 0', '  6  6 -5 0', '  7  6 6 0', '  8  -5 6 0', 'SET up', '  PLANe 3 0',
+                '  INSIde slab', 'SURFace floor FROM up IN slab']
+        self.stl_floor('floor.stl', False)
+        self.stl_floor('bytes.stl', True)
+        rest = ['RIGId floor', '  MOVE 0 0 0', '  TURN 0 0 1 0']
+        for form in ('NTOS', 'GTOS'):
+            meshed = self.run(self.floor_deck(form, slab), out='slab')
+            for name, floor, more in (
+                    ('exact', ['SURFace floor PLANe 0.2 7 0  0 0 2'], ()), ('with a point', ['MESH floor.stl'], rest),
+                    ('text', ['MESH floor.stl'], ()), ('bytes', ['MESH bytes.stl AS floor'], ())):
+                self.agree(f'{form} {name}', self.run(self.floor_deck(form, floor, more), out='floor'), meshed, 1e-11)
+
+    def test_round_tools_are_round(self):
+        """Without friction no moment about centre or axis; in balance; both solvers alike."""
+        for tool, axis, axes in (('SPHEre 0.1 0 1 0.5', '0.2 1 0.3', 'M1 M2 M3'),
+                                 ('CYLInder 0.1 3 1  0 1 0  0.5', '0 1 0', 'M2')):
+            deck = self.edited('manual/exact_tools', (r'SPHEre  0 0 1  0.5', tool), (r'FRICtion COULomb mu', 'FRICtion NONE'),
+                               (r'TURN 0 0 1 45   2', f'TURN {axis} 30 2\n  POINt 0.1 0 1'),
+                               (r'MOVE 0.1 0 0    2', 'MOVE 0.05 0 0 2'))
+            r = self.run(deck)
+            self.agree(f'{tool}: UMFPACK', self.run(deck, '--solver', 'UMFP', out='lu'), r, 1e-8)
+            for step, rows in rigid_rows(r).items():
+                for m in axes.split():
+                    self.near(f'{tool}: {m} in step {step}', rows['ball'][m], 0, 1e-12)
 
     def test_cylinder_rolls(self):  # strains are 1 %, and so is the creep of a soft floor at most
         table = rigid_rows(self.input('gallery/rolling_cylinder'))

@@ -1,0 +1,119 @@
+!> STL: triangles alone, each with its own three corners, as text or as bytes.
+module stl_reader
+  use, intrinsic :: iso_fortran_env, only: int32, int64, real32
+  use kinds, only: wp
+  use text, only: to_text, lower
+  use file_cursor, only: cursor_t, start_cursor, fail, read_line, read_real
+  use mesh_file_types, only: file_mesh_t, start_file_mesh, add_node, add_cell
+  implicit none
+  private
+  public :: is_stl, read_stl
+
+  !> Bytes of the head of a binary file, of its count, and of a triangle.
+  integer, parameter :: head_bytes = 80, count_bytes = 4, triangle_bytes = 50
+
+contains
+
+  !> The file holds triangles for a printer, by its name or its first word.
+  pure logical function is_stl(path, text)
+    character(*), intent(in) :: path !! its path
+    character(*), intent(in) :: text !! what it holds
+
+    is_stl = index(lower(path), '.stl', back=.true.) == max(1, len(path) - 3) .or. &
+      index(text(:min(6, len(text))), 'solid ') == 1
+  end function is_stl
+
+  !> Reads a file of either kind.
+  subroutine read_stl(text, file, cursor)
+    character(*), intent(in) :: text !! the file
+    type(file_mesh_t), intent(out) :: file !! its triangles
+    type(cursor_t), intent(out) :: cursor !! what is wrong with it
+
+    call start_file_mesh(file)
+    call start_cursor(text, cursor)
+    if (is_binary(text)) then
+      call read_bytes(text, file, cursor)
+    else
+      call read_words(text, file, cursor)
+    end if
+    if (.not. cursor%failed .and. file%cells == 0) call fail(cursor, 1, 'the file has no '// &
+      'triangles', 'an STL file has lines of facet, vertex, endfacet, or is binary')
+  end subroutine read_stl
+
+  !> A binary file is as long as its count of triangles says.
+  pure logical function is_binary(text)
+    character(*), intent(in) :: text !! the file
+
+    is_binary = .false.
+    if (len(text) < head_bytes + count_bytes) return
+    is_binary = triangles_of(text)*triangle_bytes + head_bytes + count_bytes == len(text, int64)
+  end function is_binary
+
+  !> The count of triangles of a binary file.
+  pure integer(int64) function triangles_of(text) result(n)
+    character(*), intent(in) :: text !! the file
+
+    n = int(transfer(text(head_bytes + 1:head_bytes + count_bytes), 0_int32), int64)
+  end function triangles_of
+
+  !> Twelve numbers of four bytes a triangle, its normal first, and two bytes.
+  subroutine read_bytes(text, file, cursor)
+    character(*), intent(in) :: text !! the file
+    type(file_mesh_t), intent(inout) :: file !! gets its triangles
+    type(cursor_t), intent(inout) :: cursor !! takes the fault
+    real(real32) :: x(12)
+    integer :: i, k, at
+
+    do i = 1, int(triangles_of(text))
+      at = head_bytes + count_bytes + triangle_bytes*(i - 1) + 1
+      x = transfer(text(at:at + 47), x)
+      if (.not. all(abs(x(4:)) <= huge(x))) then
+        call fail(cursor, 1, 'triangle '//to_text(i)//' has a corner that is not a number', &
+          'write the file again')
+        return
+      end if
+      do k = 1, 3
+        call add_node(file, 3*(i - 1) + k, real(x(3*k + 1:3*k + 3), wp), at)
+      end do
+      call add_cell(file, i, [3*i - 2, 3*i - 1, 3*i], 3, 0, at)
+    end do
+  end subroutine read_bytes
+
+  !> Lines that begin with vertex, three of them a triangle; all other words say nothing more.
+  subroutine read_words(text, file, cursor)
+    character(*), intent(in) :: text !! the file
+    type(file_mesh_t), intent(inout) :: file !! gets its triangles
+    type(cursor_t), intent(inout) :: cursor !! takes the fault
+    type(cursor_t) :: here
+    integer :: first, last, n, k
+    logical :: found
+    real(wp) :: x(3)
+
+    n = 0
+    do
+      call read_line(text, cursor, first, last, found)
+      if (cursor%failed .or. .not. found) exit
+      if (lower(text(first:min(last, first + 6))) == 'endloop' .and. mod(n, 3) /= 0) then
+        call fail(cursor, first, 'a facet of STL has three lines of vertex', &
+          'write the file again, as triangles')
+        return
+      end if
+      if (lower(text(first:min(last, first + 5))) /= 'vertex') cycle
+      here = cursor
+      here%at = first + 6
+      here%last = last
+      do k = 1, 3
+        call read_real(text, here, x(k), 'a coordinate')
+      end do
+      if (here%failed) then
+        call fail(cursor, here%fault, here%what, here%remedy)
+        return
+      end if
+      n = n + 1
+      call add_node(file, n, x, first)
+      if (mod(n, 3) == 0) call add_cell(file, n/3, [n - 2, n - 1, n], 3, 0, first)
+    end do
+    if (mod(n, 3) /= 0) call fail(cursor, cursor%last, 'the file ends within a triangle', &
+      'is the file complete? write it again')
+  end subroutine read_words
+end module stl_reader

@@ -1,0 +1,185 @@
+!> Mesh files of triangles alone (STL, two-dimensional cells of Gmsh): rigid surfaces with nothing
+!! behind them.
+module tool_surfaces
+  use kinds, only: wp
+  use text, only: to_text, count_noun
+  use errors, only: error_t
+  use vectors, only: cross
+  use source, only: file_name
+  use diagnostics, only: diagnostics_t, report_error, report_note
+  use key_sorting, only: sort_columns, ascending
+  use tag_table, only: tag_table_t, build_table, find_tag
+  use mesh_types, only: mesh_t
+  use mesh_names, only: name_exists
+  use mesh_building, only: reserve_nodes, place_node
+  use mesh_file_types, only: file_mesh_t, group_cells
+  use file_mesh_checks, only: file_place_t, resolve_nodes, coordinate_key
+  use part_lists, only: append_surface
+  implicit none
+  private
+  public :: is_tool, place_tool
+
+  !> A triangle whose area is below this share of its longest edge squared is a line.
+  real(wp), parameter :: flat = 1.0e-12_wp
+
+contains
+
+  !> A file of triangles without a tetrahedron.
+  pure logical function is_tool(file)
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+
+    is_tool = any(file%size(:file%cells) == 3) .and. .not. any(file%size(:file%cells) == 4)
+  end function is_tool
+
+  !> Makes surfaces of the triangles: one of all under the name of `AS`, else one for each group of
+  !! the file, else one that has the name of the file.
+  subroutine place_tool(name, place, file, mesh, diagnostics)
+    character(*), intent(in) :: name !! name of AS, empty without
+    type(file_place_t), intent(inout) :: place !! knows the file; gets deck numbers of its nodes
+    type(file_mesh_t), intent(inout) :: file !! what the file holds
+    type(mesh_t), intent(inout) :: mesh !! gets nodes and surfaces
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical, allocatable :: chosen(:)
+    integer :: errors, g
+    logical :: grouped
+
+    errors = diagnostics%errors
+    allocate (place%node(file%nodes), place%element(file%cells), source=0)
+    call resolve_nodes(place, file, diagnostics)
+    if (diagnostics%errors > errors) return
+    call place_corners(place, file, mesh, diagnostics)
+    if (diagnostics%errors > errors) return
+    grouped = .false.
+    do g = 1, file%groups
+      associate (group => file%group(g))
+        if (name /= '' .or. group%kind /= group_cells) cycle
+        allocate (chosen(file%cells), source=.false.)
+        chosen(group%members(:group%count)) = .true.
+        chosen = chosen .and. file%size(:file%cells) == 3
+        if (any(chosen)) call add_surface(group%name, chosen, place, file, mesh, diagnostics)
+        grouped = grouped .or. any(chosen)
+        deallocate (chosen)
+      end associate
+    end do
+    if (grouped) return
+    chosen = file%size(:file%cells) == 3
+    if (name /= '') then
+      call add_surface(name, chosen, place, file, mesh, diagnostics)
+    else
+      call add_surface(base_of(file_name(diagnostics%source, place%file)), chosen, place, file, &
+        mesh, diagnostics)
+    end if
+  end subroutine place_tool
+
+  !> The name of a file without its folder and its ending.
+  pure function base_of(path) result(base)
+    character(*), intent(in) :: path !! the file
+    character(:), allocatable :: base
+    integer :: last
+
+    base = path(scan(path, '/', back=.true.) + 1:)
+    last = scan(base, '.', back=.true.) - 1
+    if (last > 0) base = base(:last)
+  end function base_of
+
+  !> Puts the corners of the triangles into the mesh, those at one place once.
+  subroutine place_corners(place, file, mesh, diagnostics)
+    type(file_place_t), intent(inout) :: place !! gets deck numbers
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    type(mesh_t), intent(inout) :: mesh !! gets the nodes
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    type(tag_table_t) :: table
+    type(error_t), allocatable :: error
+    integer, allocatable :: keys(:)
+    logical, allocatable :: held(:)
+    integer :: c, n, first, before
+    real(wp) :: apart
+
+    allocate (keys(file%nodes), held(file%nodes))
+    held = .false.
+    do c = 1, file%cells
+      if (file%size(c) == 3) held(file%corners(:3, c)) = .true.
+    end do
+    do n = 1, file%nodes
+      keys(n) = coordinate_key(file%x(:, n))
+    end do
+    call build_table(keys, table)
+    before = mesh%nodes
+    call reserve_nodes(mesh, before + count(held), error)
+    if (allocated(error)) then
+      call report_error(diagnostics, place%at, error%message, 'make the mesh coarser')
+      return
+    end if
+    mesh%nodes = before
+    do n = 1, file%nodes
+      if (.not. held(n)) cycle
+      first = find_tag(table, keys(n))
+      if (any(abs(file%x(:, n) - file%x(:, first)) > 0.0_wp)) first = n
+      if (place%node(first) == 0) then
+        mesh%nodes = mesh%nodes + 1
+        place%node(first) = mesh%nodes
+        call place_node(mesh, mesh%nodes, file%x(:, first), apart)
+      end if
+      place%node(n) = place%node(first)
+    end do
+    call report_note(diagnostics, place%at, file_name(diagnostics%source, place%file)//': '// &
+      count_noun(mesh%nodes - before, 'node')//', numbered from '//to_text(before + 1)// &
+      ', of triangles alone: a rigid surface')
+  end subroutine place_corners
+
+  !> Adds a surface of some triangles; those without area, and second ones, are left out.
+  subroutine add_surface(name, chosen, place, file, mesh, diagnostics)
+    character(*), intent(in) :: name !! its name
+    logical, intent(in) :: chosen(:) !! (cells) its triangles
+    type(file_place_t), intent(in) :: place !! deck numbers
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    type(mesh_t), intent(inout) :: mesh !! gets the surface
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    integer, allocatable :: facets(:, :), keys(:, :), order(:)
+    logical, allocatable :: kept(:)
+    integer :: c, n, i
+
+    if (name_exists(mesh, name)) then
+      call report_error(diagnostics, place%at, 'the name '//name//' is taken already', &
+        'write MESH file AS and another name')
+      return
+    end if
+    allocate (facets(3, count(chosen)))
+    n = 0
+    do c = 1, file%cells
+      if (.not. chosen(c)) cycle
+      if (is_flat(mesh%x(:, place%node(file%corners(:3, c))))) cycle
+      n = n + 1
+      facets(:, n) = place%node(file%corners(:3, c))
+      if (mesh%mirrors) facets(:, n) = facets([2, 1, 3], n)
+    end do
+    allocate (keys(3, n))
+    do i = 1, n
+      keys(:, i) = ascending(facets(:, i))
+    end do
+    call sort_columns(keys, order)
+    allocate (kept(n), source=.true.)
+    do i = 2, n
+      kept(order(i)) = any(keys(:, order(i)) /= keys(:, order(i - 1)))
+    end do
+    if (count(kept) < count(chosen)) call report_note(diagnostics, place%at, 'surface '//name// &
+      ': '//count_noun(count(chosen) - count(kept), 'triangle')//' left out, without area or '// &
+      'given twice')
+    if (.not. any(kept)) call report_error(diagnostics, place%at, 'surface '//name// &
+      ' has no triangle with an area', 'is the file complete? write it again')
+    call append_surface(mesh, name, place%at)
+    associate (surface => mesh%surfaces(size(mesh%surfaces)))
+      surface%facets = facets(:, pack([(i, i=1, n)], kept))
+      surface%elements = spread(0, 1, count(kept))
+      surface%alone = .true.
+    end associate
+  end subroutine add_surface
+
+  !> Three corners lie on a line.
+  pure logical function is_flat(x)
+    real(wp), intent(in) :: x(3, 3) !! corners [length]
+
+    is_flat = .not. norm2(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))) > flat*max( &
+      sum((x(:, 2) - x(:, 1))**2), sum((x(:, 3) - x(:, 1))**2), sum((x(:, 3) - x(:, 2))**2))
+  end function is_flat
+end module tool_surfaces
