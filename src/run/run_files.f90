@@ -88,7 +88,7 @@ contains
     call create_results(files%results, base//'.h5', model, system%body%bodies, origin, error)
     if (allocated(error)) return
     if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
-      files%surfaces, base//contact_ending, model, error)
+      files%surfaces, base//contact_ending, model, origin%end_times, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
