@@ -1,7 +1,7 @@
 !> The contact elements of a system: hosts to elements, elements to hosts, and the coupled pattern.
 module contact_system
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, cost_search, cost_pattern
+  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_pattern, cost_cells
   use element_types, only: status_off, status_open, status_stick, status_slip
   use quadratic_facet, only: place_on_quadratic, facet_bent, facet_round
   use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic, &
@@ -21,7 +21,7 @@ module contact_system
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
-  use csc_matrix, only: build_pattern
+  use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
   use condensed_system, only: couple_condensed
   use first_touch, only: withhold_friction, place_touches
@@ -189,21 +189,43 @@ contains
       return
     end if
     if (system%contact%n == 0) then
-      if (.not. allocated(system%whole%csc%ptr)) call build_uncoupled(system)
+      call fit_pattern(system)
       return
     end if
-    if (.not. graph_holds(system%whole%matrix, system%contact)) call build_coupled(system)
+    if (graph_holds(system%whole%matrix, system%contact)) then
+      call fit_pattern(system)
+    else
+      call build_coupled(system)
+    end if
     call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
 
-  !> Builds the pattern of a system without contact: that of the bulk.
-  subroutine build_uncoupled(system)
+  !> Builds the pattern of the free equations if it is not there.
+  subroutine fit_pattern(system)
     type(system_t), intent(inout) :: system !! gets csc
 
+    if (allocated(system%whole%csc%ptr) .neqv. system%whole%solver%by_nodes) return
     call begin_cost(system%costs, cost_pattern)
-    call build_pattern(system%whole%bulk_matrix, system%equation, system%whole%csc)
+    call build_free(system)
     call end_cost(system%costs, cost_pattern)
-  end subroutine build_uncoupled
+  end subroutine fit_pattern
+
+  !> Builds the pattern of the free equations anew; a solver that takes its matrix by nodes has
+  !! none.
+  subroutine build_free(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    associate (whole => system%whole)
+      whole%csc = csc_matrix_t()
+      whole%symmetric = .false.
+      if (whole%solver%by_nodes) return
+      if (system%contact%n > 0) then
+        call build_pattern(whole%matrix, system%equation, whole%csc)
+      else
+        call build_pattern(whole%bulk_matrix, system%equation, whole%csc)
+      end if
+    end associate
+  end subroutine build_free
 
   !> Builds the pattern of bulk and contact elements anew.
   subroutine build_coupled(system)
@@ -214,7 +236,7 @@ contains
       system%contact, &
       system%volumes)
     call place_bulk(system)
-    call build_pattern(system%whole%matrix, system%equation, system%whole%csc)
+    call build_free(system)
     call start_pattern(system%whole%solver)
     system%place%coupled_hosts = system%place%hosts
     call end_cost(system%costs, cost_pattern)
@@ -342,12 +364,14 @@ contains
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)
     type(model_t), intent(inout) :: model !! pairs: new becomes old
-    type(system_t), intent(in) :: system !! contact elements at the converged state
+    type(system_t), intent(inout) :: system !! contact elements at the converged state; cost table
     integer :: k
 
     call keep_status(model, system)
     do k = 1, size(model%pairs)
       call settle_points(model%pairs(k), system%position%x_now)
+      call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
+      model%pairs(k)%history%cuts = 0
     end do
   end subroutine settle_contact
 end module contact_system

@@ -3,6 +3,7 @@ module newton
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: stop_requested
+  use parallel, only: any_rank
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
@@ -10,7 +11,8 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
-  use force_scales, only: note_forces, force_scale, in_bounds, longest_step
+  use force_scales, only: note_forces, force_scale, in_bounds, longest_step, &
+    needed_accuracy
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
@@ -132,7 +134,7 @@ contains
       else if (progress%since_fewest >= merge(drag_patience, patience, &
         system%body%drag > 0.0_wp)) then
         progress%outcome = outcome_stalled
-      else if (stop_requested()) then
+      else if (any_rank(stop_requested())) then
         progress%outcome = outcome_stopped
       end if
       if (progress%outcome /= outcome_going_on) exit
@@ -345,6 +347,8 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
+    system%whole%solver%accuracy = needed_accuracy(system, &
+      max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance)))
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
