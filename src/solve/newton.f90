@@ -14,7 +14,8 @@ module newton
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
-  use chord_steps, only: chords_t, follow_chords, spread_direction
+  use chord_steps, only: chords_t, follow_chords
+  use nodal_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction
@@ -382,7 +383,6 @@ contains
     if (forces > 0.0_wp) report%relative = report%residual/forces
     call find_worst(system, report%worst_node, report%worst_dof, report%worst)
     report%energy = progress%energy
-    if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
     report%solver = solver_name(system%whole%solver)
