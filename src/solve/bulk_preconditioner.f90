@@ -11,7 +11,7 @@ module bulk_preconditioner
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
   use right_side, only: gather_right
-  use nodal_values, only: spread_values, gather_values
+  use equation_values, only: spread_values, gather_values
   use body_turns, only: follow_turns, to_frames, from_frames
   use condensation, only: reduce_body, complete_body
   use bulk_factors, only: renew_factors

@@ -10,7 +10,7 @@ module chord_steps
   use line_search, only: take_trial
   use bulk_term, only: form_bulk_change
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
-  use nodal_values, only: spread_direction
+  use equation_values, only: spread_direction
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none

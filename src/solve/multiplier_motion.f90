@@ -16,7 +16,7 @@ module multiplier_motion
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
   use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
-  use nodal_values, only: spread_values, gather_values, spread_direction
+  use equation_values, only: spread_values, gather_values, spread_direction
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t

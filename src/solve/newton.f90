@@ -15,7 +15,7 @@ module newton
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
   use chord_steps, only: chords_t, follow_chords
-  use nodal_values, only: spread_direction
+  use equation_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction

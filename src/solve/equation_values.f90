@@ -1,5 +1,5 @@
 !> Between the unknowns of the equations and the degrees of freedom of the nodes.
-module nodal_values
+module equation_values
   use kinds, only: wp
   use rigid_bodies, only: spread_rigid
   use system_types, only: system_t
@@ -45,4 +45,4 @@ contains
     call spread_values(system%equation, system%solution, system%du)
     call spread_rigid(system, system%solution, system%du)
   end subroutine spread_direction
-end module nodal_values
+end module equation_values
