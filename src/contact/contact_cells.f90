@@ -223,8 +223,8 @@ contains
     call show_cells(pair)
   end subroutine renew_cells
 
-  !> A facet does not change its cells for ever: not more than so often in an increment, and not back
-  !! to those it has left last.
+  !> A facet does not change its cells for ever: not often in an increment, and not back to those
+  !! that it has left last.
   pure logical function has_moved_enough(pair, f, fresh) result(enough)
     type(pair_t), intent(in) :: pair !! moves, left_cells
     integer, intent(in) :: f !! the slave facet
@@ -236,7 +236,8 @@ contains
     associate (cells => pair%history%left_cells(f)%cells)
       enough = size(cells) == fresh%n
       do p = 1, size(cells)
-        if (enough) enough = maxval(abs(fresh%cell(p)%weight - cells(p)%weight)) <= unmoved
+        if (.not. enough) exit
+        enough = maxval(abs(fresh%cell(p)%weight - cells(p)%weight)) <= unmoved
       end do
     end associate
   end function has_moved_enough
