@@ -10,7 +10,7 @@ module costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
-    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord
+    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells
 
   !> Kinds of work.
   integer, parameter :: cost_reading = 1
@@ -33,7 +33,8 @@ module costs
   integer, parameter :: cost_krylov = 18
   integer, parameter :: cost_bulk_krylov = 19
   integer, parameter :: cost_chord = 20
-  integer, parameter :: n_costs = 20
+  integer, parameter :: cost_cells = 21
+  integer, parameter :: n_costs = 21
 
   !> Names of the rows, in the order of the constants.
   character(28), parameter :: cost_names(n_costs) = [character(28) :: 'reading and meshing', &
@@ -41,7 +42,7 @@ module costs
     'symbolic factorisation', 'unsymmetric factorisation', 'symmetric factorisation', 'solve', &
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
     'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
-    'the same, for the bulk', 'steps with the same factor']
+    'the same, for the bulk', 'steps with the same factor', 'facets cut to cells']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t

@@ -3,7 +3,11 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: cross, dyad, invert, sum_products
+  public :: identity, cross, determinant, dyad, invert, sum_products
+
+  !> The unit matrix.
+  real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
+    0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
 contains
 
@@ -15,6 +19,13 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> Determinant of three columns.
+  pure real(wp) function determinant(a)
+    real(wp), intent(in) :: a(3, 3) !! the matrix
+
+    determinant = dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
+  end function determinant
 
   !> Dyadic product: the matrix a_i b_j.
   pure function dyad(a, b) result(m)

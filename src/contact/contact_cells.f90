@@ -18,7 +18,8 @@ module contact_cells
   use linear_fields, only: linear_field_t
   implicit none
   private
-  public :: prepare_cells, clear_cells, begin_cells, follow_cells, cut_touched, settle_cells
+  public :: prepare_cells, clear_cells, begin_cells, follow_cells, cut_touched, settle_cells, &
+    forget_first_cells
 
   !> The cells of a facet stay while the tips have moved by less than this on the master since they
   !! were made, in shape functions, and while the facet is covered to this share.
@@ -106,6 +107,7 @@ contains
     pair%history%old_cells = cell_t()
     pair%history%new = contact_point_t()
     pair%history%old = contact_point_t()
+    call forget_first_cells(pair)
   end subroutine clear_cells
 
   !> Nodes, weights, areas and penalties of the present cells.
@@ -132,8 +134,16 @@ contains
     call show_cells(pair)
   end subroutine begin_cells
 
+  !> An increment begins, or once more with another end: its first cells are not known.
+  pure subroutine forget_first_cells(pair)
+    type(pair_t), intent(inout) :: pair !! the pair
+
+    pair%history%begun = .false.
+  end subroutine forget_first_cells
+
   !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed. New
-  !! points get their history from the old ones of their facet.
+  !! points get their history from the old ones of their facet. The first cells of an increment do
+  !! not depend on where it starts from: they are cut once.
   subroutine follow_cells(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -143,9 +153,16 @@ contains
     type(contact_point_t), allocatable :: moved(:)
 
     if (count_points(pair) == 0) return
-    if (tolerance <= 0.0_wp) then
+    if (tolerance <= 0.0_wp .and. pair%history%begun) then
+      pair%history%cells = pair%history%first_cells
+      pair%history%new = pair%history%first
+      call show_cells(pair)
+    else if (tolerance <= 0.0_wp) then
       call carry_tips(pair, pair%history%cells, pair%history%new, x_old, x, moved)
       call renew_cells(pair, at_start, moved, x_old, x, changes)
+      pair%history%first_cells = pair%history%cells
+      pair%history%first = pair%history%new
+      pair%history%begun = .true.
     else
       call find_tips(pair, pair%history%new, x, moved)
       call renew_cells(pair, after_solve, moved, x_old, x, changes)
@@ -220,6 +237,7 @@ contains
     end do
     pair%history%cells(n + 1:) = cell_t()
     pair%history%new(n + 1:) = contact_point_t()
+    pair%history%cuts = pair%history%cuts + size(pair%points%slave_facets, 2)
     call show_cells(pair)
   end subroutine renew_cells
 
@@ -360,5 +378,6 @@ contains
     end do
     pair%history%old = pair%history%new
     pair%history%old_cells = pair%history%cells
+    call forget_first_cells(pair)
   end subroutine settle_cells
 end module contact_cells

@@ -135,6 +135,10 @@ module contact_types
     integer, allocatable :: left(:) !! (points) host left last in this increment
     type(cut_t), allocatable :: left_cells(:) !! (slave facets) if segmented: cells left last in it
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
+    logical :: begun = .false. !! if segmented: the first cells of this increment are known
+    type(cell_t), allocatable :: first_cells(:) !! (points) these
+    type(contact_point_t), allocatable :: first(:) !! (points) `new` with them
+    integer :: cuts = 0 !! if segmented: facets cut to cells that are yet to be counted
   end type point_history_t
 
   !> One contact pair.

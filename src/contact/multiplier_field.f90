@@ -7,7 +7,7 @@
 !! vector for each of them.
 module multiplier_field
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: identity, cross
   use contact_types, only: pair_t
   use contact_points, only: corner_weights, count_points
   implicit none
@@ -25,9 +25,6 @@ module multiplier_field
   integer, parameter :: most_iterations = 200
   !> Room for the neighbours of a vector to begin with.
   integer, parameter :: first_room = 16
-  !> The directions of space.
-  real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
   !> The vectors of a field and the points that they belong to.
   type :: multiplier_field_t
@@ -134,7 +131,7 @@ contains
       do b = 1, 3
         do k = 1, 3
           turn(:, k, b) = turned(field%normal(:, field%vector(b, p)), field%point_normal(:, p), &
-            unit(:, k))
+            identity(:, k))
         end do
       end do
       do c = 1, 3

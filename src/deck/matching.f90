@@ -44,6 +44,8 @@ contains
     logical, intent(out) :: good !! whether there was no error
     logical :: alive(most_alternatives), alive_before(most_alternatives), sound
     integer :: accepted(most_alternatives), i, j, k, n
+    type(word_list_t) :: words
+    type(problem_t), allocatable :: problem
 
     n = size(signature%alternatives)
     alive = .false.
@@ -69,8 +71,12 @@ contains
       alive(:n) = alive(:n) .and. accepted(:n) == maxval(accepted(:n))
       i = findloc(alive(:n), .true., dim=1)
       j = token_number(signature%alternatives(i)%tokens, k - match%first + 1)
-      call take_item(record, k, signature%alternatives(i)%tokens(j), signature, &
-                     alive_before(:n), match, parameters, diagnostics, sound)
+      call take_item(record, k, signature%alternatives(i)%tokens(j), match, parameters, &
+                     diagnostics, problem, sound)
+      if (allocated(problem)) then
+        call list_expected_words(signature, alive_before(:n), k - match%first + 1, words)
+        call report_problem(record%items(k), problem, parameters, words, diagnostics)
+      end if
       good = good .and. sound
       if (.not. sound .and. record%items(k)%kind /= item_number) return
     end do
@@ -148,19 +154,17 @@ contains
     end select
   end function acceptance
 
-  !> Evaluates or checks an item that its token accepts.
-  subroutine take_item(record, k, token, signature, alive, match, parameters, diagnostics, good)
+  !> Evaluates or checks an item that its token accepts. An expression without a value is left to
+  !! the caller, who knows what else could stand there.
+  subroutine take_item(record, k, token, match, parameters, diagnostics, problem, good)
     type(record_t), intent(inout) :: record !! the record
     integer, intent(in) :: k !! number of the item
     type(token_t), intent(in) :: token !! what stands here
-    type(signature_t), intent(in) :: signature !! what the record takes
-    logical, intent(in) :: alive(:) !! ways still possible before this item
     type(match_t), intent(in) :: match !! which record this is
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(problem_t), allocatable, intent(out) :: problem !! why the expression has no value
     logical, intent(out) :: good !! whether there was no error
-    type(word_list_t) :: words
-    type(problem_t), allocatable :: problem
 
     good = .true.
     if (.not. token%available) then
@@ -188,10 +192,6 @@ contains
       end if
       call set_value(record%items(k), parameters, problem)
       good = .not. allocated(problem)
-      if (.not. good) then
-        call list_expected_words(signature, alive, k - match%first + 1, words)
-        call report_problem(record%items(k), problem, parameters, words, diagnostics)
-      end if
       if (good) call check_value(record%items(k), token, diagnostics, good)
     end select
   end subroutine take_item

@@ -100,9 +100,8 @@ contains
     type(assembly_t), intent(in) :: assembly !! instances
     type(file_mesh_t), intent(inout) :: file !! takes the members
     type(cursor_t), intent(inout) :: cursor !! takes the fault
-    integer :: other, i, k, place, tag, end
+    integer :: other, i, k, place
 
-    place = 0
     associate (group => file%group(request%group))
       if (allocated(request%name)) then
         other = find_in_scope(file, request%name, group_cells, request%scope, assembly)
@@ -124,14 +123,7 @@ contains
       else if (request%name_at > 0) then
         call join_group(text, request, group_nodes, assembly, file, cursor)
       else
-        end = request%last
-        if (request%first < end) end = min(end, assembly%scope(request%scope)%top(1))
-        do tag = request%first, end, request%step
-          place = find_tag(nodes, tag)
-          if (place > 0) call add_member(group, place, 0)
-        end do
-        if (place == 0 .and. request%first == request%last) call fail(cursor, request%at, &
-          'there is no node '//number_text(request, assembly), 'a set takes nodes of this file')
+        call add_numbers(request, nodes, assembly, file, cursor)
       end if
     end associate
   end subroutine fill_nodes
@@ -144,22 +136,35 @@ contains
     type(assembly_t), intent(in) :: assembly !! instances
     type(file_mesh_t), intent(inout) :: file !! takes the members
     type(cursor_t), intent(inout) :: cursor !! takes the fault
-    integer :: place, tag, end
 
     if (request%name_at > 0) then
       call join_group(text, request, group_cells, assembly, file, cursor)
-      return
+    else
+      call add_numbers(request, cells, assembly, file, cursor)
     end if
+  end subroutine fill_cells
+
+  !> Adds the members that a request gives by number: of many numbers those that the file has.
+  subroutine add_numbers(request, places, assembly, file, cursor)
+    type(request_t), intent(in) :: request !! first to last number
+    type(tag_table_t), intent(in) :: places !! places of the numbers
+    type(assembly_t), intent(in) :: assembly !! highest numbers
+    type(file_mesh_t), intent(inout) :: file !! takes the members
+    type(cursor_t), intent(inout) :: cursor !! takes the fault
+    character(7), parameter :: what(2) = [character(7) :: 'node', 'element']
+    integer :: place, tag, end
+
     end = request%last
-    if (request%first < end) end = min(end, assembly%scope(request%scope)%top(2))
+    if (request%first < end) end = min(end, assembly%scope(request%scope)%top(request%items))
     place = 0
     do tag = request%first, end, request%step
-      place = find_tag(cells, tag)
+      place = find_tag(places, tag)
       if (place > 0) call add_member(file%group(request%group), place, request%face)
     end do
     if (place == 0 .and. request%first == request%last) call fail(cursor, request%at, &
-      'there is no element '//number_text(request, assembly), 'a set takes elements of this file')
-  end subroutine fill_cells
+      'there is no '//trim(what(request%items))//' '//number_text(request, assembly), &
+      'a set takes '//trim(what(request%items))//'s of this file')
+  end subroutine add_numbers
 
   !> The number of a request as the file has it.
   function number_text(request, assembly) result(t)

@@ -1,6 +1,7 @@
 !> What a mesh is: nodes, elements, and the named sets, regions and surfaces of them.
 module mesh_types
   use kinds, only: wp
+  use vectors, only: identity
   use deck_types, only: location_t
   implicit none
   private
@@ -51,8 +52,7 @@ module mesh_types
     type(node_set_t), allocatable :: sets(:) !! node sets in the order of the deck
     type(surface_t), allocatable :: surfaces(:) !! surfaces in the order of the deck
     type(facet_field_t), allocatable :: fields(:) !! vectors of facets, in the order of the deck
-    real(wp) :: turn(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
-      0.0_wp, 1.0_wp], [3, 3]) !! TRANsform while the mesh is read
+    real(wp) :: turn(3, 3) = identity !! TRANsform while the mesh is read
     logical :: mirrors = .false. !! it makes left-handed elements of right-handed ones
     real(wp) :: shift(3) = 0.0_wp !! x = turn x + shift [length]
     integer, allocatable :: tied(:) !! (nodes) the node that TIE keeps for each; none without TIE

@@ -1,7 +1,7 @@
 !> TRANsform: turns and moves the coordinates that follow it.
 module transform_reader
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: determinant
   use deck_types, only: data_set_t
   use records, only: item_real, item_count
   use diagnostics, only: diagnostics_t, report_error
@@ -53,11 +53,4 @@ contains
 
     is_singular = abs(determinant(a)) <= 1.0e-12_wp*product(norm2(a, 1))
   end function is_singular
-
-  !> Determinant of a matrix.
-  pure real(wp) function determinant(a) result(d)
-    real(wp), intent(in) :: a(3, 3) !! the matrix
-
-    d = dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
-  end function determinant
 end module transform_reader

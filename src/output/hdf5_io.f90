@@ -8,7 +8,7 @@ module hdf5_io
   use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5lexists_f, &
-    h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5f_acc_trunc_f, &
+    h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5pset_istore_k_f, h5f_acc_trunc_f, &
     h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
   use hdf5, only: h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5t_c_s1, h5t_str_nullpad_f
   use errors, only: error_t, raise, exit_resources
@@ -41,18 +41,21 @@ module hdf5_io
 contains
 
   !> Creates a file, or empties the one that is there.
-  subroutine create_hdf5(file, path, error)
+  subroutine create_hdf5(file, path, error, chunks)
     type(hdf5_file_t), intent(out) :: file !! the file, open
     character(*), intent(in) :: path !! its name
     type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
+    integer, intent(in), optional :: chunks !! that a node of a data set's tree has room for, even
     integer(hid_t) :: creation
-    integer :: s(3), status
+    integer :: s(4), status
 
+    s = 0
     file%path = trim(path)
     creation = -1_hid_t
     call start_library(s(1))
     call h5pcreate_f(h5p_file_create_f, creation, s(2))
     call h5pset_obj_track_times_f(creation, .false., s(3))
+    if (present(chunks)) call h5pset_istore_k_f(creation, chunks/2, s(4))
     call h5fcreate_f(file%path, h5f_acc_trunc_f, file%id, status, creation_prp=creation)
     if (any(s < 0) .or. status < 0) call raise_hdf5(error, file, 'creating')
     call h5pclose_f(creation, status)
@@ -102,7 +105,8 @@ contains
     status = min(s(2), s(3))
   end subroutine start_library
 
-  !> Hands everything written so far to the system.
+  !> Hands everything written so far to the system. Reserved room is given back, and the head of the
+  !! file tells what is there: whoever writes on has to reserve room anew.
   subroutine flush_hdf5(file, error)
     type(hdf5_file_t), intent(in) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! disk full
@@ -110,21 +114,9 @@ contains
 
     call h5fflush_f(file%id, h5f_scope_global_f, status)
     if (status >= 0) return
-    call keep_promise(file)
+    call lengthen(file, file%promised)
     call raise_hdf5(error, file, 'flushing')
   end subroutine flush_hdf5
-
-  !> Gives the file the length that its head tells: HDF5 has cut it off even where it could not
-  !! write a new head.
-  subroutine keep_promise(file)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    integer(c_int) :: ignored
-    integer(c_long) :: present_length
-
-    inquire (file=file%path, size=present_length)
-    if (present_length >= file%promised) return
-    ignored = c_truncate(file%path//c_null_char, file%promised)
-  end subroutine keep_promise
 
   !> Makes sure that the disk has room for what will be written next: HDF5 leaves a file that
   !! cannot be read if it finds no room half-way. The head of the file gets the new length at once:
@@ -145,33 +137,71 @@ contains
       file%reserved = .true.
       refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), bytes + overhead)
       if (refused == 0_c_int) then
-        file%promised = int(length, c_long) + bytes + overhead
-        call promise_length(stream, file%promised)
+        call promise_length(file, stream, int(length, c_long) + bytes + overhead)
       end if
       ignored = c_fclose(stream)
     end if
     if (refused /= 0_c_int) call raise_hdf5(error, file, 'making room for more')
   end subroutine reserve_room
 
-  !> Writes the length of the file into its head, where that is of the first format, without a
-  !! checksum (superblock version 0, numbers of 8 bytes).
-  subroutine promise_length(stream, length)
-    type(c_ptr), intent(in) :: stream !! the file, open for writing
+  !> Writes a length of the file into its head, where that is of the first format, without a
+  !! checksum (superblock version 0, or 1 with the room of a node; numbers of 8 bytes). A length
+  !! that grows is written from the highest byte that changes down, with all lower ones full, and
+  !! the file is made as long before: wherever a kill tears it, the head tells more than there was,
+  !! and not more than there is. One that shrinks keeps to that if its low bytes come first. (Where
+  !! the file crosses a multiple of 16 MB it would become longer by as much: there it is one write.)
+  subroutine promise_length(file, stream, length)
+    type(hdf5_file_t), intent(inout) :: file !! the file; what it has been promised
+    type(c_ptr), intent(in) :: stream !! the same, open for writing
     integer(c_long), intent(in) :: length !! its length [byte]
-    integer(c_long), parameter :: place = 40_c_long
-    integer, parameter :: version_at = 9, width_at = 14
-    character(kind=c_char) :: head(16), number(8)
-    integer(c_long) :: done
-    integer :: i
+    integer(c_long), parameter :: places(0:1) = [40_c_long, 44_c_long]
+    integer, parameter :: version_at = 9, width_at = 14, most_top = 2
+    character(kind=c_char) :: head(52)
+    integer(c_long) :: done, old, new
+    integer :: i, top, version
 
+    file%promised = length
     done = c_pread(c_fileno(stream), head, size(head, kind=c_size_t), 0_c_long)
     if (done < size(head)) return
-    if (iachar(head(version_at)) /= 0 .or. iachar(head(width_at)) /= 8) return
-    do i = 1, 8
-      number(i) = achar(int(ibits(length, 8*(i - 1), 8)), c_char)
+    version = iachar(head(version_at))
+    if (version > ubound(places, 1) .or. iachar(head(width_at)) /= 8) return
+    old = transfer(head(places(version) + 1:places(version) + 8), old)
+    top = int(bit_size(old) - 1 - leadz(ieor(old, length)))/8
+    if (length <= old .or. top > most_top) then
+      done = c_pwrite(c_fileno(stream), bytes_of(length), 8_c_size_t, places(version))
+      return
+    end if
+    new = ior(length, maskr(8*top, c_long))
+    call lengthen(file, new)
+    file%promised = new
+    do i = top, 0, -1
+      associate (byte => bytes_of(new))
+        done = c_pwrite(c_fileno(stream), byte(i + 1:), 1_c_size_t, places(version) + i)
+      end associate
     end do
-    done = c_pwrite(c_fileno(stream), number, size(number, kind=c_size_t), place)
   end subroutine promise_length
+
+  !> The bytes of a number, lowest first.
+  pure function bytes_of(number) result(bytes)
+    integer(c_long), intent(in) :: number !! not negative
+    character(kind=c_char) :: bytes(8)
+    integer :: i
+
+    do i = 1, 8
+      bytes(i) = achar(int(ibits(number, 8*(i - 1), 8)), c_char)
+    end do
+  end function bytes_of
+
+  !> Makes the file at least so long; what is added takes no room on the disk.
+  subroutine lengthen(file, length)
+    type(hdf5_file_t), intent(in) :: file !! the file
+    integer(c_long), intent(in) :: length !! its length [byte]
+    integer(c_int) :: ignored
+    integer(c_long) :: present_length
+
+    inquire (file=file%path, size=present_length)
+    if (present_length < length) ignored = c_truncate(file%path//c_null_char, length)
+  end subroutine lengthen
 
   !> Gives reserved room back when the file is closed, and its head the true length.
   subroutine give_back(file, length)
@@ -183,7 +213,7 @@ contains
 
     stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
     if (c_associated(stream)) then
-      if (length < huge(length)) call promise_length(stream, int(length, c_long))
+      if (length < huge(length)) call promise_length(file, stream, int(length, c_long))
       ignored = c_fclose(stream)
     end if
     inquire (file=file%path, size=present_length)
@@ -210,7 +240,7 @@ contains
     end if
     if (s(3) < 0) then
       ! what HDF5 holds back cannot be written: the file stays as the last end time has left it
-      call keep_promise(file)
+      call lengthen(file, file%promised)
       call raise_hdf5(error, file, 'closing')
       file%id = -1_hid_t
       return

@@ -13,6 +13,7 @@ module result_types
     character(:), allocatable :: deck !! the deck as read, includes and all
     character(:), allocatable :: settings !! name of the deck, command line and settings
     character(:), allocatable :: blas !! BLAS the program runs on
+    integer :: end_times = 0 !! rows that its commands will write, foreseen
   end type origin_t
 
   !> One row of the contact table: sums over the points of one pair.

@@ -8,6 +8,7 @@ module results_contact
   use contact_surfaces, only: contact_surface_t, find_slave_surface, find_master_surface, &
     find_slave_fields, find_master_fields, n_columns, at_pressure, at_traction, at_shear, at_gap, &
     at_status, at_slip, at_energy, at_lay, at_force
+  use hdf5_index, only: begin_indexes, node_chunks
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     reserve_room
   use hdf5_attributes, only: write_attribute
@@ -56,10 +57,11 @@ module results_contact
 contains
 
   !> Creates the file with the surfaces of all pairs, side by side; each has points of its own.
-  subroutine create_contact_file(contact, path, model, error)
+  subroutine create_contact_file(contact, path, model, end_times, error)
     type(contact_file_t), intent(out) :: contact !! the file, open
     character(*), intent(in) :: path !! its name
     type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: end_times !! that will be written, foreseen
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: k
 
@@ -69,11 +71,12 @@ contains
       call find_master_surface(model%pairs(k), model%mesh%x, contact%surfaces(2*k))
     end do
     call number_points(contact)
-    call create_hdf5(contact%file, path//unfinished, error)
+    call create_hdf5(contact%file, path//unfinished, error, node_chunks(end_times))
     if (allocated(error)) return
     call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=long), &
       error)
     if (.not. allocated(error)) call write_beginning(contact, model, error)
+    if (.not. allocated(error)) call begin_indexes(contact%file, error)
     call publish_hdf5(contact%file, path, error)
   end subroutine create_contact_file
 
@@ -255,6 +258,7 @@ contains
     call write_field(contact%grid, contact%file, on_points, 'displacement', at_nodes, error)
     if (allocated(error)) return
     call flush_hdf5(contact%file, error)
+    if (.not. allocated(error)) call reserve_room(contact%file, bytes_of_frame(contact), error)
     if (allocated(error)) return
     call end_frame(contact%grid, contact%file, error)
     if (allocated(error)) return

@@ -11,6 +11,7 @@ module results_file
   use rigid_paths, only: count_rigid
   use result_types, only: origin_t, end_row_t, frame_t, saved_state_t
   use audit_types, only: audit_t
+  use hdf5_index, only: begin_indexes, node_chunks
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
@@ -48,10 +49,11 @@ contains
     type(origin_t), intent(in) :: origin !! what makes it
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call create_hdf5(results%file, path//unfinished, error)
+    call create_hdf5(results%file, path//unfinished, error, node_chunks(origin%end_times))
     if (allocated(error)) return
     call reserve_room(results%file, 3*bytes_of_fields(model) + len(origin%deck, long), error)
     if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
+    if (.not. allocated(error)) call begin_indexes(results%file, error)
     call publish_hdf5(results%file, path, error)
   end subroutine create_results
 
@@ -109,10 +111,12 @@ contains
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer(long) :: bytes
     logical :: with_state
 
-    call reserve_room(results%file, bytes_of_rows + merge(bytes_of_fields(model), 0_long, &
-      present(frame) .or. present(state)), error)
+    bytes = bytes_of_rows
+    if (present(frame) .or. present(state)) bytes = bytes + bytes_of_fields(model)
+    call reserve_room(results%file, bytes, error)
     if (allocated(error)) return
     call append_history(results%file, model, row, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
@@ -127,6 +131,8 @@ contains
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
     if (allocated(error) .or. .not. (present(frame) .or. with_state)) return
+    call reserve_room(results%file, bytes, error)
+    if (allocated(error)) return
     if (with_state) then
       call complete_state(results%file, model, results%states, row%step, error)
       if (allocated(error)) return

@@ -8,7 +8,9 @@ module results_tables
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: end_row_t, contact_row_t, point_fields_t
+  use result_types, only: end_row_t, point_fields_t
+  use table_columns, only: column_t, reaction_columns, count_columns, contact_columns, &
+    rigid_columns, contact_counts, contact_values
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
@@ -18,19 +20,10 @@ module results_tables
   public :: create_history_part, append_history, create_rigid_part, append_rigid, &
     create_contact_part, append_contact
 
-  !> Columns of /history/reactions and /history/contact.
-  character(2), parameter :: reaction_columns(3) = ['R1', 'R2', 'R3']
-  character(6), parameter :: count_columns(3) = [character(6) :: 'active', 'stick', 'slip']
-  character(16), parameter :: contact_columns(12) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', &
-    'F3', 'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion', 'Ft_nodes']
-  character(4), parameter :: rigid_columns(12) = [character(4) :: 'U1', 'U2', 'U3', 'ROT1', &
-    'ROT2', 'ROT3', 'F1', 'F2', 'F3', 'M1', 'M2', 'M3']
-  character(12), parameter :: rigid_units(12) = [character(12) :: 'length', 'length', 'length', &
-    'radian', 'radian', 'radian', 'force', 'force', 'force', 'force length', 'force length', &
-    'force length']
-  character(12), parameter :: contact_units(12) = [character(12) :: 'force', 'force', 'force', &
-    'force', 'force', 'force length', 'force length', 'force length', 'length', 'length', &
-    'length', 'force']
+  !> Groups of the tables.
+  character(*), parameter :: reactions = '/history/reactions/'
+  character(*), parameter :: contact = '/history/contact/'
+  character(*), parameter :: rigid = '/history/rigid/'
 
 contains
 
@@ -38,42 +31,29 @@ contains
   subroutine create_history_part(file, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
 
     call make_group(file, '/history', error)
     if (allocated(error)) return
-    call create_keys(file, '/history/reactions/', 'set', error)
-    do i = 1, size(reaction_columns)
-      if (allocated(error)) return
-      call make_series(file, '/history/reactions/'//reaction_columns(i), stored_real, &
-        [integer ::], 1, 'force', 'force the support exerts on the structure', error)
-    end do
+    call create_keys(file, reactions, 'set', error)
     if (allocated(error)) return
-    call create_keys(file, '/history/contact/', 'pair', error)
-    do i = 1, size(count_columns)
-      if (allocated(error)) return
-      call make_series(file, '/history/contact/'//trim(count_columns(i)), stored_integer, &
-        [integer ::], 1, '1', 'number of points', error)
-    end do
-    do i = 1, size(contact_columns)
-      if (allocated(error)) return
-      call make_series(file, '/history/contact/'//trim(contact_columns(i)), stored_real, &
-        [integer ::], 1, trim(contact_units(i)), 'as in the .con table', error)
-    end do
+    call create_columns(file, reactions, reaction_columns, stored_real, &
+      'force the support exerts on the structure', error)
+    if (allocated(error)) return
+    call create_keys(file, contact, 'pair', error)
+    if (allocated(error)) return
+    call create_columns(file, contact, count_columns, stored_integer, 'number of points', error)
+    if (allocated(error)) return
+    call create_columns(file, contact, contact_columns, stored_real, 'as in the .con table', error)
   end subroutine create_history_part
 
   !> Makes the empty columns of the table of rigid bodies.
   subroutine create_rigid_part(file, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
 
-    call create_keys(file, '/history/rigid/', 'body', error)
-    do i = 1, size(rigid_columns)
-      if (allocated(error)) return
-      call make_series(file, '/history/rigid/'//trim(rigid_columns(i)), stored_real, &
-        [integer ::], 1, trim(rigid_units(i)), 'as in the .rig table', error)
-    end do
+    call create_keys(file, rigid, 'body', error)
+    if (.not. allocated(error)) call create_columns(file, rigid, rigid_columns, stored_real, &
+      'as in the .rig table', error)
   end subroutine create_rigid_part
 
   !> Writes the rows of the rigid bodies of one end time.
@@ -83,18 +63,13 @@ contains
     type(end_row_t), intent(in) :: row !! sums of an end time, rigid bodies among them
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(name_length) :: names(size(row%rigid, 2))
-    real(wp) :: column(size(row%rigid, 2))
     integer :: i
 
     do i = 1, size(names)
       names(i) = model%conditions%rigid(i)%name
     end do
-    call append_keys(file, '/history/rigid/', 'body', row%step, row%time, names, error)
-    do i = 1, size(rigid_columns)
-      if (allocated(error)) return
-      column = row%rigid(i, :)
-      call write_block(file, '/history/rigid/'//trim(rigid_columns(i)), column, at_end, error)
-    end do
+    call append_keys(file, rigid, 'body', row, names, error)
+    if (.not. allocated(error)) call append_columns(file, rigid, rigid_columns, row%rigid, error)
   end subroutine append_rigid
 
   !> Makes a group with the empty columns that say what a row is about.
@@ -114,6 +89,23 @@ contains
     call make_text_series(file, group//key, name_length, 'name of the '//key, error)
   end subroutine create_keys
 
+  !> Makes the empty columns of numbers of a table.
+  subroutine create_columns(file, group, columns, stored, description, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! its group, with a slash at its end
+    type(column_t), intent(in) :: columns(:) !! the columns
+    integer, intent(in) :: stored !! one of the stored constants
+    character(*), intent(in) :: description !! what they mean
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(columns)
+      call make_series(file, group//trim(columns(i)%name), stored, [integer ::], 1, &
+        trim(columns(i)%unit), description, error)
+      if (allocated(error)) return
+    end do
+  end subroutine create_columns
+
   !> Writes the rows of one end time.
   subroutine append_history(file, model, row, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
@@ -121,68 +113,61 @@ contains
     type(end_row_t), intent(in) :: row !! sums of an end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(name_length) :: sets(size(row%reactions, 2)), pairs(size(row%pairs))
-    real(wp) :: column(size(row%reactions, 2))
-    integer :: i
+    real(wp) :: values(size(contact_columns), size(pairs))
+    integer :: counts(size(pairs), size(count_columns)), i
 
     do i = 1, size(sets)
       sets(i) = model%output%reactions(i)%s
     end do
-    call append_keys(file, '/history/reactions/', 'set', row%step, row%time, sets, error)
-    do i = 1, size(reaction_columns)
-      if (allocated(error)) return
-      column = row%reactions(i, :)
-      call write_block(file, '/history/reactions/'//reaction_columns(i), column, at_end, error)
-    end do
+    call append_keys(file, reactions, 'set', row, sets, error)
+    if (allocated(error)) return
+    call append_columns(file, reactions, reaction_columns, row%reactions, error)
     if (allocated(error)) return
     do i = 1, size(pairs)
       pairs(i) = model%pairs(i)%name
+      counts(i, :) = contact_counts(row%pairs(i))
+      values(:, i) = contact_values(row%pairs(i))
     end do
-    call append_keys(file, '/history/contact/', 'pair', row%step, row%time, pairs, error)
-    if (allocated(error)) return
-    call append_contact_columns(file, row%pairs, error)
+    call append_keys(file, contact, 'pair', row, pairs, error)
+    do i = 1, size(count_columns)
+      if (allocated(error)) return
+      call write_block(file, contact//trim(count_columns(i)%name), counts(:, i), at_end, error)
+    end do
+    if (.not. allocated(error)) call append_columns(file, contact, contact_columns, values, error)
   end subroutine append_history
 
   !> Writes the columns that say what a row is about.
-  subroutine append_keys(file, group, key, step, time, names, error)
+  subroutine append_keys(file, group, key, row, names, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group, with a slash at its end
     character(*), intent(in) :: key !! name of the column of names
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
+    type(end_row_t), intent(in) :: row !! the end time
     character(*), intent(in), contiguous :: names(:) !! names of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_block(file, group//'step', spread(step, 1, size(names)), at_end, error)
+    call write_block(file, group//'step', spread(row%step, 1, size(names)), at_end, error)
     if (allocated(error)) return
-    call write_block(file, group//'time', spread(time, 1, size(names)), at_end, error)
+    call write_block(file, group//'time', spread(row%time, 1, size(names)), at_end, error)
     if (allocated(error)) return
     call write_block(file, group//key, names, at_end, error)
   end subroutine append_keys
 
-  !> Writes the columns of the contact table.
-  subroutine append_contact_columns(file, rows, error)
+  !> Writes columns of numbers of a table.
+  subroutine append_columns(file, group, columns, values, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
+    character(*), intent(in) :: group !! its group, with a slash at its end
+    type(column_t), intent(in) :: columns(:) !! the columns
+    real(wp), intent(in) :: values(:, :) !! (columns, rows) the numbers
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: counts(size(rows), size(count_columns)), i
-    real(wp) :: values(size(rows), size(contact_columns))
+    real(wp) :: column(size(values, 2))
+    integer :: i
 
-    do i = 1, size(rows)
-      counts(i, :) = [rows(i)%active, rows(i)%stick, rows(i)%slip]
-      values(i, :) = [rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
-        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion, rows(i)%lumped]
-    end do
-    do i = 1, size(count_columns)
-      call write_block(file, '/history/contact/'//trim(count_columns(i)), counts(:, i), at_end, &
-        error)
+    do i = 1, size(columns)
+      column = values(i, :)
+      call write_block(file, group//trim(columns(i)%name), column, at_end, error)
       if (allocated(error)) return
     end do
-    do i = 1, size(contact_columns)
-      call write_block(file, '/history/contact/'//trim(contact_columns(i)), values(:, i), at_end, &
-        error)
-      if (allocated(error)) return
-    end do
-  end subroutine append_contact_columns
+  end subroutine append_columns
 
   !> Makes the empty data sets of the contact points, and writes what does not change.
   subroutine create_contact_part(file, model, error)

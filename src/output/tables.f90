@@ -10,17 +10,20 @@ module tables
   use model_types, only: history_request_t, rigid_body_t
   use contact_types, only: pair_t
   use result_types, only: contact_row_t
+  use table_columns, only: reaction_columns, contact_columns, rigid_columns, contact_counts, &
+    contact_values
   use point_rows, only: point_row_t
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   implicit none
   private
-  public :: table_t, create_reaction_table, write_reactions, create_contact_table, write_contacts, &
+  public :: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
-    write_rigid_bodies, close_table
+    write_rows, close_table
 
   !> A table open for writing.
   type :: table_t
     type(text_file_t) :: file !! its file
+    character(:), allocatable :: key !! name of the column of names, empty for none
     type(string_t), allocatable :: names(:) !! name of each row of an end time, padded
   end type table_t
 
@@ -31,38 +34,19 @@ module tables
 
 contains
 
-  !> Creates the table of reactions.
+  !> Creates the table of reactions; `write_rows` writes it.
   subroutine create_reaction_table(table, path, title, sets, error)
     type(table_t), intent(out) :: table !! the table, open
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(string_t), intent(in) :: sets(:) !! names of the sets, in the order of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(3), parameter :: columns(3) = ['R1 ', 'R2 ', 'R3 ']
 
-    call create_text_file(table%file, path, error)
-    if (allocated(error)) return
-    call pad_names(sets, 'set', table%names)
-    call write_head(table, title, 'reactions: the force each support exerts on the structure', &
-      'set', columns, error=error)
+    call open_table(table, path, 'set', sets, error)
+    if (.not. allocated(error)) call write_head(table, title, &
+      'reactions: the force each support exerts on the structure', reaction_columns%name, &
+      error=error)
   end subroutine create_reaction_table
-
-  !> Writes the reactions of one end time.
-  subroutine write_reactions(table, step, time, reactions, error)
-    type(table_t), intent(inout) :: table !! open table
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    real(wp), intent(in) :: reactions(:, :) !! (3, sets) sum over the nodes of each set [force]
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
-
-    do i = 1, size(table%names)
-      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s// &
-        reals(reactions(:, i)), error)
-      if (allocated(error)) return
-    end do
-    call flush_text_file(table%file, error)
-  end subroutine write_reactions
 
   !> Creates the table of contact.
   subroutine create_contact_table(table, path, title, pairs, error)
@@ -71,20 +55,11 @@ contains
     character(*), intent(in) :: title !! title of the deck
     type(pair_t), intent(in) :: pairs(:) !! the pairs, in the order of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(16), parameter :: columns(12) = [character(16) :: 'Fn', 'Ft', 'F1', 'F2', 'F3', &
-      'M1', 'M2', 'M3', 'max_penetration', 'max_elastic_slip', 'max_criterion', 'Ft_nodes']
-    type(string_t), allocatable :: names(:)
-    integer :: i
 
-    call create_text_file(table%file, path, error)
-    if (allocated(error)) return
-    allocate (names(size(pairs)))
-    do i = 1, size(pairs)
-      names(i)%s = pairs(i)%name
-    end do
-    call pad_names(names, 'pair', table%names)
-    call write_head(table, title, 'contact: forces on the slave side, moments about the origin', &
-      'pair', columns, '  active   stick    slip', error)
+    call open_table(table, path, 'pair', pair_names(pairs), error)
+    if (.not. allocated(error)) call write_head(table, title, &
+      'contact: forces on the slave side, moments about the origin', contact_columns%name, &
+      '  active   stick    slip', error)
   end subroutine create_contact_table
 
   !> Writes the contact sums of one end time.
@@ -94,18 +69,15 @@ contains
     real(wp), intent(in) :: time !! its time [time]
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(3*step_width) :: counts
+    real(wp) :: values(size(contact_columns), size(rows))
+    character(3*step_width) :: counts(size(rows))
     integer :: i
 
-    do i = 1, size(table%names)
-      write (counts, '(3i8)') rows(i)%active, rows(i)%stick, rows(i)%slip
-      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s//counts// &
-        reals([rows(i)%normal, rows(i)%tangential, rows(i)%force, rows(i)%moment, &
-        rows(i)%max_penetration, rows(i)%max_elastic_slip, rows(i)%max_criterion, &
-        rows(i)%lumped]), error)
-      if (allocated(error)) return
+    do i = 1, size(rows)
+      write (counts(i), '(3i8)') contact_counts(rows(i))
+      values(:, i) = contact_values(rows(i))
     end do
-    call flush_text_file(table%file, error)
+    call write_rows(table, step, time, values, error, counts)
   end subroutine write_contacts
 
   !> Creates the table of displacements of single degrees of freedom.
@@ -118,15 +90,13 @@ contains
     character(19), allocatable :: columns(:)
     integer :: i
 
-    call create_text_file(table%file, path, error)
+    call open_table(table, path, '', [string_t ::], error)
     if (allocated(error)) return
-    allocate (table%names(0))
     allocate (columns(size(requests)))
     do i = 1, size(requests)
       columns(i) = 'u'//to_text(requests(i)%dof)//'@'//to_text(requests(i)%node)
     end do
-    call write_head(table, title, 'displacements: u<direction>@<node>', '', columns, &
-      error=error)
+    call write_head(table, title, 'displacements: u<direction>@<node>', columns, error=error)
   end subroutine create_history_table
 
   !> Writes the requested displacements of one end time.
@@ -142,45 +112,24 @@ contains
     call flush_text_file(table%file, error)
   end subroutine write_history
 
-  !> Creates the table of rigid bodies.
+  !> Creates the table of rigid bodies; `write_rows` writes it.
   subroutine create_rigid_table(table, path, title, bodies, error)
     type(table_t), intent(out) :: table !! the table, open
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(rigid_body_t), intent(in) :: bodies(:) !! the bodies, in the order of the rows
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(4), parameter :: columns(12) = [character(4) :: 'U1', 'U2', 'U3', 'ROT1', 'ROT2', &
-      'ROT3', 'F1', 'F2', 'F3', 'M1', 'M2', 'M3']
-    type(string_t), allocatable :: names(:)
+    type(string_t) :: names(size(bodies))
     integer :: i
 
-    call create_text_file(table%file, path, error)
-    if (allocated(error)) return
-    allocate (names(size(bodies)))
     do i = 1, size(bodies)
       names(i)%s = bodies(i)%name
     end do
-    call pad_names(names, 'body', table%names)
-    call write_head(table, title, 'rigid bodies: translation and rotation vector of the point, '// &
-      'force and moment of its constraint on the body', 'body', columns, error=error)
+    call open_table(table, path, 'body', names, error)
+    if (.not. allocated(error)) call write_head(table, title, 'rigid bodies: translation and '// &
+      'rotation vector of the point, force and moment of its constraint on the body', &
+      rigid_columns%name, error=error)
   end subroutine create_rigid_table
-
-  !> Writes the rigid bodies of one end time.
-  subroutine write_rigid_bodies(table, step, time, rows, error)
-    type(table_t), intent(inout) :: table !! open table
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    real(wp), intent(in) :: rows(:, :) !! (12, bodies) motions, forces of constraints
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
-
-    do i = 1, size(table%names)
-      call write_line(table%file, row_start(step, time)//'  '//table%names(i)%s// &
-        reals(rows(:, i)), error)
-      if (allocated(error)) return
-    end do
-    call flush_text_file(table%file, error)
-  end subroutine write_rigid_bodies
 
   !> Creates the table of contact points.
   subroutine create_point_table(table, path, title, pairs, error)
@@ -190,18 +139,11 @@ contains
     type(pair_t), intent(in) :: pairs(:) !! its pairs
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(4), parameter :: columns(6) = [character(4) :: 'p', 't1', 't2', 't3', 'gap', 'slip']
-    type(string_t), allocatable :: names(:)
-    integer :: i
 
-    call create_text_file(table%file, path, error)
-    if (allocated(error)) return
-    allocate (names(size(pairs)))
-    do i = 1, size(pairs)
-      names(i)%s = pairs(i)%name
-    end do
-    call pad_names(names, 'pair', table%names)
-    call write_head(table, title, 'contact points: slave nodes (NTOS) or slave facets (GTOS), '// &
-      'tractions on the slave side', 'pair', columns, '    point  status', error)
+    call open_table(table, path, 'pair', pair_names(pairs), error)
+    if (.not. allocated(error)) call write_head(table, title, &
+      'contact points: slave nodes (NTOS) or slave facets (GTOS), tractions on the slave side', &
+      columns, '    point  status', error)
   end subroutine create_point_table
 
   !> Writes the points of one pair at one end time.
@@ -224,6 +166,26 @@ contains
     call flush_text_file(table%file, error)
   end subroutine write_points
 
+  !> Writes the rows of one end time.
+  subroutine write_rows(table, step, time, rows, error, counts)
+    type(table_t), intent(inout) :: table !! open table
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: rows(:, :) !! (columns, names) the numbers
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(*), intent(in), optional :: counts(:) !! (names) columns of integers, as printed
+    character(:), allocatable :: line
+    integer :: i
+
+    do i = 1, size(table%names)
+      line = row_start(step, time)//'  '//table%names(i)%s
+      if (present(counts)) line = line//counts(i)
+      call write_line(table%file, line//reals(rows(:, i)), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
+  end subroutine write_rows
+
   !> Closes a table; one that was never created is left alone.
   subroutine close_table(table, error)
     type(table_t), intent(inout) :: table !! the table
@@ -232,12 +194,35 @@ contains
     call close_text_file(table%file, error)
   end subroutine close_table
 
+  !> Opens a table and keeps the names of its rows.
+  subroutine open_table(table, path, key, names, error)
+    type(table_t), intent(inout) :: table !! the table, open
+    character(*), intent(in) :: path !! file name
+    character(*), intent(in) :: key !! name of the column of names, empty for none
+    type(string_t), intent(in) :: names(:) !! name of each row of an end time
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    table%key = key
+    call pad_names(names, key, table%names)
+    call create_text_file(table%file, path, error)
+  end subroutine open_table
+
+  !> Names of pairs.
+  pure function pair_names(pairs) result(names)
+    type(pair_t), intent(in) :: pairs(:) !! the pairs
+    type(string_t) :: names(size(pairs))
+    integer :: i
+
+    do i = 1, size(pairs)
+      names(i)%s = pairs(i)%name
+    end do
+  end function pair_names
+
   !> Writes the header lines: what the table is, and the names of its columns.
-  subroutine write_head(table, title, what, key, columns, counts, error)
+  subroutine write_head(table, title, what, columns, counts, error)
     type(table_t), intent(inout) :: table !! open table
     character(*), intent(in) :: title !! title of the deck
     character(*), intent(in) :: what !! meaning of the table
-    character(*), intent(in) :: key !! name of the column of names, empty for none
     character(*), intent(in) :: columns(:) !! names of the columns of reals
     character(*), intent(in), optional :: counts !! names of the columns of integers, as printed
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -250,7 +235,7 @@ contains
     call write_line(table%file, '# '//what, error)
     if (allocated(error)) return
     line = '#   step'//repeat(' ', real_width - 2)//'time'
-    if (key /= '') line = line//'  '//padded(key, name_width(table%names, key))
+    if (table%key /= '') line = line//'  '//padded(table%key, name_width(table%names, table%key))
     if (present(counts)) line = line//counts
     do i = 1, size(columns)
       column = repeat(' ', max(0, len(column) - len_trim(columns(i))))//columns(i)

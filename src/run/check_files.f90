@@ -41,7 +41,7 @@ contains
     if (allocated(error)) return
     call close_results(results, costs, error)
     if (allocated(error) .or. size(model%pairs) == 0) return
-    call create_contact_file(surfaces, base//'.check'//contact_ending, model, error)
+    call create_contact_file(surfaces, base//'.check'//contact_ending, model, 1, error)
     if (allocated(error)) return
     call append_contact_frame(surfaces, model, 0.0_wp, frame, error)
     if (allocated(error)) return

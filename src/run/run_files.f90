@@ -15,9 +15,9 @@ module run_files
   use bulk_assembly, only: recover_bulk
   use nodal_dilatation, only: add_nodal_pressure
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
-  use tables, only: table_t, create_reaction_table, write_reactions, create_contact_table, &
-    write_contacts, create_history_table, write_history, create_point_table, write_points, &
-    create_rigid_table, write_rigid_bodies, close_table
+  use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
+    create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
+    write_rows, close_table
   use contact_surfaces, only: contact_surface_t, find_slave_surface
   use point_rows, only: point_row_t, find_point_rows
   use run_log, only: log_t, create_log, close_log
@@ -88,7 +88,7 @@ contains
     call create_results(files%results, base//'.h5', model, system%body%bodies, origin, error)
     if (allocated(error)) return
     if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
-      files%surfaces, base//contact_ending, model, error)
+      files%surfaces, base//contact_ending, model, origin%end_times, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
@@ -154,14 +154,14 @@ contains
       call sum_points(model, system, files%point_state, k, row%pairs(k))
     end do
     if (count_rigid(model) > 0) row%rigid = rigid_rows(model, system, state)
-    call write_reactions(files%reactions, state%step, state%time, row%reactions, error)
+    call write_rows(files%reactions, state%step, state%time, row%reactions, error)
     if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, &
       row%pairs, error)
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
     if (.not. allocated(error)) call write_point_rows(files, model, system, state, error)
-    if (.not. allocated(error) .and. allocated(row%rigid)) call write_rigid_bodies(files%rigid, &
+    if (.not. allocated(error) .and. allocated(row%rigid)) call write_rows(files%rigid, &
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)

@@ -26,6 +26,7 @@ module session
   use run_monitor, only: run_monitor_t
   use run_context, only: context_t
   use batch_run, only: run_batch
+  use batch_position, only: count_steps
   use run_audit, only: tell_warnings
   use check_report, only: print_check, report_gaps
   use saved_states, only: saved_states_t, take_state, restart_base
@@ -69,7 +70,7 @@ contains
     if (options%check) then
       call print_check(commands, context)
       call write_check_files(base_name(options), options%folder, context%model, &
-        origin_of(options, deck_text), error)
+        origin_of(options, commands, deck_text), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
         base_name(options)//'.check.*')
       return
@@ -80,8 +81,9 @@ contains
   end subroutine run_session
 
   !> What makes the files of this run.
-  function origin_of(options, deck_text) result(origin)
+  function origin_of(options, commands, deck_text) result(origin)
     type(options_t), intent(in) :: options !! the command line
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: deck_text !! the deck as read
     type(origin_t) :: origin
 
@@ -89,6 +91,7 @@ contains
     origin%deck = deck_text
     origin%settings = settings_text(options)
     origin%blas = blas_name()
+    origin%end_times = count_steps(commands)
   end function origin_of
 
   !> Deck to model; every error of the deck in one report.
@@ -147,7 +150,7 @@ contains
       call begin_audit(model, system, context%state, context%audit)
       call begin_writing()
       call create_files(files, states%base, options%folder, model, system, &
-        origin_of(options, deck_text), error)
+        origin_of(options, commands, deck_text), error)
       call end_writing()
       if (allocated(error)) return
       files%log%level = options%log_level

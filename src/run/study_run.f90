@@ -15,7 +15,7 @@ module study_run
   use linear_solver, only: free_solver
   use condensed_bodies, only: free_condensed
   use stepping, only: advance
-  use tables, only: table_t, create_reaction_table, write_reactions, close_table
+  use tables, only: table_t, create_reaction_table, write_rows, close_table
   use deck_variants, only: variant_t, difference_t, read_variant, read_next_variant, set_value, &
     place_load
   use sensitivity_start, only: find_levers
@@ -300,7 +300,7 @@ contains
       shared%base%model%output%reactions, error)
     do i = 1, result%step
       if (allocated(error)) return
-      call write_reactions(table, i, shared%plan%times(i), result%reactions(:, :, i), error)
+      call write_rows(table, i, shared%plan%times(i), result%reactions(:, :, i), error)
     end do
     if (.not. allocated(error)) call close_table(table, error)
   end subroutine write_table

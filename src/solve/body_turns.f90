@@ -3,7 +3,7 @@
 module body_turns
   use kinds, only: wp
   use elmlib, only: routine_none, routine_finite
-  use vectors, only: cross, dyad
+  use vectors, only: identity, determinant, dyad, invert
   use condensed_types, only: turns_not, turns_freely
   use system_types, only: system_t
   implicit none
@@ -33,8 +33,8 @@ contains
     do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         body%turns_about = merge(turns_freely, turns_not, finite(b))
-        body%turned_then = identity()
-        body%turn = identity()
+        body%turned_then = identity
+        body%turn = identity
       end associate
     end do
     do k = 1, size(system%body%node_body)
@@ -128,10 +128,10 @@ contains
   pure function mean_rotation(h, about) result(r)
     real(wp), intent(in) :: h(3, 3) !! sum of positions times reference positions, from their means
     integer, intent(in) :: about !! what rotations count (condensed_types)
-    real(wp) :: r(3, 3), next(3, 3), angle, change
+    real(wp) :: r(3, 3), next(3, 3), inverse(3, 3), det, angle, change
     integer :: i, j, step
 
-    r = identity()
+    r = identity
     if (about == turns_not .or. maxval(abs(h)) <= 0.0_wp) return
     if (about /= turns_freely) then
       i = mod(about, 3) + 1
@@ -146,37 +146,13 @@ contains
     next = h/maxval(abs(h))
     do step = 1, most_steps
       if (determinant(next) <= tiny(1.0_wp)) return
-      change = maxval(abs(0.5_wp*(next + turned_inverse(next)) - next))
-      next = 0.5_wp*(next + turned_inverse(next))
+      call invert(next, inverse, det)
+      change = maxval(abs(0.5_wp*(next + transpose(inverse)) - next))
+      next = 0.5_wp*(next + transpose(inverse))
       if (change <= 4.0_wp*epsilon(1.0_wp)) exit
     end do
     r = next
   end function mean_rotation
-
-  !> The transposed inverse.
-  pure function turned_inverse(a) result(b)
-    real(wp), intent(in) :: a(3, 3) !! a regular matrix
-    real(wp) :: b(3, 3)
-
-    b(:, 1) = cross(a(:, 2), a(:, 3))
-    b(:, 2) = cross(a(:, 3), a(:, 1))
-    b(:, 3) = cross(a(:, 1), a(:, 2))
-    b = b/determinant(a)
-  end function turned_inverse
-
-  !> The determinant.
-  pure real(wp) function determinant(a)
-    real(wp), intent(in) :: a(3, 3) !! a matrix
-
-    determinant = dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
-  end function determinant
-
-  !> The unit matrix.
-  pure function identity() result(r)
-    real(wp) :: r(3, 3)
-
-    r = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-  end function identity
 
   !> A nodal field in the frames in which the factors stand.
   pure subroutine to_frames(system, field)

@@ -195,7 +195,6 @@ contains
     logical, intent(out) :: answered !! contact has been solved for
     real(wp) :: push(system%condensed%rigid%modes)
     real(wp), allocatable :: y(:), t(:)
-    integer :: iterations
 
     answered = .true.
     associate (condensed => system%condensed)
@@ -203,8 +202,7 @@ contains
       if (condensed%tangent%elements == 0) return
       allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
       push = 0.0_wp
-      call answer(condensed, moved(condensed%alive%live), push, floor, most, y, t, answered, &
-        iterations)
+      call answer(condensed, moved(condensed%alive%live), push, floor, most, y, t, answered)
       force(condensed%alive%live) = force(condensed%alive%live) - y
       call apply_all(system, force, moved)
     end associate

@@ -41,6 +41,16 @@ module cholmod_solver
     procedure :: free
   end type cholmod_t
 
+  !> The supernodes of a factor: columns that have the same rows. Numbers are 0-based.
+  type :: supernodes_t
+    type(cholmod_factor_t), pointer :: factor !! sizes, number of supernodes
+    integer(long), pointer :: super(:) !! (supernodes+1) first column of each
+    integer(long), pointer :: pi(:) !! (supernodes+1) where its rows begin in s
+    integer(long), pointer :: px(:) !! (supernodes+1) where its values begin in x
+    integer(long), pointer :: s(:) !! rows
+    real(wp), pointer, contiguous :: x(:) !! values, by columns; not there before factorise
+  end type supernodes_t
+
 contains
 
   !> Starts CHOLMOD, and checks on the defaults it sets that the mirror of its structure is true.
@@ -227,32 +237,40 @@ contains
     permutation = perm
   end function factor_order
 
+  !> A view of the supernodes.
+  function supernodes_of(solver) result(nodes)
+    type(cholmod_t), intent(in) :: solver !! analysed
+    type(supernodes_t) :: nodes
+
+    call c_f_pointer(solver%factor, nodes%factor)
+    associate (factor => nodes%factor)
+      call c_f_pointer(factor%super, nodes%super, [factor%nsuper + 1])
+      call c_f_pointer(factor%pi, nodes%pi, [factor%nsuper + 1])
+      call c_f_pointer(factor%px, nodes%px, [factor%nsuper + 1])
+      call c_f_pointer(factor%s, nodes%s, [factor%ssize])
+      call c_f_pointer(factor%x, nodes%x, [factor%xsize])
+    end associate
+  end function supernodes_of
+
   !> The last rows and columns of the factor, gathered from its supernodes: L22, whose product
   !! L22 L22^T is the Schur complement of the unknowns that are eliminated last.
   subroutine trailing_block(solver, block)
     type(cholmod_t), intent(in) :: solver !! factorised
     real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
-    type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:), px(:), s(:)
-    real(wp), pointer :: x(:)
+    type(supernodes_t) :: nodes
     integer(long) :: k, j, first, rows, i, place, row
 
     block = 0.0_wp
-    call c_f_pointer(solver%factor, factor)
-    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
-    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
-    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
-    call c_f_pointer(factor%s, s, [factor%ssize])
-    call c_f_pointer(factor%x, x, [factor%xsize])
-    first = int(factor%n, long) - size(block, 1, long)
-    do k = int(factor%nsuper, long), 1, -1
-      if (super(k + 1) <= first) exit
-      rows = pi(k + 1) - pi(k)
-      do j = max(super(k), first), super(k + 1) - 1
-        place = px(k) + rows*(j - super(k))
-        do i = j - super(k) + 1, rows
-          row = s(pi(k) + i)
-          block(row - first + 1, j - first + 1) = x(place + i)
+    nodes = supernodes_of(solver)
+    first = int(nodes%factor%n, long) - size(block, 1, long)
+    do k = int(nodes%factor%nsuper, long), 1, -1
+      if (nodes%super(k + 1) <= first) exit
+      rows = nodes%pi(k + 1) - nodes%pi(k)
+      do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
+        place = nodes%px(k) + rows*(j - nodes%super(k))
+        do i = j - nodes%super(k) + 1, rows
+          row = nodes%s(nodes%pi(k) + i)
+          block(row - first + 1, j - first + 1) = nodes%x(place + i)
         end do
       end do
     end do
@@ -263,22 +281,18 @@ contains
   subroutine drop_trailing_block(solver, m)
     type(cholmod_t), intent(inout) :: solver !! factorised
     integer, intent(in) :: m !! columns
-    type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:), px(:)
+    type(supernodes_t) :: nodes
     integer(long) :: k, first
 
-    call c_f_pointer(solver%factor, factor)
-    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
-    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
-    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
+    nodes = supernodes_of(solver)
     solver%definite = .false.
-    first = int(factor%n, long) - m
-    do k = 1, int(factor%nsuper, long)
-      if (super(k + 1) > first) exit
+    first = int(nodes%factor%n, long) - m
+    do k = 1, int(nodes%factor%nsuper, long)
+      if (nodes%super(k + 1) > first) exit
     end do
-    associate (kept => px(k) + (first - super(k))*(pi(k + 1) - pi(k)))
-      if (kept > 0) factor%x = cholmod_l_realloc(int(kept, c_size_t), c_sizeof(1.0_wp), factor%x, &
-        factor%xsize, solver%common)
+    associate (kept => nodes%px(k) + (first - nodes%super(k))*(nodes%pi(k + 1) - nodes%pi(k)))
+      if (kept > 0) nodes%factor%x = cholmod_l_realloc(int(kept, c_size_t), c_sizeof(1.0_wp), &
+        nodes%factor%x, nodes%factor%xsize, solver%common)
     end associate
   end subroutine drop_trailing_block
 
@@ -289,31 +303,24 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
     type(cost_t), intent(inout) :: costs !! cost table
-    type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:), px(:), s(:)
-    real(wp), pointer, contiguous :: values(:)
+    type(supernodes_t) :: nodes
     real(wp) :: below(size(x))
     integer :: k, w, rows, first
     integer(long) :: last
 
     call begin_cost(costs, cost_interior)
-    call c_f_pointer(solver%factor, factor)
-    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
-    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
-    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
-    call c_f_pointer(factor%s, s, [factor%ssize])
-    call c_f_pointer(factor%x, values, [factor%xsize])
-    do k = 1, int(factor%nsuper)
-      first = int(super(k)) + 1
-      w = min(int(super(k + 1)), size(x) - m) - int(super(k))
+    nodes = supernodes_of(solver)
+    do k = 1, int(nodes%factor%nsuper)
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) exit
-      rows = int(pi(k + 1) - pi(k))
-      last = px(k) + int(rows, long)*w
-      call dtrsv('L', 'N', 'N', w, values(px(k) + 1:last), rows, x(first:first + w - 1), 1)
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      last = nodes%px(k) + int(rows, long)*w
+      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
       if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, values(px(k) + w + 1:last), rows, &
+      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
         x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      associate (row => s(pi(k) + w + 1:pi(k + 1)) + 1)
+      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
         x(row) = x(row) - below(:rows - w)
       end associate
     end do
@@ -325,19 +332,16 @@ contains
     type(cholmod_t), intent(in) :: solver !! analysed
     real(wp), intent(out) :: work !! products and sums
     real(wp), intent(out) :: entries !! of the factor
-    type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:)
+    type(supernodes_t) :: nodes
     integer(long) :: j
     integer :: k
 
     work = 0.0_wp
     entries = 0.0_wp
-    call c_f_pointer(solver%factor, factor)
-    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
-    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
-    do k = 1, int(factor%nsuper)
-      do j = 0, super(k + 1) - super(k) - 1
-        associate (below => real(pi(k + 1) - pi(k) - j, wp))
+    nodes = supernodes_of(solver)
+    do k = 1, int(nodes%factor%nsuper)
+      do j = 0, nodes%super(k + 1) - nodes%super(k) - 1
+        associate (below => real(nodes%pi(k + 1) - nodes%pi(k) - j, wp))
           work = work + below**2
           entries = entries + below
         end associate
@@ -352,30 +356,23 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     type(cost_t), intent(inout) :: costs !! cost table
-    type(cholmod_factor_t), pointer :: factor
-    integer(long), pointer :: super(:), pi(:), px(:), s(:)
-    real(wp), pointer, contiguous :: values(:)
+    type(supernodes_t) :: nodes
     real(wp) :: below(size(x))
     integer :: k, w, rows, first
     integer(long) :: last
 
     call begin_cost(costs, cost_interior)
-    call c_f_pointer(solver%factor, factor)
-    call c_f_pointer(factor%super, super, [factor%nsuper + 1])
-    call c_f_pointer(factor%pi, pi, [factor%nsuper + 1])
-    call c_f_pointer(factor%px, px, [factor%nsuper + 1])
-    call c_f_pointer(factor%s, s, [factor%ssize])
-    call c_f_pointer(factor%x, values, [factor%xsize])
-    do k = int(factor%nsuper), 1, -1
-      first = int(super(k)) + 1
-      w = min(int(super(k + 1)), size(x) - m) - int(super(k))
+    nodes = supernodes_of(solver)
+    do k = int(nodes%factor%nsuper), 1, -1
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) cycle
-      rows = int(pi(k + 1) - pi(k))
-      below(:rows - w) = x(s(pi(k) + w + 1:pi(k + 1)) + 1)
-      last = px(k) + int(rows, long)*w
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, values(px(k) + w + 1:last), rows, &
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      last = nodes%px(k) + int(rows, long)*w
+      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
         below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, values(px(k) + 1:last), rows, &
+      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
         x(first:first + w - 1), 1)
     end do
     call end_cost(costs, cost_interior)

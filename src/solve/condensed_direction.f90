@@ -114,15 +114,14 @@ contains
     real(wp), intent(out) :: du(:) !! (live) [length]
     real(wp) :: push(system%condensed%rigid%modes), y(size(force)), b(size(force))
     logical :: arrived
-    integer :: iterations
 
     call begin_cost(system%costs, cost_solve)
     call push_live(system%condensed, force, push)
     b = 0.0_wp
     call apply_compliance(system%condensed, force, b)
     call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
-      most_allowed(system%condensed), y, du, arrived, iterations)
-    call count_cost(system%costs, cost_krylov, iterations)
+      most_allowed(system%condensed), y, du, arrived)
+    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine answer_force
 
@@ -207,7 +206,6 @@ contains
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
     real(wp) :: push(system%condensed%rigid%modes)
-    integer :: iterations
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
@@ -217,14 +215,14 @@ contains
       allocate (b(condensed%alive%n_live), source=0.0_wp)
       call apply_compliance(condensed, condensed%alive%right, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
-      call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived, iterations)
+      call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
     end associate
-    call count_cost(system%costs, cost_krylov, iterations)
+    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
 
   !> The answer of contact to a displacement b, by the factor or by blocks.
-  subroutine answer(condensed, b, push, floor, most, y, t, arrived, iterations)
+  subroutine answer(condensed, b, push, floor, most, y, t, arrived)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -233,19 +231,18 @@ contains
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
-    integer, intent(out) :: iterations !! of GMRES
 
     if (condensed%tangent%parts%iterated) then
-      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived)
     else
-      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
+      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived)
     end if
   end subroutine answer
 
   !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
   !! a so that y has the push that is asked for. The leading part is solved for, so that no force
   !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
-  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived, iterations)
+  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -254,7 +251,6 @@ contains
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
-    integer, intent(out) :: iterations !! of GMRES
     real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), pushed(condensed%rigid%modes)
     real(wp) :: rest(size(b)), moved(size(b)), share(size(z))
     real(wp), allocatable :: shares(:)
@@ -278,10 +274,10 @@ contains
         call add_image(rest + iteration%base(:, j), iteration)
       end do
       arrived = iteration%rest <= floor
-      iterations = iteration%n
+      tangent%course%iterations = iteration%n
       shares = gmres_shares(iteration)
       y = 0.0_wp
-      do j = iterations, 1, -1
+      do j = iteration%n, 1, -1
         y = y + shares(j)*iteration%base(:, j)
         t = t - shares(j)*tangent%course%moved(:, j)
         z(:unknowns) = z(:unknowns) - shares(j)*tangent%course%shares(:unknowns, j)

@@ -76,6 +76,7 @@ module condensed_types
 
   !> GMRES on the rest of the element matrices.
   type :: rest_course_t
+    integer :: iterations = 0 !! that the last answer of contact has taken, by factor or by blocks
     type(gmres_t) :: iteration !! GMRES on the rest, (live) long
     real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
     real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them

@@ -23,7 +23,7 @@ contains
   !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
   !! a so that y has the push that is asked for. t is formed with the forces found, so that the bulk
   !! is in balance however far the iteration goes.
-  subroutine answer_by_blocks(condensed, b, push, floor, most, y, t, arrived, iterations)
+  subroutine answer_by_blocks(condensed, b, push, floor, most, y, t, arrived)
     type(condensed_t), intent(inout) :: condensed !! tangent with its blocks
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
@@ -32,10 +32,9 @@ contains
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
-    integer, intent(out) :: iterations !! of GMRES
     real(wp), allocatable :: x(:), r(:), weight(:)
     real(wp) :: goal, norm
-    integer :: start, n
+    integer :: start, n, iterations
 
     n = condensed%tangent%rank + condensed%rigid%modes
     allocate (x(n + size(b)), source=0.0_wp)
@@ -53,6 +52,7 @@ contains
       call correct(condensed, weight, 0.5_wp*goal, r, x, iterations)
       if (most == 0) iterations = 1
     end do
+    condensed%tangent%course%iterations = iterations
     condensed%rigid%alpha_next = x(condensed%tangent%rank + 1:n)
   end subroutine answer_by_blocks
 

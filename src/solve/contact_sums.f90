@@ -3,13 +3,11 @@
 module contact_sums
   use kinds, only: wp
   use lapack_interface, only: dsyev
+  use vectors, only: identity
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
   implicit none
   private
-  public :: sum_elements, add_product, add_whole_rest, peel_nodes, take_held
-
-  real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
-    0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+  public :: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, take_held
 
 contains
 
@@ -152,15 +150,11 @@ contains
     end do
   end subroutine add_product
 
-  !> The leading columns of the sum: at each node those of its directions, on principal axes, in
-  !! which contact resists by more than the tolerance, each entry weighed with the roots of the
-  !! compliances of its row and column.
-  subroutine peel_nodes(condensed, tangent, tolerance)
+  !> Roots of the compliances of the live candidates, which weigh what is peeled.
+  pure function live_roots(condensed) result(root)
     type(condensed_t), intent(in) :: condensed !! live compliances
-    type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets rank, lead, held, hold
-    real(wp), intent(in) :: tolerance !! weighed columns below this do not count
     real(wp) :: root(condensed%alive%n_live)
-    integer :: b, i, first, last
+    integer :: b, i
 
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
@@ -169,6 +163,19 @@ contains
         end do
       end associate
     end do
+  end function live_roots
+
+  !> The leading columns of the sum: at each node those of its directions, on principal axes, in
+  !! which contact resists by more than the tolerance, each entry weighed with the roots of the
+  !! compliances of its row and column.
+  subroutine peel_nodes(condensed, tangent, tolerance)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets rank, lead, held, hold
+    real(wp), intent(in) :: tolerance !! weighed columns below this do not count
+    real(wp) :: root(condensed%alive%n_live)
+    integer :: first, last
+
+    root = live_roots(condensed)
     associate (sum => tangent%sum, node => condensed%node(condensed%alive%live(tangent%sum%column)))
       tangent%rank = 0
       tangent%held = reshape([integer ::], [3, sum%n], [0])

@@ -1,7 +1,7 @@
 !> The contact elements of a system: hosts to elements, elements to hosts, and the coupled pattern.
 module contact_system
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, cost_search, cost_pattern
+  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_pattern, cost_cells
   use element_types, only: status_off, status_open, status_stick, status_slip
   use quadratic_facet, only: place_on_quadratic
   use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic
@@ -339,12 +339,14 @@ contains
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)
     type(model_t), intent(inout) :: model !! pairs: new becomes old
-    type(system_t), intent(in) :: system !! contact elements at the converged state
+    type(system_t), intent(inout) :: system !! contact elements at the converged state; cost table
     integer :: k
 
     call keep_status(model, system)
     do k = 1, size(model%pairs)
       call settle_points(model%pairs(k), system%position%x_now)
+      call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
+      model%pairs(k)%history%cuts = 0
     end do
   end subroutine settle_contact
 end module contact_system

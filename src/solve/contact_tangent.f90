@@ -12,7 +12,8 @@ module contact_tangent
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
-  use contact_sums, only: sum_elements, add_product, add_whole_rest, peel_nodes, take_held
+  use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
+    take_held
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
@@ -126,20 +127,14 @@ contains
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
     real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live)
-    integer :: e, i, b, rank
+    integer :: e, i, rank
 
     if (.not. allocated(tangent%owner)) then
       allocate (tangent%owner(most_columns*size(tangent%element)), &
         tangent%u(size(tangent%s, 1), most_columns*size(tangent%element)), &
         tangent%v(size(tangent%s, 1), most_columns*size(tangent%element)))
     end if
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        do i = 1, body%n_live
-          root(body%first_live + i) = sqrt(body%live(i, i))
-        end do
-      end associate
-    end do
+    root = live_roots(condensed)
     tangent%rank = 0
     do e = 1, tangent%elements
       weight = 0.0_wp

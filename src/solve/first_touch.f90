@@ -10,7 +10,7 @@ module first_touch
   use elmt03, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use contact_types, only: pair_t, forget_moves
+  use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
   use smooth_normals, only: project_on_master, renew_patches
@@ -374,23 +374,22 @@ contains
     type(system_t), intent(in) :: system !! touch known
     integer, intent(in) :: k !! number of the pair
     integer, intent(in) :: p !! the point
+    type(contact_point_t) :: point
     real(wp) :: start, time, gap
-    integer :: host
 
-    host = pair%history%new(p)%host
+    point = pair%history%new(p)
     start = system%touch%start(system%body%node_body(pair%points%point_nodes(1, p)), k)
     time = way_before(system%touch, system%body%node_body(pair%points%point_nodes(1, p)), k, &
       touch_time(pair, system%touch, system%position%x_old, p))
-    associate (point => pair%history%new(p))
-      point%host = first_host(pair, p)
-      call meet(pair, system%touch, start, system%position%x_old, p, time, point%host, &
-        point%tip, gap)
-      if (point%host /= host) point%lambda = &
-        matmul(matmul(facet_frame(corners(system%position%x_old, &
-        pair%surface%facets(:, host))), point%lambda), facet_frame(corners(system%position%x_old, &
-        pair%surface%facets(:, point%host))))
-      pair%history%start(p) = point
+    point%host = first_host(pair, p)
+    call meet(pair, system%touch, start, system%position%x_old, p, time, point, gap)
+    associate (before => pair%surface%facets(:, pair%history%new(p)%host), &
+      here => pair%surface%facets(:, point%host), x => system%position%x_old)
+      if (point%host /= pair%history%new(p)%host) point%lambda = matmul(matmul(facet_frame( &
+        corners(x, before)), point%lambda), facet_frame(corners(x, here)))
     end associate
+    pair%history%new(p) = point
+    pair%history%start(p) = point
   end subroutine place_touch
 
   !> The state before an increment that is accepted tells the next one how bodies move.

@@ -4,6 +4,7 @@
 module follower_pressure
   use kinds, only: wp
   use vectors, only: cross
+  use rotations, only: spin
   use cells, only: facet_of, most_facet_nodes
   use consistent_loads, only: facet_points, place_facet_points
   use loads, only: load_factor
@@ -14,6 +15,16 @@ module follower_pressure
   private
   public :: list_pressures, set_pressures, add_pressure_force, add_pressure_tangent, &
     take_pressure_force
+
+  !> A facet under pressure where it is now.
+  type :: pressed_t
+    real(wp) :: pressure = 0.0_wp !! [force/length^2]
+    integer :: points = 0 !! points of its rule, none without pressure
+    real(wp) :: n(most_facet_nodes, facet_points) !! shape functions
+    real(wp) :: slopes(2, most_facet_nodes, facet_points) !! their slopes by xi and eta
+    real(wp) :: weights(facet_points) !! of the points
+    real(wp) :: tangents(3, 2, facet_points) !! derivatives of the position by xi and eta [length]
+  end type pressed_t
 
 contains
 
@@ -57,6 +68,30 @@ contains
     end do
   end subroutine set_pressures
 
+  !> Places a facet under pressure.
+  pure subroutine place_pressed(x, u, system, f, facet)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! facets and pressures
+    integer, intent(in) :: f !! number of the facet
+    type(pressed_t), intent(out) :: facet !! the facet
+    real(wp) :: y(3, most_facet_nodes)
+    integer :: nodes, q, i
+
+    nodes = count(system%loads%pressed(:, f) > 0)
+    facet%pressure = system%loads%pressure(system%loads%pressed_by(f))
+    if (abs(facet%pressure) <= 0.0_wp) return
+    associate (ix => system%loads%pressed(:nodes, f))
+      y(:, :nodes) = x(:, ix) + u(:, ix)
+    end associate
+    call place_facet_points(nodes, facet%points, facet%n, facet%slopes, facet%weights)
+    do q = 1, facet%points
+      do i = 1, 2
+        facet%tangents(:, i, q) = matmul(y(:, :nodes), facet%slopes(i, :nodes, q))
+      end do
+    end do
+  end subroutine place_pressed
+
   !> Adds a share of their forces.
   pure subroutine add_pressure_force(x, u, share, system, force)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -64,23 +99,19 @@ contains
     real(wp), intent(in) :: share !! 1, or -1 for what stands with the internal forces
     type(system_t), intent(in) :: system !! facets and pressures
     real(wp), intent(inout) :: force(:, :) !! (3, nodes) forces [force]
-    real(wp) :: y(3, most_facet_nodes), n(most_facet_nodes, facet_points), &
-      slopes(2, most_facet_nodes, facet_points), weights(facet_points), t(3)
-    integer :: f, q, a, nodes, points
+    type(pressed_t) :: facet
+    real(wp) :: t(3)
+    integer :: f, q, a
 
     if (.not. allocated(system%loads%pressed)) return
     do f = 1, size(system%loads%pressed, 2)
-      nodes = count(system%loads%pressed(:, f) > 0)
-      associate (p => system%loads%pressure(system%loads%pressed_by(f)), &
-        ix => system%loads%pressed(:nodes, f))
-        if (abs(p) <= 0.0_wp) cycle
-        y(:, :nodes) = x(:, ix) + u(:, ix)
-        call place_facet_points(nodes, points, n, slopes, weights)
-        do q = 1, points
-          t = -share*p*weights(q)*cross(matmul(y(:, :nodes), slopes(1, :nodes, q)), &
-            matmul(y(:, :nodes), slopes(2, :nodes, q)))
-          do a = 1, nodes
-            force(:, ix(a)) = force(:, ix(a)) + n(a, q)*t
+      call place_pressed(x, u, system, f, facet)
+      associate (ix => system%loads%pressed(:, f))
+        do q = 1, facet%points
+          t = -share*facet%pressure*facet%weights(q)*cross(facet%tangents(:, 1, q), &
+            facet%tangents(:, 2, q))
+          do a = 1, count(ix > 0)
+            force(:, ix(a)) = force(:, ix(a)) + facet%n(a, q)*t
           end do
         end do
       end associate
@@ -93,26 +124,22 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(inout) :: system !! bulk_matrix grows
-    real(wp) :: y(3, most_facet_nodes), n(most_facet_nodes, facet_points), &
-      slopes(2, most_facet_nodes, facet_points), weights(facet_points), t1(3), t2(3)
-    integer :: f, q, a, b, nodes, points, place
+    type(pressed_t) :: facet
+    integer :: f, q, a, b, nodes
 
     if (.not. allocated(system%loads%pressed)) return
     do f = 1, size(system%loads%pressed, 2)
+      call place_pressed(x, u, system, f, facet)
       nodes = count(system%loads%pressed(:, f) > 0)
-      associate (p => system%loads%pressure(system%loads%pressed_by(f)), &
-        ix => system%loads%pressed(:nodes, f))
-        if (abs(p) <= 0.0_wp) cycle
-        y(:, :nodes) = x(:, ix) + u(:, ix)
-        call place_facet_points(nodes, points, n, slopes, weights)
-        do q = 1, points
-          t1 = matmul(y(:, :nodes), slopes(1, :nodes, q))
-          t2 = matmul(y(:, :nodes), slopes(2, :nodes, q))
+      associate (ix => system%loads%pressed(:nodes, f))
+        do q = 1, facet%points
           do b = 1, nodes
             do a = 1, nodes
-              place = find_block(system%whole%bulk_matrix, ix(a), ix(b))
-              associate (k => system%whole%bulk_matrix%val(:, :, place))
-                k = k + p*weights(q)*n(a, q)*(slopes(2, b, q)*spin(t1) - slopes(1, b, q)*spin(t2))
+              associate (k => system%whole%bulk_matrix%val(:, :, &
+                find_block(system%whole%bulk_matrix, ix(a), ix(b))))
+                k = k + facet%pressure*facet%weights(q)*facet%n(a, q) &
+                  *(facet%slopes(2, b, q)*spin(facet%tangents(:, 1, q)) &
+                  - facet%slopes(1, b, q)*spin(facet%tangents(:, 2, q)))
               end associate
             end do
           end do
@@ -129,12 +156,4 @@ contains
     call add_pressure_force(x, system%u, 1.0_wp, system, system%loads%external)
     call add_pressure_force(x, system%u, 1.0_wp, system, system%inner%bulk_force)
   end subroutine take_pressure_force
-
-  !> The matrix that takes a vector to the product a x v.
-  pure function spin(a) result(m)
-    real(wp), intent(in) :: a(3) !! a vector
-    real(wp) :: m(3, 3)
-
-    m = reshape([0.0_wp, a(3), -a(2), -a(3), 0.0_wp, a(1), a(2), -a(1), 0.0_wp], [3, 3])
-  end function spin
 end module follower_pressure

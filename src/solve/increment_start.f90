@@ -6,6 +6,7 @@ module increment_start
   use follower_pressure, only: set_pressures
   use rigid_bodies, only: begin_rigid, return_rigid
   use model_types, only: model_t
+  use contact_cells, only: forget_first_cells
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
   use expected_status, only: expect_status, forget_expected
@@ -76,7 +77,11 @@ contains
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried
+    integer :: k
 
+    do k = 1, size(model%pairs)
+      call forget_first_cells(model%pairs(k))
+    end do
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
     call start_bulk(model%mesh%x, state%u, system)

@@ -1,7 +1,7 @@
 !> The way on which open points come to a surface within an increment (doc/theory, "First touch").
 module touch_path
   use kinds, only: wp
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, contact_point_t
   use facet_geometry, only: project_on_facet, barycentric
   use smooth_patch, only: project_on_patch, patch_from_values
   implicit none
@@ -86,12 +86,12 @@ contains
     type(touch_t), intent(in) :: touch !! free positions
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
     integer, intent(in) :: p !! the point, with a host
-    real(wp) :: gap, gap_free, xi(2)
-    integer :: host
+    type(contact_point_t) :: point
+    real(wp) :: gap, gap_free
 
-    host = first_host(pair, p)
-    call meet(pair, touch, free_way, x_old, p, 0.0_wp, host, xi, gap)
-    call meet(pair, touch, free_way, x_old, p, 1.0_wp, host, xi, gap_free)
+    point%host = first_host(pair, p)
+    call meet(pair, touch, free_way, x_old, p, 0.0_wp, point, gap)
+    call meet(pair, touch, free_way, x_old, p, 1.0_wp, point, gap_free)
     if (gap <= 0.0_wp) then
       time = 0.0_wp
     else if (gap_free >= gap) then
@@ -124,15 +124,14 @@ contains
   end function way_before
 
   !> Where a point is over the surface at the time t: walks to the facet below it.
-  pure subroutine meet(pair, touch, start, x_old, p, t, host, xi, gap)
+  pure subroutine meet(pair, touch, start, x_old, p, t, point, gap)
     type(pair_t), intent(in) :: pair !! the pair
     type(touch_t), intent(in) :: touch !! free and end positions
     real(wp), intent(in) :: start !! the first touch of the body, share of the increment
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
-    integer, intent(in) :: p !! the point
+    integer, intent(in) :: p !! number of the point
     real(wp), intent(in) :: t !! share of the increment
-    integer, intent(inout) :: host !! in: where to begin; out: the facet
-    real(wp), intent(out) :: xi(2) !! (xi, eta) of the projection
+    type(contact_point_t), intent(inout) :: point !! host: where to begin; gets it and tip there
     real(wp), intent(out) :: gap !! distance, positive outside [length]
     real(wp) :: y(3), slaves(3, size(pair%points%point_nodes, 1))
     integer :: step, next, before, first
@@ -140,16 +139,15 @@ contains
     slaves = places_at(touch, start, x_old, pair%points%point_nodes(:, p), t)
     y = matmul(slaves, pair%points%point_weights(:, p))
     before = 0
-    first = host
+    first = point%host
     do step = 1, longest_walk
-      call project(pair, places_at(touch, start, x_old, pair%surface%facets(:, host), t), host, &
-        start, t, &
-        y, xi, gap)
+      call project(pair, places_at(touch, start, x_old, pair%surface%facets(:, point%host), t), &
+        point%host, start, t, y, point%tip, gap)
       if (pair%segmented) return
-      next = across(pair, host, xi)
+      next = across(pair, point%host, point%tip)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
-      before = host
-      host = next
+      before = point%host
+      point%host = next
     end do
   end subroutine meet
 

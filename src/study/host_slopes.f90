@@ -73,8 +73,8 @@ contains
         if (next == 0 .or. exact .or. tried >= most_ways) cycle
         if (distance(next) < 0 .or. any(so_far%facet(:so_far%n) == next)) cycle
         if (so_far%n + distance(next) > limit) cycle
-        call unfold_point(pair%surface%facets(:, last), pair%surface%facets(:, next), corners(x, &
-          pair%surface%facets(:, last)), corners(x, pair%surface%facets(:, next)), n, n_next, found)
+        call unfold_point(pair%surface%facets(:, last), pair%surface%facets(:, next), x, n, &
+          n_next, found)
         if (.not. found) cycle
         longer = so_far
         longer%n = so_far%n + 1
@@ -130,9 +130,8 @@ contains
     do k = 1, way%n - 1
       associate (a => pair%surface%facets(:, way%facet(k)), b => pair%surface%facets(:, &
         way%facet(k + 1)))
-        call unfold_slope(a, b, corners(x, a), corners(x, b), n, corners(dx, a), corners(dx, b), &
-          dn, dn_next)
-        call unfold_point(a, b, corners(x, a), corners(x, b), n, n_next, found)
+        call unfold_slope(a, b, x, dx, n, dn, dn_next)
+        call unfold_point(a, b, x, n, n_next, found)
       end associate
       n = n_next
       dn = dn_next

@@ -89,15 +89,15 @@ contains
     logical, intent(out) :: arrived !! all of them
     integer, intent(inout) :: iterations !! of GMRES: counts on
     real(wp) :: push(condensed%rigid%modes), t(size(b, 1)), floor
-    integer :: j, mine
+    integer :: j
     logical :: there
 
     arrived = .true.
     push = 0.0_wp
     do j = 1, size(b, 2)
       call take_scale(condensed, b(:, j), floor)
-      call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t, there, mine)
-      iterations = iterations + mine
+      call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t, there)
+      iterations = iterations + condensed%tangent%course%iterations
       arrived = arrived .and. there
     end do
   end subroutine answer_by_turns

@@ -3,6 +3,7 @@
 module unfolding
   use kinds, only: wp
   use vectors, only: cross
+  use facet_geometry, only: corners
   implicit none
   private
   public :: unfold_point, unfold_slope
@@ -17,11 +18,10 @@ module unfolding
 contains
 
   !> Shape functions in facet b of a point of facet a.
-  pure subroutine unfold_point(nodes_a, nodes_b, xa, xb, n_a, n_b, found)
+  pure subroutine unfold_point(nodes_a, nodes_b, x, n_a, n_b, found)
     integer, intent(in) :: nodes_a(3) !! corner nodes of the facet that is left
     integer, intent(in) :: nodes_b(3) !! corner nodes of the facet that is entered
-    real(wp), intent(in) :: xa(3, 3) !! corners of a [length]
-    real(wp), intent(in) :: xb(3, 3) !! corners of b [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: n_a(3) !! shape functions in a
     real(wp), intent(out) :: n_b(3) !! shape functions in b
     logical, intent(out) :: found !! the facets share an edge
@@ -30,22 +30,20 @@ contains
     n_b = 0.0_wp
     call find_edge(nodes_a, nodes_b, a, b, found)
     if (.not. found) return
-    call measure(xa, a)
-    call measure(xb, b)
+    call measure(corners(x, nodes_a), a)
+    call measure(corners(x, nodes_b), b)
     n_b(b%r) = -n_a(a%r)*a%twice/b%twice
     n_b(b%q) = n_a(a%q) + n_a(a%r)*a%foot - n_b(b%r)*b%foot
     n_b(b%p) = 1.0_wp - n_b(b%q) - n_b(b%r)
   end subroutine unfold_point
 
   !> Their change where the point and the corners move.
-  pure subroutine unfold_slope(nodes_a, nodes_b, xa, xb, n_a, dxa, dxb, dn_a, dn_b)
+  pure subroutine unfold_slope(nodes_a, nodes_b, x, dx, n_a, dn_a, dn_b)
     integer, intent(in) :: nodes_a(3) !! corner nodes of the facet that is left
     integer, intent(in) :: nodes_b(3) !! corner nodes of the facet that is entered
-    real(wp), intent(in) :: xa(3, 3) !! corners of a [length]
-    real(wp), intent(in) :: xb(3, 3) !! corners of b [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: dx(:, :) !! (3, nodes) their motion [length]
     real(wp), intent(in) :: n_a(3) !! shape functions in a
-    real(wp), intent(in) :: dxa(3, 3) !! motion of the corners of a [length]
-    real(wp), intent(in) :: dxb(3, 3) !! motion of the corners of b [length]
     real(wp), intent(in) :: dn_a(3) !! change of the shape functions in a
     real(wp), intent(out) :: dn_b(3) !! change of those in b
     type(side_t) :: a, b
@@ -55,10 +53,10 @@ contains
     dn_b = 0.0_wp
     call find_edge(nodes_a, nodes_b, a, b, found)
     if (.not. found) return
-    call measure(xa, a)
-    call measure(xb, b)
-    call measure_slope(xa, dxa, a, dtwice_a, dfoot_a)
-    call measure_slope(xb, dxb, b, dtwice_b, dfoot_b)
+    call measure(corners(x, nodes_a), a)
+    call measure(corners(x, nodes_b), b)
+    call measure_slope(corners(x, nodes_a), corners(dx, nodes_a), a, dtwice_a, dfoot_a)
+    call measure_slope(corners(x, nodes_b), corners(dx, nodes_b), b, dtwice_b, dfoot_b)
     n_r = -n_a(a%r)*a%twice/b%twice
     dn_b(b%r) = -dn_a(a%r)*a%twice/b%twice + n_r*(dtwice_a/a%twice - dtwice_b/b%twice)
     dn_b(b%q) = dn_a(a%q) + dn_a(a%r)*a%foot + n_a(a%r)*dfoot_a - dn_b(b%r)*b%foot - n_r*dfoot_b

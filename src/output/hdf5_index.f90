@@ -1,0 +1,85 @@
+!> Lists of chunks that a kill cannot take away.
+!!
+!! HDF5 keeps the chunks of a data set in a tree. It makes the tree with the first entry and splits
+!! it when it is full, and both times writes what points to a new node before the node: of a run
+!! that is killed between the two the data set, with all that was in it before, cannot be read. So
+!! every data set of a file that grows has its tree from the start (`begin_indexes`), and the nodes
+!! are large enough for the end times to come (`node_chunks`).
+module hdf5_index
+  use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char
+  use hdf5, only: hid_t, hsize_t, size_t, h5dget_space_f, h5dget_type_f, h5dset_extent_f, &
+    h5dwrite_f, h5screate_simple_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
+    h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5s_select_set_f, h5tclose_f, h5tget_size_f
+  use errors, only: error_t
+  use hdf5_io, only: hdf5_file_t, raise_hdf5
+  implicit none
+  private
+  public :: begin_indexes, node_chunks
+
+  !> Chunks a node has room for: HDF5's own number, and the most. A node takes up to 49 bytes a
+  !! chunk, in each data set.
+  integer, parameter :: least_chunks = 64, most_chunks = 1024
+
+contains
+
+  !> Chunks a node of a tree shall have room for.
+  elemental integer function node_chunks(entries) result(n)
+    integer, intent(in) :: entries !! chunks that a data set will have, foreseen
+
+    n = max(least_chunks, min(most_chunks, entries + mod(entries, 2)))
+  end function node_chunks
+
+  !> Gives each empty data set of a file its tree.
+  subroutine begin_indexes(file, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, parameter :: most_ranks = 8
+    integer(hsize_t) :: dims(most_ranks), limits(most_ranks)
+    integer(hid_t) :: space
+    integer :: i, s(4), rank
+
+    s = 0
+    do i = 1, file%n_open
+      call h5dget_space_f(file%open_ids(i), space, s(1))
+      call h5sget_simple_extent_ndims_f(space, rank, s(2))
+      if (s(2) >= 0) call h5sget_simple_extent_dims_f(space, dims, limits, s(3))
+      call h5sclose_f(space, s(4))
+      if (all(s >= 0)) then
+        if (all(dims(:rank - 1) > 0) .and. dims(rank) == 0) call begin_index(file%open_ids(i), &
+          dims(:rank), s(4))
+      end if
+      if (all(s >= 0)) cycle
+      call raise_hdf5(error, file, 'beginning the data set '//file%open_paths(i)%s)
+      return
+    end do
+  end subroutine begin_indexes
+
+  !> Gives an empty data set its tree: writes an entry, and takes it back before it is on disk.
+  subroutine begin_index(data_set, dims, status)
+    integer(hid_t), intent(in) :: data_set !! the data set
+    integer(hsize_t), intent(in) :: dims(:) !! its dimensions, the last 0
+    integer, intent(out) :: status !! negative: failed
+    integer(hsize_t) :: one(size(dims))
+    integer(size_t) :: bytes
+    integer(hid_t) :: type_id, space, memory
+    character(kind=c_char), allocatable, target :: nothing(:)
+    integer :: s(10)
+
+    one = 1_hsize_t
+    s = 0
+    call h5dget_type_f(data_set, type_id, s(1))
+    call h5tget_size_f(type_id, bytes, s(2))
+    if (s(2) >= 0) allocate (nothing(bytes), source=c_null_char)
+    call h5dset_extent_f(data_set, max(dims, one), s(3))
+    call h5dget_space_f(data_set, space, s(4))
+    call h5sselect_hyperslab_f(space, h5s_select_set_f, 0*one, one, s(5))
+    call h5screate_simple_f(size(dims), one, memory, s(6))
+    if (all(s >= 0)) call h5dwrite_f(data_set, type_id, c_loc(nothing), s(7), memory, space)
+    call h5sclose_f(memory, s(8))
+    call h5sclose_f(space, s(9))
+    call h5tclose_f(type_id, s(10))
+    status = minval(s)
+    call h5dset_extent_f(data_set, dims, s(1))
+    status = min(status, s(1))
+  end subroutine begin_index
+end module hdf5_index
