@@ -7,6 +7,7 @@ NATIVE :=
 PREFIX := /usr/local
 DESTDIR :=
 PFUNIT_DIR :=
+PETSC :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
@@ -43,12 +44,13 @@ PROGRAM_debug := build/debug/mfec
 PROGRAM_coverage := build/coverage/mfec
 PROGRAM_sanitize := build/sanitize/mfec
 
-SOURCES := $(sort $(wildcard src/*/*.f90))
+SOURCES := $(sort $(wildcard src/*/*.f90 src/engines/plain/*.f90))
+PETSC_SOURCES := $(sort $(wildcard src/engines/petsc/*.f90))
 MODULES := $(notdir $(SOURCES:.f90=)) version
 TESTS := $(notdir $(basename $(sort $(wildcard tests/unit/test_*.pf))))
 PYTHON := build/venv/bin/python
 
-all: mfec ## build ./mfec (release; NATIVE=1 for this CPU)
+all: $(if $(PETSC),mfec-petsc,mfec) ## build ./mfec (release; NATIVE=1 for this CPU; PETSC=1: ./mfec-petsc for many)
 debug: $(PROGRAM_debug) ## build build/debug/mfec (all checks, traps)
 
 # Decks, bad decks, damaged decks, meshes and restart files under it: tests/sanitised.
@@ -66,6 +68,10 @@ build/setup.stamp: .ci/setup
 	@.ci/setup system
 	@mkdir -p build && touch $@
 
+build/setup-petsc.stamp: .ci/setup | build/setup.stamp
+	@.ci/setup petsc
+	@touch $@
+
 # One after the other: two apt-get at a time lock each other out.
 build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
 	@.ci/setup python build/venv postproc/requirements.txt
@@ -80,8 +86,9 @@ build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp
 	@touch $@
 
 # Module dependencies: a file holds the module of its name.
-build/depend.mk: .ci/depend.awk Makefile $(SOURCES) $(wildcard src/mfec.f90) build/files
+build/depend.mk: .ci/depend.awk Makefile $(SOURCES) $(PETSC_SOURCES) $(wildcard src/mfec.f90) build/files
 	@awk -f .ci/depend.awk -v modes='$(MODES)' $(SOURCES) $(wildcard src/mfec.f90) > $@
+	@awk -f .ci/depend.awk -v modes=petsc $(PETSC_SOURCES) >> $@
 
 build/files: FORCE
 	@mkdir -p build
@@ -174,6 +181,20 @@ build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
 $(INLINED:%=build/release/%.o): private FLAGS_release += -flto
+
+# ./mfec-petsc: the objects of ./mfec, but for the modules that src/engines/petsc has as well.
+FLAGS_petsc = $(FLAGS_release) -Ibuild/release
+PETSC_OBJECTS := $(patsubst src/engines/petsc/%.f90,build/petsc/%.o,$(PETSC_SOURCES))
+SHARED_OBJECTS := $(filter-out $(patsubst build/petsc/%,build/release/%,$(PETSC_OBJECTS)),\
+  $(OBJECTS_release) build/release/mfec.o)
+build/petsc/flags: build/release/flags | build/setup-petsc.stamp
+	@mkdir -p $(@D)
+	@cp $< $@
+$(PETSC_OBJECTS): build/petsc/%.o: src/engines/petsc/%.f90 build/petsc/flags $(SHARED_OBJECTS)
+	@$(call compile,petsc,$<,-Jbuild/petsc)
+mfec-petsc: $(PETSC_OBJECTS) $(SHARED_OBJECTS)
+	@echo '  petsc $@'
+	@$(FC) -fopenmp $(FLAGS_release) $^ $(LIBS) -lpetsc_real -lmpi -o $@
 
 build/tests: FORCE
 	@mkdir -p build
@@ -280,4 +301,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec demo $(patsubst %,build/%,$(MODES) version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb
+	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb

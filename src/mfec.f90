@@ -5,6 +5,7 @@ program mfec
   use signals, only: catch_signals, last_words
   use command_line, only: options_t, read_command_line
   use session, only: run_session
+  use parallel, only: start_parallel, end_parallel
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
   use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files, &
@@ -32,7 +33,9 @@ program mfec
       end if
     else
       if (options%threads > 1) call wait_passively()
-      call run_session(options, error)
+      call start_parallel(error)
+      if (.not. allocated(error)) call run_session(options, error)
+      call end_parallel()
     end if
   end if
   if (allocated(error)) then

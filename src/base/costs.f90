@@ -6,11 +6,13 @@ module costs
   use kinds, only: wp
   implicit none
   private
-  public :: cost_t, begin_cost, end_cost, count_cost, add_costs, cost_names, wall_seconds, n_costs
+  public :: cost_t, begin_cost, end_cost, count_cost, keep_largest, add_costs, cost_names, &
+    wall_seconds, n_costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
-    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells
+    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells, cost_multigrid, &
+    cost_longest
 
   !> Kinds of work.
   integer, parameter :: cost_reading = 1
@@ -34,7 +36,9 @@ module costs
   integer, parameter :: cost_bulk_krylov = 19
   integer, parameter :: cost_chord = 20
   integer, parameter :: cost_cells = 21
-  integer, parameter :: n_costs = 21
+  integer, parameter :: cost_multigrid = 22
+  integer, parameter :: cost_longest = 23
+  integer, parameter :: n_costs = 23
 
   !> Names of the rows, in the order of the constants.
   character(28), parameter :: cost_names(n_costs) = [character(28) :: 'reading and meshing', &
@@ -42,7 +46,8 @@ module costs
     'symbolic factorisation', 'unsymmetric factorisation', 'symmetric factorisation', 'solve', &
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
     'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
-    'the same, for the bulk', 'steps with the same factor', 'facets cut to cells']
+    'the same, for the bulk', 'steps with the same factor', 'facets cut to cells', &
+    'set-ups of multigrid', 'most iterations of a solve']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t
@@ -87,6 +92,15 @@ contains
     costs%count = costs%count + other%count
     costs%seconds = costs%seconds + other%seconds
   end subroutine add_costs
+
+  !> Keeps the largest number of times that something was done at once.
+  subroutine keep_largest(costs, what, n)
+    type(cost_t), intent(inout) :: costs !! the table
+    integer, intent(in) :: what !! kind of work
+    integer, intent(in) :: n !! how often this time
+
+    costs%count(what) = max(costs%count(what), int(n, int64))
+  end subroutine keep_largest
 
   !> Counts work without a clock.
   subroutine count_cost(costs, what, n)

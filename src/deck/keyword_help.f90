@@ -76,7 +76,7 @@ contains
       '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
       '  --out DIR          writes the results to DIR'//nl// &
       '  --check            reads, meshes and reports without solving; writes deck.check.*'//nl// &
-      '  --solver S         AUTO, UMFPack, CHOLmod or REDUced; comes before SOLVer'//nl// &
+      '  --solver S         AUTO, UMFPack, CHOLmod, PETSc or REDUced; goes before SOLVer'//nl// &
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &

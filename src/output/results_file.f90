@@ -17,9 +17,8 @@ module results_file
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
-  use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid, &
-    create_contact_part, &
-    append_contact
+  use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid
+  use results_points, only: create_contact_part, append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
   implicit none

@@ -3,26 +3,24 @@
 !!
 !! Of `STATe LAST` two are kept in turn, so that a run killed while it writes leaves one of them.
 module results_state
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
-  use contact_parameters, only: has_multipliers
   use contact_points, only: count_points
   use mesh_types, only: mesh_t
+  use rigid_paths, only: count_rigid
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
   use hdf5_attributes, only: write_attribute
-  use hdf5_data, only: make_series, series_shape, write_block, at_end, stored_real, stored_integer
+  use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
-  use cell_state, only: create_cells, write_cells
-  use path_state, only: create_before, write_before
-  use factor_state, only: create_factor, write_factor
-  use scene_state, only: create_scene, write_scene
-  use rigid_state, only: create_rigid, write_rigid
+  use result_fields, only: field_t, field_shape, make_field, entries_of
+  use state_fields, only: fields_of_state, fields_of_pair, is_mark, in_use, is_kept, address_of, &
+    real_component, integer_component
   use text_files, only: rename_file
   implicit none
   private
@@ -43,35 +41,11 @@ contains
 
     call make_group(file, '/state', error)
     if (allocated(error)) return
-    call make_series(file, root//'step', stored_integer, [integer ::], 1, '1', &
-      'number of the end time; 0 or below: not complete', error)
-    if (allocated(error)) return
-    call make_series(file, root//'time', stored_real, [integer ::], 1, 'time', 'its time', error)
-    if (allocated(error)) return
-    call make_series(file, root//'increment', stored_real, [integer ::], 1, 'time', &
-      'increment size to go on with', error)
-    if (allocated(error)) return
-    call make_series(file, root//'checksum', stored_integer, [2], 1, '1', &
-      'sum over all numbers of the state', error)
-    if (allocated(error)) return
-    call make_series(file, root//'displacement', stored_real, [3, model%mesh%nodes], 1, 'length', &
-      'displacement of all node numbers from 1', error)
-    if (allocated(error)) return
-    call make_series(file, root//'reaction', stored_real, [3, model%mesh%nodes], 1, 'force', &
-      'force of the supports on all node numbers from 1', error)
-    if (allocated(error)) return
-    call create_before(file, root, model%mesh%nodes, error)
-    if (.not. allocated(error)) call create_factor(file, root, model%mesh%nodes, error)
-    if (allocated(error)) return
-    call create_scene(file, root, error)
-    if (.not. allocated(error)) call create_rigid(file, root, model, error)
-    if (allocated(error)) return
-    call make_series(file, root//'candidate', stored_integer, [model%mesh%nodes], 1, '1', &
-      'nodes that the condensed solver holds for contact; empty if it was not in use', error)
-    if (allocated(error)) return
-    call make_series(file, root//'contact_force', stored_real, [3, model%mesh%nodes], 1, 'force', &
-      'contact forces of the condensed solver; empty if it was not in use', error)
-    if (allocated(error)) return
+    do i = 1, size(fields_of_state)
+      if (.not. in_use(fields_of_state(i), model)) cycle
+      call make_field(file, root, fields_of_state(i), counts_of(model), error)
+      if (allocated(error)) return
+    end do
     call write_mesh(file, model, error)
     if (allocated(error)) return
     call make_group(file, root//'contact', error)
@@ -80,6 +54,14 @@ contains
       call create_pair(file, model%pairs(i), error)
     end do
   end subroutine create_state_part
+
+  !> What fields of a state have values for: nodes, no points, rigid bodies.
+  pure function counts_of(model) result(counts)
+    type(model_t), intent(in) :: model !! the problem
+    integer :: counts(3)
+
+    counts = [model%mesh%nodes, 0, count_rigid(model)]
+  end function counts_of
 
   !> Writes what tells whether a state fits a deck.
   subroutine write_mesh(file, model, error)
@@ -123,34 +105,16 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: group
-    integer :: points
+    integer :: i
 
     group = pair_group(pair%number)
-    points = count_points(pair)
     call make_group(file, group, error)
     if (allocated(error)) return
-    call make_series(file, group//'/host', stored_integer, [points], 1, '1', &
-      'facet of the pair that holds the tip, from 1, 0 for none', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/status', stored_integer, [points], 1, '1', &
-      '-1 off, 0 open, 1 stick, 2 slip', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/tip', stored_real, [2, points], 1, '1', &
-      '(xi, eta) of the tip in its facet', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/dissipation', stored_real, [points], 1, 'force length', &
-      'work that friction has taken up to now', error)
-    if (allocated(error)) return
-    if (keeps_path(pair%law)) call make_series(file, group//'/'//trim(path_state%name), &
-      stored_real, [points], 1, trim(path_state%unit), trim(path_state%description), error)
-    if (allocated(error)) return
-    call make_series(file, group//'/coupled', stored_integer, [points], 1, '1', &
-      'host when the pattern of the matrix was built, 0 for none', error)
-    if (allocated(error)) return
-    if (has_multipliers(pair)) call create_multipliers(file, group, points, error)
-    if (allocated(error)) return
-    if (pair%segmented) call create_cells(file, group, points, error)
-    if (allocated(error)) return
+    do i = 1, size(fields_of_pair)
+      if (.not. in_use(fields_of_pair(i), pair)) cycle
+      call make_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0], error)
+      if (allocated(error)) return
+    end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &
       max(1, size(slave_nodes(pair))), '1', 'nodes of the points, or of the slave facets', error)
     if (allocated(error)) return
@@ -174,17 +138,6 @@ contains
       nodes = reshape(pair%points%point_nodes, [size(pair%points%point_nodes)])
     end if
   end function slave_nodes
-
-  !> Makes the data set of a pair with multipliers.
-  subroutine create_multipliers(file, group, points, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: group !! group of the pair
-    integer, intent(in) :: points !! number of its points
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call make_series(file, group//'/multiplier', stored_real, [3, points], 1, 'force', &
-      'force without a gap, along a1, e x a1 and e of the facet', error)
-  end subroutine create_multipliers
 
   !> Writes one state; it counts only after complete_state, when all of it is on disk.
   subroutine write_state(file, model, written, state, error)
@@ -227,47 +180,69 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: slot !! its place
-    type(saved_state_t), intent(in) :: state !! the state
+    type(saved_state_t), intent(in), target :: state !! the state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
     file%sum = state_mark(state%step)
-    call write_block(file, root//'time', [state%time], slot, error)
-    if (allocated(error)) return
-    call write_block(file, root//'increment', [state%increment], slot, error)
-    if (allocated(error)) return
-    call write_block(file, root//'displacement', state%displacement, slot, error)
-    if (allocated(error)) return
-    call write_block(file, root//'reaction', state%reaction, slot, error)
-    if (allocated(error)) return
-    call write_before(file, root, slot, state, error)
-    if (.not. allocated(error)) call write_factor(file, root, slot, state, error)
-    if (.not. allocated(error)) call write_scene(file, root, slot, state, error)
-    if (.not. allocated(error)) call write_rigid(file, root, slot, state, error)
-    if (allocated(error)) return
-    if (allocated(state%candidate)) then
-      call write_block(file, root//'candidate', state%candidate, slot, error)
-      if (.not. allocated(error)) call write_block(file, root//'contact_force', &
-        state%contact_force, slot, error)
-    else
-      call clear_condensed(file, model, slot, error)
-    end if
-    do i = 1, size(model%pairs)
+    do i = 1, size(fields_of_state)
+      if (is_mark(fields_of_state(i)) .or. .not. in_use(fields_of_state(i), model)) cycle
+      call write_field(file, fields_of_state(i), counts_of(model), state, slot, error)
       if (allocated(error)) return
-      call write_pair(file, model%pairs(i)%number, state, i, slot, error)
-      if (allocated(error)) return
-      if (keeps_path(model%pairs(i)%law)) call write_block(file, pair_group(model%pairs(i)%number) &
-        //'/'//trim(path_state%name), state%pairs(i)%points%path, slot, error)
-      if (allocated(error)) return
-      if (has_multipliers(model%pairs(i))) call write_multipliers(file, model%pairs(i)%number, &
-        state%pairs(i), slot, error)
-      if (allocated(error)) return
-      if (model%pairs(i)%segmented) call write_cells(file, pair_group(model%pairs(i)%number), &
-        state%pairs(i)%cells, slot, error)
     end do
-    if (.not. allocated(error)) call write_block(file, root//'checksum', &
-      transfer(file%sum, [0, 0]), slot, error)
+    do i = 1, size(model%pairs)
+      call write_pair(file, model%pairs(i), state%pairs(i), slot, error)
+      if (allocated(error)) return
+    end do
+    call write_block(file, root//'checksum', transfer(file%sum, [0, 0]), slot, error)
   end subroutine write_slot
+
+  !> Writes one field of a state; zeros over that of an older state with its place, if it has
+  !! nothing to keep.
+  subroutine write_field(file, field, counts, state, slot, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(field_t), intent(in) :: field !! the field
+    integer, intent(in) :: counts(:) !! what it may have values for
+    type(saved_state_t), intent(in), target :: state !! the state
+    integer, intent(in) :: slot !! place of the state in the file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(c_ptr) :: address
+    real(wp), pointer, contiguous :: reals(:)
+    integer, pointer, contiguous :: integers(:)
+    integer, allocatable :: dims(:)
+
+    if (.not. is_kept(field, state)) then
+      if (entries_of(file, root//trim(field%name)) < slot) return
+    end if
+    dims = field_shape(field, counts)
+    address = address_of(state, field%name, dims, .false.)
+    if (.not. c_associated(address)) then
+      call write_zeros(file, field, product(dims), slot, error)
+    else if (field%stored == stored_real) then
+      call c_f_pointer(address, reals, [product(dims)])
+      call write_block(file, root//trim(field%name), reals, slot, error)
+    else
+      call c_f_pointer(address, integers, [product(dims)])
+      call write_block(file, root//trim(field%name), integers, slot, error)
+    end if
+  end subroutine write_field
+
+  !> Writes zeros in place of a field.
+  subroutine write_zeros(file, field, n, slot, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(field_t), intent(in) :: field !! the field
+    integer, intent(in) :: n !! numbers in its entry
+    integer, intent(in) :: slot !! place of the state in the file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, allocatable :: zeros(:)
+
+    allocate (zeros(n), source=0)
+    if (field%stored == stored_real) then
+      call write_block(file, root//trim(field%name), real(zeros, wp), slot, error)
+    else
+      call write_block(file, root//trim(field%name), zeros, slot, error)
+    end if
+  end subroutine write_zeros
 
   !> What the sum over a state begins with: another number for each step.
   pure integer(int64) function state_mark(step) result(mark)
@@ -275,23 +250,6 @@ contains
 
     mark = block_sum(root//'step', [step])
   end function state_mark
-
-  !> Overwrites what the state that had this place before has left of the condensed form.
-  subroutine clear_condensed(file, model, slot, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: slot !! place of the state
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer, allocatable :: none(:)
-    integer :: dims(3), rank
-
-    call series_shape(file, root//'candidate', dims, rank)
-    if (dims(2) < slot) return
-    allocate (none(model%mesh%nodes), source=0)
-    call write_block(file, root//'candidate', none, slot, error)
-    if (.not. allocated(error)) call write_block(file, root//'contact_force', &
-      spread(real(none, wp), 1, 3), slot, error)
-  end subroutine clear_condensed
 
   !> Writes a file of one state (SAVE); it takes its name when it is complete.
   subroutine save_state(path, model, state, version, error)
@@ -315,50 +273,38 @@ contains
   end subroutine save_state
 
   !> Writes the contact history of one pair.
-  subroutine write_pair(file, number, state, pair, slot, error)
+  subroutine write_pair(file, pair, history, slot, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    integer, intent(in) :: number !! number of the pair
-    type(saved_state_t), intent(in) :: state !! the state
-    integer, intent(in) :: pair !! index of the pair
+    type(pair_t), intent(in) :: pair !! the pair
+    type(pair_history_t), intent(in), target :: history !! its history
     integer, intent(in) :: slot !! place of the state in the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, size(state%pairs(pair)%points)), dissipation(size(tip, 2))
-    integer :: host(size(tip, 2)), status(size(tip, 2)), i
+    real(wp), allocatable :: values(:, :)
+    real(wp), pointer :: component(:)
+    integer, pointer :: number(:)
+    character(:), allocatable :: path
+    integer :: i, k
 
-    associate (points => state%pairs(pair)%points)
-      do i = 1, size(points)
-        host(i) = points(i)%host
-        status(i) = points(i)%status
-        tip(:, i) = points(i)%tip
-        dissipation(i) = points(i)%dissipation
-      end do
-    end associate
-    call write_block(file, pair_group(number)//'/host', host, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/status', status, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/tip', tip, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/dissipation', dissipation, slot, error)
-    if (allocated(error)) return
-    call write_block(file, pair_group(number)//'/coupled', state%pairs(pair)%coupled, slot, error)
-  end subroutine write_pair
-
-  !> Writes the multipliers of a pair that has them.
-  subroutine write_multipliers(file, number, history, slot, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    integer, intent(in) :: number !! number of the pair
-    type(pair_history_t), intent(in) :: history !! its history
-    integer, intent(in) :: slot !! place of the state in the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: lambda(3, size(history%points))
-    integer :: i
-
-    do i = 1, size(history%points)
-      lambda(:, i) = history%points(i)%lambda
+    do i = 1, size(fields_of_pair)
+      associate (field => fields_of_pair(i))
+        if (.not. in_use(field, pair)) cycle
+        path = pair_group(pair%number)//'/'//trim(field%name)
+        if (field%stored == stored_real) then
+          allocate (values(field%components, size(history%points)))
+          do k = 1, field%components
+            component => real_component(history, field%name, k)
+            values(k, :) = component
+          end do
+          call write_block(file, path, values, slot, error)
+          deallocate (values)
+        else
+          number => integer_component(history, field%name)
+          call write_block(file, path, number, slot, error)
+        end if
+        if (allocated(error)) return
+      end associate
     end do
-    call write_block(file, pair_group(number)//'/multiplier', lambda, slot, error)
-  end subroutine write_multipliers
+  end subroutine write_pair
 
   !> Group of a pair.
   function pair_group(number) result(group)

@@ -1,24 +1,18 @@
-!> The tables of a results file: /history, one data set a column, and /contact, the contact points.
+!> The tables of a results file: /history, one data set a column.
 module results_tables
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: to_text
   use deck_types, only: name_length
-  use friction_laws, only: keeps_path, path_state
-  use contact_types, only: pair_t
-  use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: end_row_t, point_fields_t
+  use result_types, only: end_row_t
   use table_columns, only: column_t, reaction_columns, count_columns, contact_columns, &
     rigid_columns, contact_counts, contact_values
   use hdf5_io, only: hdf5_file_t, make_group
-  use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_real, &
     stored_integer
   implicit none
   private
-  public :: create_history_part, append_history, create_rigid_part, append_rigid, &
-    create_contact_part, append_contact
+  public :: create_history_part, append_history, create_rigid_part, append_rigid
 
   !> Groups of the tables.
   character(*), parameter :: reactions = '/history/reactions/'
@@ -168,170 +162,4 @@ contains
       if (allocated(error)) return
     end do
   end subroutine append_columns
-
-  !> Makes the empty data sets of the contact points, and writes what does not change.
-  subroutine create_contact_part(file, model, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
-
-    call make_group(file, '/contact', error)
-    if (allocated(error)) return
-    call make_series(file, '/contact/step', stored_integer, [integer ::], 1, '1', &
-      'number of the end time', error)
-    if (allocated(error)) return
-    call make_series(file, '/contact/time', stored_real, [integer ::], 1, 'time', 'its time', error)
-    do i = 1, size(model%pairs)
-      if (allocated(error)) return
-      call create_pair(file, model%pairs(i), error)
-    end do
-  end subroutine create_contact_part
-
-  !> Makes the group of one pair.
-  subroutine create_pair(file, pair, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(pair_t), intent(in) :: pair !! the pair
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(:), allocatable :: group
-
-    group = '/contact/'//to_text(pair%number)
-    call make_group(file, group, error)
-    if (allocated(error)) return
-    call write_attribute(file, group, 'name', pair%name, error)
-    if (allocated(error)) return
-    call create_points(file, pair, group, error)
-    if (allocated(error)) return
-    call make_series(file, group//'/facets', stored_integer, [3], size(pair%surface%facets, 2), &
-      '1', &
-      'corner nodes of the master facets, counter-clockwise seen from outside', error)
-    if (allocated(error)) return
-    call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
-    if (allocated(error)) return
-    call create_point_fields(file, group, count_points(pair), error)
-    if (allocated(error) .or. .not. keeps_path(pair%law)) return
-    call make_series(file, group//'/'//trim(path_state%name), stored_real, [count_points(pair)], &
-      1, trim(path_state%unit), trim(path_state%description), error)
-  end subroutine create_pair
-
-  !> Writes what the points are made of: a node each, or nodes and weights.
-  subroutine create_points(file, pair, group, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(pair_t), intent(in) :: pair !! the pair
-    character(*), intent(in) :: group !! its group
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    if (pair%points%n_slaves == 1) then
-      call make_series(file, group//'/node', stored_integer, [integer ::], count_points(pair), &
-        '1', 'slave node of each point', error)
-      if (allocated(error)) return
-      call write_block(file, group//'/node', reshape(pair%points%point_nodes, &
-        [count_points(pair)]), at_end, error)
-    else if (pair%segmented) then
-      call make_series(file, group//'/node', stored_integer, [3, count_points(pair)], 1, '1', &
-        'corner nodes of the slave facet of each point', error)
-      if (allocated(error)) return
-      call make_series(file, group//'/weight', stored_real, [3, count_points(pair)], 1, '1', &
-        'weights of the corners: a point is the weighted sum of its nodes', error)
-    else
-      call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
-        count_points(pair), &
-        '1', 'corner nodes of the slave facet of each point', error)
-      if (allocated(error)) return
-      call write_block(file, group//'/node', pair%points%point_nodes, at_end, error)
-      if (allocated(error)) return
-      call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves], &
-        count_points(pair), &
-        '1', 'weights of the corners: a point is the weighted sum of its nodes', error)
-      if (allocated(error)) return
-      call write_block(file, group//'/weight', pair%points%point_weights, at_end, error)
-    end if
-  end subroutine create_points
-
-  !> Makes the empty data sets of the points of one pair.
-  subroutine create_point_fields(file, group, points, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: group !! group of the pair
-    integer, intent(in) :: points !! number of points
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call make_series(file, group//'/host', stored_integer, [points], 1, '1', &
-      'master facet that holds the tip, from 1, 0 for none', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/status', stored_integer, [points], 1, '1', &
-      '-1 off, 0 open, 1 stick, 2 slip', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/traction', stored_real, [3, points], 1, 'force', &
-      'contact traction times tributary area: the force on the slave point', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/gap', stored_real, [points], 1, 'length', &
-      'normal gap g_N, negative in contact', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/tip', stored_real, [2, points], 1, '1', &
-      '(xi, eta) of the tip of the friction cone in its facet', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/lay', stored_real, [3, points], 1, '1', &
-      'unit principal axis of mu1 in the current facet', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/lay_traction', stored_real, [3, points], 1, 'force', &
-      'traction along the axis of mu1, across it, and along the outward normal', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/elastic_slip', stored_real, [points], 1, 'length', &
-      'length of the tangential part of the gap vector', error)
-    if (allocated(error)) return
-    call make_series(file, group//'/dissipation', stored_real, [points], 1, 'force length', &
-      'work that friction has taken up to now', error)
-  end subroutine create_point_fields
-
-  !> Writes the contact points of one end time.
-  subroutine append_contact(file, model, step, time, pairs, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    type(point_fields_t), intent(in) :: pairs(:) !! the points of each pair
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
-
-    do i = 1, size(pairs)
-      call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), error)
-      if (allocated(error)) return
-    end do
-    call write_block(file, '/contact/time', [time], at_end, error)
-    if (allocated(error)) return
-    call write_block(file, '/contact/step', [step], at_end, error)
-  end subroutine append_contact
-
-  !> Writes the points of one pair.
-  subroutine append_points(file, group, points, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: group !! group of the pair
-    type(point_fields_t), intent(in) :: points !! the points
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call write_block(file, group//'/host', points%host, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/status', points%status, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/traction', points%traction, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/gap', points%gap, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/tip', points%tip, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/lay', points%lay, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/lay_traction', points%lay_traction, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/elastic_slip', points%elastic_slip, at_end, error)
-    if (allocated(error)) return
-    call write_block(file, group//'/dissipation', points%dissipation, at_end, error)
-    if (allocated(error)) return
-    if (allocated(points%path)) call write_block(file, group//'/'//trim(path_state%name), &
-      points%path, at_end, error)
-    if (allocated(error) .or. .not. allocated(points%node)) return
-    call write_block(file, group//'/node', points%node, at_end, error)
-    if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &
-      error)
-  end subroutine append_points
 end module results_tables

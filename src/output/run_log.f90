@@ -37,6 +37,7 @@ module run_log
     integer :: iterations = 0 !! iterations so far
     integer :: increments = 0 !! converged increments so far
     integer :: cuts = 0 !! cuts so far
+    integer :: free_dofs = 0 !! degrees of freedom that are not prescribed
   end type log_t
 
   !> What is known after one iteration.
@@ -80,6 +81,7 @@ contains
     call create_locked_file(log%file, path, error)
     if (allocated(error)) return
     call note_log(c_fileno(log%file%stream))
+    log%free_dofs = free_dofs
     call log_line(log, origin%program//new_line('a')//'title     '//model%title//new_line('a')// &
       'deck      '//origin%settings//new_line('a')//'BLAS      '//origin%blas//new_line('a')// &
       'mesh      '//count_noun(count(model%mesh%defined), 'node')//', '// &
@@ -298,6 +300,10 @@ contains
     call log_line(log, line, error)
     if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'peak memory, MB', 1.0e-6_wp*peak_memory()
+    call log_line(log, line, error)
+    if (allocated(error) .or. log%free_dofs == 0) return
+    write (line, '(a,t42,f13.3)') 'the same a free dof, kB', &
+      1.0e-3_wp*peak_memory()/real(log%free_dofs, wp)
     call log_line(log, line, error)
   end subroutine log_costs
 

@@ -1,24 +1,22 @@
 !> Reads the restart part of a results file, and refuses one that does not fit the deck.
 module state_reader
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
-  use friction_laws, only: keeps_path, path_state
   use contact_types, only: pair_t
-  use contact_parameters, only: has_multipliers
   use contact_points, only: count_points, most_coupled
   use model_types, only: model_t
+  use rigid_paths, only: count_rigid
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
-  use hdf5_data, only: read_block, series_shape
+  use hdf5_data, only: read_block, series_shape, stored_real
   use results_state, only: pair_group, state_mark
   use state_checks, only: check_state
   use state_fit, only: check_fit
-  use cell_state, only: read_cells
-  use path_state, only: read_before
-  use factor_state, only: read_factor
-  use scene_state, only: read_scene
-  use rigid_state, only: read_rigid_motions
+  use result_fields, only: field_t, field_shape, entries_of, over_bodies
+  use state_fields, only: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, &
+    forget_unused, address_of, real_component, integer_component
   implicit none
   private
   public :: read_state
@@ -212,45 +210,81 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: slot !! place of the state
-    type(saved_state_t), intent(inout) :: state !! the state
+    type(saved_state_t), intent(inout), target :: state !! the state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: step(1), i
-    real(wp) :: values(1)
 
     call read_block(file, root//'step', step, slot, error)
     if (allocated(error)) return
     state%step = step(1)
     file%sum = state_mark(state%step)
-    call read_block(file, root//'time', values, slot, error)
-    if (allocated(error)) return
-    state%time = values(1)
-    call read_block(file, root//'increment', values, slot, error)
-    if (allocated(error)) return
-    state%increment = values(1)
-    allocate (state%displacement(3, model%mesh%nodes), state%reaction(3, model%mesh%nodes))
-    call read_block(file, root//'displacement', state%displacement, slot, error)
-    if (allocated(error)) return
-    call read_block(file, root//'reaction', state%reaction, slot, error)
-    if (.not. allocated(error)) call read_before(file, root, slot, state, error)
-    if (.not. allocated(error)) call read_factor(file, root, slot, state, error)
-    if (.not. allocated(error)) call read_scene(file, root, slot, state, error)
-    if (.not. allocated(error)) call read_rigid_motions(file, root, model, slot, state, error)
-    if (.not. allocated(error)) call read_condensed(file, model, slot, state, error)
+    do i = 1, size(fields_of_state)
+      if (is_mark(fields_of_state(i))) cycle
+      call read_field(file, fields_of_state(i), model, slot, state, error)
+      if (allocated(error)) return
+    end do
+    call forget_unused(state)
+    call check_bodies(model, state, error)
     allocate (state%pairs(size(model%pairs)))
     do i = 1, size(model%pairs)
       if (allocated(error)) return
-      call read_pair(file, model%pairs(i), slot, state, i, error)
-      if (allocated(error)) return
-      call read_multipliers(file, model%pairs(i), slot, state%pairs(i), error)
-      if (allocated(error)) return
-      call read_paths(file, model%pairs(i), slot, state%pairs(i), error)
-      if (allocated(error)) return
-      if (.not. model%pairs(i)%segmented) cycle
-      allocate (state%pairs(i)%cells(count_points(model%pairs(i))))
-      call read_cells(file, pair_group(model%pairs(i)%number), &
-        size(model%pairs(i)%points%slave_facets, 2), slot, state%pairs(i)%cells, error)
+      call read_pair(file, model%pairs(i), slot, state%pairs(i), error)
     end do
   end subroutine read_slot
+
+  !> Reads one field of a state, if it is there: its sum counts also where the deck has no use for
+  !! it.
+  subroutine read_field(file, field, model, slot, state, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(field_t), intent(in) :: field !! the field
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: slot !! place of the state
+    type(saved_state_t), intent(inout), target :: state !! gets it
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: path
+    type(c_ptr) :: address
+    real(wp), pointer, contiguous :: reals(:)
+    integer, pointer, contiguous :: integers(:)
+    integer, allocatable :: dims(:)
+    integer :: counts(3), found(3), rank
+
+    path = root//trim(field%name)
+    if (is_optional(field)) then
+      if (entries_of(file, path) < slot) return
+    end if
+    counts = [model%mesh%nodes, 0, 0]
+    if (field%over == over_bodies) then
+      call series_shape(file, path, found, rank)
+      counts(over_bodies) = found(2)
+    end if
+    dims = field_shape(field, counts)
+    address = address_of(state, field%name, dims, .true.)
+    if (field%stored == stored_real) then
+      call c_f_pointer(address, reals, [product(dims)])
+      call read_block(file, path, reals, slot, error)
+    else
+      call c_f_pointer(address, integers, [product(dims)])
+      call read_block(file, path, integers, slot, error)
+    end if
+  end subroutine read_field
+
+  !> The rigid bodies of a state are those of the deck; a deck without any drops them.
+  subroutine check_bodies(model, state, error)
+    type(model_t), intent(in) :: model !! rigid bodies
+    type(saved_state_t), intent(inout) :: state !! rigid
+    type(error_t), allocatable, intent(out) :: error !! other bodies
+    integer :: found
+
+    found = 0
+    if (allocated(state%rigid)) found = size(state%rigid, 2)
+    if (count_rigid(model) > 0 .and. found /= count_rigid(model)) then
+      call raise(error, exit_deck, 'it has '//to_text(found)//' rigid bodies (RIGId), the '// &
+        'deck '//to_text(count_rigid(model)))
+    else if (count_rigid(model) == 0) then
+      if (allocated(state%rigid)) deallocate (state%rigid)
+      allocate (state%rigid(6, 0))
+    end if
+  end subroutine check_bodies
 
   !> Compares the sum over what was read with the one that was written.
   subroutine check_sum(file, slot, step, error)
@@ -267,96 +301,67 @@ contains
       to_text(step)//' is not the one that was written')
   end subroutine check_sum
 
-  !> Reads what belongs to the condensed form, if it was in use.
-  subroutine read_condensed(file, model, slot, state, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: slot !! place of the state
-    type(saved_state_t), intent(inout) :: state !! gets candidate, contact_force
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: dims(3), rank
-
-    if (.not. exists_in(file, root//'candidate')) return
-    call series_shape(file, root//'candidate', dims, rank)
-    if (dims(rank) < slot) return
-    allocate (state%candidate(model%mesh%nodes), state%contact_force(3, model%mesh%nodes))
-    call read_block(file, root//'candidate', state%candidate, slot, error)
-    if (.not. allocated(error)) call read_block(file, root//'contact_force', &
-      state%contact_force, slot, error)
-    if (.not. allocated(error) .and. any(state%candidate /= 0)) return
-    deallocate (state%candidate, state%contact_force)
-  end subroutine read_condensed
-
-  !> Reads the contact history of one pair.
-  subroutine read_pair(file, pair, slot, state, index, error)
+  !> Reads the contact history of one pair: what its run has kept and this one asks for.
+  subroutine read_pair(file, pair, slot, history, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: slot !! place of the state
-    type(saved_state_t), intent(inout) :: state !! the state
-    integer, intent(in) :: index !! index of the pair
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: tip(2, count_points(pair)), dissipation(count_points(pair))
-    integer :: host(count_points(pair)), status(count_points(pair)), i
-
-    allocate (state%pairs(index)%coupled(size(host)))
-    call read_block(file, pair_group(pair%number)//'/host', host, slot, error)
-    if (allocated(error)) return
-    call read_block(file, pair_group(pair%number)//'/status', status, slot, error)
-    if (allocated(error)) return
-    call read_block(file, pair_group(pair%number)//'/tip', tip, slot, error)
-    if (allocated(error)) return
-    call read_block(file, pair_group(pair%number)//'/dissipation', dissipation, slot, error)
-    if (allocated(error)) return
-    call read_block(file, pair_group(pair%number)//'/coupled', state%pairs(index)%coupled, slot, &
-      error)
-    if (allocated(error)) return
-    if (any(host < 0 .or. host > size(pair%surface%facets, 2)) .or. &
-      any(state%pairs(index)%coupled < 0 .or. &
-      state%pairs(index)%coupled > most_coupled(pair))) then
-      call raise(error, exit_deck, 'facet out of range')
-      return
-    end if
-    allocate (state%pairs(index)%points(size(host)))
-    do i = 1, size(host)
-      state%pairs(index)%points(i)%host = host(i)
-      state%pairs(index)%points(i)%status = status(i)
-      state%pairs(index)%points(i)%tip = tip(:, i)
-      state%pairs(index)%points(i)%dissipation = dissipation(i)
-    end do
-  end subroutine read_pair
-
-  !> Reads the multipliers of a pair; a run without AUGMent has left none, and one may use none.
-  subroutine read_multipliers(file, pair, slot, history, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: slot !! place of the state
-    type(pair_history_t), intent(inout) :: history !! its history, points allocated
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: lambda(3, size(history%points))
+    type(pair_history_t), intent(inout), target :: history !! its history
+    type(error_t), allocatable, intent(out) :: error !! file trouble, not one of this pair
+    character(:), allocatable :: path
     integer :: i
 
-    if (.not. exists_in(file, pair_group(pair%number)//'/multiplier')) return
-    call read_block(file, pair_group(pair%number)//'/multiplier', lambda, slot, error)
-    if (allocated(error) .or. .not. has_multipliers(pair)) return
-    do i = 1, size(history%points)
-      history%points(i)%lambda = lambda(:, i)
+    allocate (history%points(count_points(pair)), history%coupled(count_points(pair)))
+    if (pair%segmented) allocate (history%cells(count_points(pair)))
+    do i = 1, size(fields_of_pair)
+      associate (field => fields_of_pair(i))
+        path = pair_group(pair%number)//'/'//trim(field%name)
+        if (is_optional(field)) then
+          if (.not. exists_in(file, path)) cycle
+        else if (.not. in_use(field, pair)) then
+          cycle
+        end if
+        call read_points(file, path, field, slot, in_use(field, pair), history, error)
+        if (allocated(error)) return
+      end associate
     end do
-  end subroutine read_multipliers
+    if (any(history%points%host < 0 .or. history%points%host > size(pair%surface%facets, 2)) .or. &
+      any(history%coupled < 0 .or. history%coupled > most_coupled(pair))) then
+      call raise(error, exit_deck, 'facet out of range')
+    else if (pair%segmented) then
+      associate (slave => history%cells%slave)
+        if (any(slave < 0 .or. slave > size(pair%points%slave_facets, 2))) call raise(error, &
+          exit_deck, 'slave facet out of range')
+      end associate
+    end if
+  end subroutine read_pair
 
-  !> Reads the slip paths of a pair, if the run has kept them and this one asks for them.
-  subroutine read_paths(file, pair, slot, history, error)
+  !> Reads one field of the points of a pair.
+  subroutine read_points(file, path, field, slot, keep, history, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(pair_t), intent(in) :: pair !! the pair
+    character(*), intent(in) :: path !! data set
+    type(field_t), intent(in) :: field !! the field
     integer, intent(in) :: slot !! place of the state
-    type(pair_history_t), intent(inout) :: history !! its history, points allocated
+    logical, intent(in) :: keep !! else it is read for its sum alone
+    type(pair_history_t), intent(inout), target :: history !! room given; gets it
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp) :: path(size(history%points))
-    character(:), allocatable :: name
+    real(wp), pointer :: component(:)
+    integer, pointer :: number(:)
+    real(wp) :: values(field%components, size(history%points))
+    integer :: numbers(size(history%points)), k
 
-    name = pair_group(pair%number)//'/'//trim(path_state%name)
-    if (.not. exists_in(file, name)) return
-    call read_block(file, name, path, slot, error)
-    if (allocated(error) .or. .not. keeps_path(pair%law)) return
-    history%points%path = path
-  end subroutine read_paths
+    if (field%stored == stored_real) then
+      call read_block(file, path, values, slot, error)
+      if (allocated(error) .or. .not. keep) return
+      do k = 1, field%components
+        component => real_component(history, field%name, k)
+        component = values(k, :)
+      end do
+    else
+      call read_block(file, path, numbers, slot, error)
+      if (allocated(error) .or. .not. keep) return
+      number => integer_component(history, field%name)
+      number = numbers
+    end if
+  end subroutine read_points
 end module state_reader

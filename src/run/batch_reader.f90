@@ -7,6 +7,7 @@ module batch_reader
   use diagnostics, only: diagnostics_t, report_error, report_note
   use contact_types, only: pair_t
   use contact_parameters, only: is_round_off
+  use linear_solver, only: solver_of, refusal
   use batch_types, only: batch_command_t
   implicit none
   private
@@ -28,6 +29,7 @@ contains
     has_state = has_increment
     do i = 1, size(commands)
       commands(i) = command_of(deck%batch(i))
+      if (commands(i)%command == 'solv') call check_solver(commands(i), diagnostics)
       call check_command(commands(i), has_increment, has_state, diagnostics)
       if (commands(i)%command == 'augm' .and. .not. has_multipliers(deck)) call report_error( &
         diagnostics, commands(i)%at, 'no contact pair has multipliers to update', &
@@ -38,6 +40,19 @@ contains
     call mark_solves(commands)
     call check_order(commands, has_errors(deck, diagnostics), diagnostics)
   end subroutine read_batch
+
+  !> SOLVer with one that this program has.
+  subroutine check_solver(command, diagnostics)
+    type(batch_command_t), intent(in) :: command !! a SOLVer
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    character(:), allocatable :: text
+    integer :: cut
+
+    text = refusal(solver_of(command%option))
+    cut = index(text, new_line('a'))
+    if (cut > 0) call report_error(diagnostics, command%at, text(:cut - 1), trim(adjustl( &
+      text(cut + 1:))))
+  end subroutine check_solver
 
   !> Which commands make an iteration: SOLV without the name of a solver, and TANG, unless a SOLV
   !! stands in the deck and TANG does not say 1.

@@ -3,7 +3,7 @@ module command_line
   use text, only: edit_distance
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
-  use linear_solver, only: solver_of, solver_unknown
+  use linear_solver, only: solver_of, solver_unknown, refusal
   use run_log, only: log_normal, log_level
   implicit none
   private
@@ -195,11 +195,16 @@ contains
     character(*), intent(in) :: value !! what --solver asks for
     integer, intent(out) :: solver !! the back end
     type(error_t), allocatable, intent(out) :: error !! unknown
+    character(:), allocatable :: obstacle
 
     solver = solver_of(value)
     if (solver == solver_unknown) call raise(error, exit_deck, &
       'command line: error: unknown solver '//value//new_line('a')// &
-      '  use --solver AUTO, UMFPACK, CHOLMOD or REDUCED')
+      '  use --solver AUTO, UMFPACK, CHOLMOD, PETSC or REDUCED')
+    if (allocated(error)) return
+    obstacle = refusal(solver)
+    if (len(obstacle) > 0) call raise(error, exit_deck, 'command line: error: --solver '//value// &
+      ': '//obstacle)
   end subroutine take_solver
 
   !> The known option that looks most like a word.

@@ -1,12 +1,13 @@
-!> What Newton's method wants of a program that factorises a whole matrix: one abstract type, and
+!> What Newton's method wants of a program that solves with a whole matrix: one abstract type, and
 !! the outcomes of its calls.
 module back_ends
   use kinds, only: wp
   use costs, only: cost_t
+  use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   implicit none
   private
-  public :: back_end_t
+  public :: back_end_t, nodal_back_end_t, nodes_t
   public :: solver_done, solver_singular, solver_out_of_memory, solver_failed, solver_not_definite
 
   !> Outcomes.
@@ -16,8 +17,19 @@ module back_ends
   integer, parameter :: solver_failed = 3
   integer, parameter :: solver_not_definite = 4 !! a symmetric factor does not exist
 
+  !> What a back end may want to know of the nodes.
+  type :: nodes_t
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions [length]
+    logical, allocatable :: touched(:) !! (nodes) of closed contact elements
+    logical :: linear = .true. !! the tangent of the bulk is constant
+    logical :: loose = .false. !! the tangent of the bulk alone is singular
+    logical :: symmetric = .false. !! the tangent is symmetric
+  end type nodes_t
+
   !> An analysis of a pattern, which is kept while the pattern holds, and one factor.
   type, abstract :: back_end_t
+    real(wp) :: accuracy = 1.0e-10_wp !! residual over right-hand side that may be left, where it
+    !! iterates
   contains
     procedure(analyse_pattern), deferred :: analyse !! of the matrix
     procedure(tell), deferred :: is_analysed !! the pattern has been analysed
@@ -29,7 +41,24 @@ module back_ends
     procedure(change), deferred :: free !! releases everything
   end type back_end_t
 
+  !> One that takes its matrix by nodes; the matrices of the calls above stay empty.
+  type, abstract, extends(back_end_t) :: nodal_back_end_t
+  contains
+    procedure(describe_nodes), deferred :: describe !! before it is factorised
+  end type nodal_back_end_t
+
   abstract interface
+    !> Takes the matrix.
+    subroutine describe_nodes(solver, matrix, bulk, equation, nodes, costs)
+      import :: nodal_back_end_t, nodes_t, block_matrix_t, cost_t
+      class(nodal_back_end_t), intent(inout) :: solver !! handles
+      type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+      type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
+      integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+      type(nodes_t), intent(in) :: nodes !! what is known of the nodes
+      type(cost_t), intent(inout) :: costs !! cost table
+    end subroutine describe_nodes
+
     !> Analyses the pattern; an older analysis is dropped.
     subroutine analyse_pattern(solver, a, costs, outcome)
       import :: back_end_t, csc_matrix_t, cost_t

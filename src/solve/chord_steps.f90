@@ -29,6 +29,8 @@ module chord_steps
   !> A step is taken if its direction and the residual that it leaves are shorter than this share of
   !! what they were before.
   real(wp), parameter :: contraction = 0.2_wp
+  !> Residual over right-hand side that an iterative solver may leave of a step.
+  real(wp), parameter :: chord_accuracy = 1.0e-4_wp
 
 contains
 
@@ -98,6 +100,7 @@ contains
     if (system%condensed%active) then
       call find_chord(system, found)
     else
+      system%whole%solver%accuracy = chord_accuracy
       call solve_bordered(system, system%right, system%solution, outcome)
       found = outcome == solver_done
       if (found) call spread_direction(system)

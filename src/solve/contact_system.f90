@@ -20,7 +20,7 @@ module contact_system
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
-  use csc_matrix, only: build_pattern
+  use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
   use condensed_system, only: couple_condensed
   use first_touch, only: withhold_friction, place_touches
@@ -188,21 +188,43 @@ contains
       return
     end if
     if (system%contact%n == 0) then
-      if (.not. allocated(system%whole%csc%ptr)) call build_uncoupled(system)
+      call fit_pattern(system)
       return
     end if
-    if (.not. graph_holds(system%whole%matrix, system%contact)) call build_coupled(system)
+    if (graph_holds(system%whole%matrix, system%contact)) then
+      call fit_pattern(system)
+    else
+      call build_coupled(system)
+    end if
     call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
 
-  !> Builds the pattern of a system without contact: that of the bulk.
-  subroutine build_uncoupled(system)
+  !> Builds the pattern of the free equations if it is not there.
+  subroutine fit_pattern(system)
     type(system_t), intent(inout) :: system !! gets csc
 
+    if (allocated(system%whole%csc%ptr) .neqv. system%whole%solver%by_nodes) return
     call begin_cost(system%costs, cost_pattern)
-    call build_pattern(system%whole%bulk_matrix, system%equation, system%whole%csc)
+    call build_free(system)
     call end_cost(system%costs, cost_pattern)
-  end subroutine build_uncoupled
+  end subroutine fit_pattern
+
+  !> Builds the pattern of the free equations anew; a solver that takes its matrix by nodes has
+  !! none.
+  subroutine build_free(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    associate (whole => system%whole)
+      whole%csc = csc_matrix_t()
+      whole%symmetric = .false.
+      if (whole%solver%by_nodes) return
+      if (system%contact%n > 0) then
+        call build_pattern(whole%matrix, system%equation, whole%csc)
+      else
+        call build_pattern(whole%bulk_matrix, system%equation, whole%csc)
+      end if
+    end associate
+  end subroutine build_free
 
   !> Builds the pattern of bulk and contact elements anew.
   subroutine build_coupled(system)
@@ -213,7 +235,7 @@ contains
       system%contact, &
       system%volumes)
     call place_bulk(system)
-    call build_pattern(system%whole%matrix, system%equation, system%whole%csc)
+    call build_free(system)
     call start_pattern(system%whole%solver)
     system%place%coupled_hosts = system%place%hosts
     call end_cost(system%costs, cost_pattern)

@@ -6,11 +6,19 @@ module force_scales
   use rigid_bodies, only: rigid_loads
   implicit none
   private
-  public :: begin_scales, note_forces, force_scale, in_bounds, longest_step
+  public :: begin_scales, note_forces, force_scale, in_bounds, longest_step, &
+    needed_accuracy
 
   !> No node goes farther in a run than this many times the size of the model, beyond what is
   !! prescribed.
   real(wp), parameter :: farthest = 2.0_wp
+  !> An iterative solver may leave this share of what counts as converged,
+  real(wp), parameter :: share_of_goal = 0.1_wp
+  !> and shares of the right-hand side within these bounds.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-3_wp
+  !> Without contact one solve may be all that it takes; a body that hardly anything holds goes far
+  !! for a small force.
+  real(wp), parameter :: finest_alone = 1.0e-15_wp, finest_loose = 1.0e-14_wp
 
 contains
 
@@ -27,6 +35,22 @@ contains
       max(0.0_wp, maxval(abs(system%u), system%equation == 0))
     system%scale%stroke = maxval(abs(system%u - state%u))
   end subroutine begin_scales
+
+  !> Residual over right-hand side that an iterative solver may leave of a direction.
+  pure real(wp) function needed_accuracy(system, converged) result(accuracy)
+    type(system_t), intent(in) :: system !! right given
+    real(wp), intent(in) :: converged !! residual over forces that counts as converged
+    real(wp) :: norm
+
+    norm = norm2(system%right)
+    if (system%contact%n == 0) then
+      accuracy = finest_alone
+      return
+    end if
+    accuracy = merge(finest_loose, finest, any(system%body%weak))
+    if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
+      share_of_goal*converged*force_scale(system)/norm))
+  end function needed_accuracy
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were
   !! smaller. So a runaway cannot make its own residual look small.

@@ -17,6 +17,8 @@ module line_search
   real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
   !> or if it shortens the next simplified direction by this share of its length.
   real(wp), parameter :: sufficient_shortening = 0.25_wp
+  !> Residual over right-hand side that an iterative solver may leave of a next direction.
+  real(wp), parameter :: rough = 1.0e-2_wp
   !> The shortest step is 2^-8.
   integer, parameter :: most_halvings = 8
 
@@ -115,6 +117,7 @@ contains
       length = next_condensed_length(system, share)
       return
     end if
+    system%whole%solver%accuracy = rough
     call solve_roughly(system, outcome)
     length = huge(1.0_wp)
     if (outcome == solver_done) length = norm2(system%next)

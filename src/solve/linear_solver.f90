@@ -1,33 +1,38 @@
 !> The one linear solver that Newton and the line search call: the back end that the matrix at hand
-!! and the user allow, CHOLMOD for symmetric matrices, UMFPACK for unsymmetric ones.
+!! and the user allow, CHOLMOD for symmetric matrices, UMFPACK for unsymmetric ones; or PETSc for
+!! all of them, if the program has it.
 module linear_solver
   use kinds, only: wp
   use memory, only: memory_left
   use threads, only: count_threads
   use blas_info, only: set_blas_threads
-  use text, only: lower
+  use text, only: lower, to_text
   use costs, only: cost_t
   use csc_matrix, only: csc_matrix_t
-  use back_ends, only: back_end_t, solver_done, solver_out_of_memory, solver_not_definite, &
-    solver_singular
-  use umfpack_solver, only: umfpack_t
-  use cholmod_solver, only: cholmod_t
+  use block_matrix, only: block_matrix_t
+  use back_ends, only: back_end_t, nodal_back_end_t, nodes_t, solver_done, solver_out_of_memory, &
+    solver_not_definite, solver_singular
+  use engines, only: has_engine, start_engine
+  use ranks, only: count_ranks
   implicit none
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
-    free_solver, solver_of
-  public :: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, solver_reduced
+    free_solver, solver_of, describe_matrix, refusal
+  public :: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, solver_petsc, &
+    solver_reduced
 
   !> What SOLVer and --solver ask for; the first ones are back ends for the whole matrix.
   integer, parameter :: solver_unknown = -1
   integer, parameter :: solver_auto = 0
   integer, parameter :: solver_umfpack = 1
   integer, parameter :: solver_cholmod = 2
-  integer, parameter :: solver_reduced = 3
-  integer, parameter :: n_back_ends = 2
+  integer, parameter :: solver_petsc = 3
+  integer, parameter :: solver_reduced = 4
+  integer, parameter :: n_back_ends = 3
   !> Their words, of which four letters count, and the names of the back ends.
-  character(7), parameter :: words(0:3) = [character(7) :: 'auto', 'umfpack', 'cholmod', 'reduced']
-  character(7), parameter :: names(n_back_ends) = [character(7) :: 'UMFPACK', 'CHOLMOD']
+  character(7), parameter :: words(0:4) = [character(7) :: 'auto', 'umfpack', 'cholmod', &
+    'petsc', 'reduced']
+  character(7), parameter :: names(n_back_ends) = [character(7) :: 'UMFPACK', 'CHOLMOD', 'PETSC']
 
   !> From this size on a factor is worth several threads of the BLAS [byte].
   real(wp), parameter :: large_factor = 5.0e7_wp
@@ -41,6 +46,9 @@ module linear_solver
   type :: linear_solver_t
     type(engine_t) :: engine(n_back_ends) !! allocated where one has been needed
     logical :: symmetric_allowed = .true. !! CHOLMOD takes symmetric matrices
+    logical :: by_nodes = .false. !! PETSc takes all matrices, by describe_matrix
+    real(wp) :: accuracy = 1.0e-10_wp !! residual over right-hand side that the next solve may
+    !! leave, where it iterates
     integer :: holds = solver_unknown !! back end with the factor, unknown if there is none
     real(wp) :: granted = 0.0_wp !! largest factor that has been found to fit [byte]
     real(wp) :: wanted = 0.0_wp !! factor that did not fit [byte]
@@ -63,6 +71,10 @@ contains
     if (.not. a%changed .and. solver%holds /= solver_unknown) return
     a%changed = .false.
     solver%indefinite = .false.
+    if (solver%by_nodes) then
+      call factorise_with(solver, solver_petsc, a, costs, outcome)
+      return
+    end if
     if (symmetric .and. solver%symmetric_allowed) then
       call factorise_with(solver, solver_cholmod, a, costs, outcome)
       if (outcome /= solver_not_definite) return
@@ -84,7 +96,8 @@ contains
       if (k /= choice .and. allocated(solver%engine(k)%is)) call solver%engine(k)%is%drop_factor()
     end do
     solver%holds = solver_unknown
-    if (.not. allocated(solver%engine(choice)%is)) call start_engine(choice, solver%engine(choice))
+    if (.not. allocated(solver%engine(choice)%is)) call start_engine(names(choice), &
+      solver%engine(choice)%is)
     outcome = solver_done
     associate (engine => solver%engine(choice)%is)
       if (.not. engine%is_analysed()) then
@@ -100,18 +113,37 @@ contains
     if (outcome == solver_done) solver%holds = choice
   end subroutine factorise_with
 
-  !> Makes a back end.
-  subroutine start_engine(choice, engine)
-    integer, intent(in) :: choice !! which one
-    type(engine_t), intent(inout) :: engine !! gets it
+  !> Hands PETSc the matrix that the next factorise_matrix is about.
+  subroutine describe_matrix(solver, matrix, bulk, equation, nodes, costs)
+    type(linear_solver_t), intent(inout) :: solver !! handles; takes matrices by nodes
+    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+    type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(nodes_t), intent(in) :: nodes !! what is known of the nodes
+    type(cost_t), intent(inout) :: costs !! cost table
 
-    select case (choice)
-    case (solver_cholmod)
-      allocate (cholmod_t :: engine%is)
-    case default
-      allocate (umfpack_t :: engine%is)
+    if (.not. allocated(solver%engine(solver_petsc)%is)) call start_engine(names(solver_petsc), &
+      solver%engine(solver_petsc)%is)
+    select type (engine => solver%engine(solver_petsc)%is)
+    class is (nodal_back_end_t)
+      call engine%describe(matrix, bulk, equation, nodes, costs)
     end select
-  end subroutine start_engine
+  end subroutine describe_matrix
+
+  !> Why this program cannot take a solver, and what to do, in two lines; empty if it can.
+  function refusal(solver) result(text)
+    integer, intent(in) :: solver !! one of the solvers
+    character(:), allocatable :: text
+
+    text = ''
+    if (solver == solver_petsc .and. .not. has_engine(names(solver_petsc))) then
+      text = 'this program has no PETSc'//new_line('a')// &
+        '  build ./mfec-petsc by make PETSC=1 and run that, or leave the choice to AUTO'
+    else if (count_ranks() > 1 .and. solver > solver_auto .and. solver /= solver_petsc) then
+      text = 'this solver works on one rank, and mpirun has started '//to_text(count_ranks())// &
+        new_line('a')//'  use the solver PETSc or AUTO, or run without mpirun'
+    end if
+  end function refusal
 
   !> Threads of the BLAS for one factor: all of the program's if it is large, else one.
   integer function threads_for(bytes) result(n)
@@ -149,6 +181,7 @@ contains
 
     outcome = solver_singular
     if (solver%holds == solver_unknown) return
+    solver%engine(solver%holds)%is%accuracy = solver%accuracy
     call solver%engine(solver%holds)%is%solve(a, b, x, costs, outcome)
   end subroutine solve_system
 
@@ -174,7 +207,7 @@ contains
 
   !> The solver that a word of SOLVer or --solver means; four letters count.
   pure integer function solver_of(word) result(solver)
-    character(*), intent(in) :: word !! AUTO, UMFPack, CHOLmod, REDUced
+    character(*), intent(in) :: word !! AUTO, UMFPack, CHOLmod, PETSc, REDUced
     character(4) :: short
     integer :: k
 

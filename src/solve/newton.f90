@@ -10,7 +10,8 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
-  use force_scales, only: note_forces, force_scale, in_bounds, longest_step
+  use force_scales, only: note_forces, force_scale, in_bounds, longest_step, &
+    needed_accuracy
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
@@ -348,6 +349,8 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
+    system%whole%solver%accuracy = needed_accuracy(system, &
+      max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance)))
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return

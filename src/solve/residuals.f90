@@ -5,8 +5,8 @@ module residuals
   use element_types, only: task_tangent, task_residual, status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
-  use block_matrix, only: multiply_absolute
-  use csc_matrix, only: fill_values
+  use block_matrix, only: block_matrix_t, multiply_absolute
+  use csc_matrix, only: csc_matrix_t, fill_values
   use assembly, only: assemble
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
@@ -70,8 +70,8 @@ contains
     call form_bulk_tangent(x, system)
     if (system%contact%n == 0) then
       if (.not. (system%whole%symmetric .and. system%bulk%linear)) &
-        call fill_values(system%whole%bulk_matrix, &
-        system%equation, system%whole%csc)
+        call hand_values(system%whole%bulk_matrix, system%equation, system%whole%solver%by_nodes, &
+        system%whole%csc)
       system%whole%symmetric = .not. allocated(system%loads%pressed)
       call form_border(system)
       return
@@ -88,11 +88,26 @@ contains
     call gather_right(system, 0.0_wp, .false.)
     if (any(system%body%weak)) call ground_bodies(x, system)
     call form_border(system)
-    call fill_values(system%whole%matrix, system%equation, system%whole%csc)
+    call hand_values(system%whole%matrix, system%equation, system%whole%solver%by_nodes, &
+      system%whole%csc)
     system%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
       .not. allocated(system%loads%pressed)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_tangent
+
+  !> The values for the solver; one that takes them by nodes has them when it factorises.
+  pure subroutine hand_values(blocks, equation, by_nodes, csc)
+    type(block_matrix_t), intent(in) :: blocks !! tangent of all nodes
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: by_nodes !! the solver takes them by nodes
+    type(csc_matrix_t), intent(inout) :: csc !! gets the values
+
+    if (by_nodes) then
+      csc%changed = .true.
+    else
+      call fill_values(blocks, equation, csc)
+    end if
+  end subroutine hand_values
 
   !> Norm of the residual on the free degrees of freedom.
   pure real(wp) function residual_norm(system) result(norm)

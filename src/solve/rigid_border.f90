@@ -5,8 +5,10 @@ module rigid_border
   use rotations, only: spin
   use lapack_interface, only: dgetrf, dgetrs
   use elmt03, only: d03_epsilon
-  use back_ends, only: solver_done, solver_singular
-  use linear_solver, only: factorise_matrix, solve_system
+  use back_ends, only: nodes_t, solver_done, solver_singular
+  use element_types, only: status_open
+  use elmlib, only: routine_none
+  use linear_solver, only: factorise_matrix, solve_system, describe_matrix
   use block_matrix, only: block_matrix_t, find_block
   use rigid_bodies, only: lever
   use system_types, only: system_t
@@ -179,6 +181,8 @@ contains
     integer :: k, info
 
     outcome = solver_done
+    if (system%whole%solver%by_nodes .and. system%whole%csc%changed) &
+      call describe_tangent(system, symmetric)
     if (system%equations > 0 .or. system%tools%border%n == 0) &
       call factorise_matrix(system%whole%solver, &
       system%whole%csc, symmetric, system%costs, outcome)
@@ -197,6 +201,33 @@ contains
       if (info /= 0) outcome = solver_singular
     end associate
   end subroutine factorise_bordered
+
+  !> Hands on the tangent by nodes, and which of them contact holds.
+  subroutine describe_tangent(system, symmetric)
+    type(system_t), intent(inout) :: system !! tangent formed; the solver takes it
+    logical, intent(in) :: symmetric !! it may be taken for symmetric
+    type(nodes_t) :: nodes
+    integer :: k
+
+    nodes%x = system%position%x_now - system%u
+    nodes%linear = system%bulk%linear
+    nodes%loose = any(system%body%weak)
+    nodes%symmetric = symmetric
+    allocate (nodes%touched(size(system%equation, 2)), source=.false.)
+    associate (list => system%contact, whole => system%whole)
+      do k = 1, list%n
+        if (list%routine(k) == routine_none .or. list%status(k) <= status_open) cycle
+        nodes%touched(list%ix(:list%nel(k), k)) = .true.
+      end do
+      if (list%n > 0) then
+        call describe_matrix(whole%solver, whole%matrix, whole%bulk_matrix, system%equation, &
+          nodes, system%costs)
+      else
+        call describe_matrix(whole%solver, whole%bulk_matrix, whole%bulk_matrix, &
+          system%equation, nodes, system%costs)
+      end if
+    end associate
+  end subroutine describe_tangent
 
   !> Solves for nodes and rigid bodies with the last factor.
   subroutine solve_bordered(system, b, x, outcome)

@@ -7,8 +7,9 @@ module solver_choice
   use contact_types, only: pair_t
   use friction_return, only: has_friction
   use monitors, only: monitor_t
+  use ranks, only: count_ranks
   use linear_solver, only: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
-    solver_reduced
+    solver_petsc, solver_reduced
   use condensed_bodies, only: free_condensed
   use condensed_system, only: start_condensed
   use system_types, only: system_t
@@ -23,6 +24,7 @@ module solver_choice
     logical :: linear_bulk = .true. !! the bulk's tangent is constant
     logical :: restrained = .true. !! supports alone hold each body
     logical :: rigid_unknowns = .false. !! a rigid body has free motions
+    integer :: ranks = 1 !! processes that work on it
     integer :: dofs = 0 !! free degrees of freedom
     integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
     real(wp) :: dense_share = 0.0_wp !! estimated cost of dense systems over that of sparse factors,
@@ -74,6 +76,7 @@ contains
       call free_condensed(system)
     end if
     system%whole%solver%symmetric_allowed = system%whole%choice /= solver_umfpack
+    system%whole%solver%by_nodes = system%whole%choice == solver_petsc
     call monitor%event(reason)
   end subroutine choose_solver
 
@@ -85,6 +88,7 @@ contains
     logical :: on_surface(size(system%equation, 2))
     integer :: k
 
+    scene%ranks = count_ranks()
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%weak)
@@ -128,11 +132,12 @@ contains
     case (solver_auto)
       choice = solver_cholmod
       if (len(obstacle) == 0) choice = solver_reduced
+      if (scene%ranks > 1) choice = solver_petsc
     case (solver_reduced)
       if (len(obstacle) > 0) choice = solver_cholmod
       if (len(obstacle) > 0) reason = 'REDUced cannot be had, '//obstacle//'; instead '
     case default
-      ! UMFPACK and CHOLMOD take every scene.
+      ! UMFPACK, CHOLMOD and PETSc take every scene.
     end select
     reason = 'solver: '//reason//way_of(scene, choice)//' ('
     if (asked == solver_auto) then
@@ -167,6 +172,10 @@ contains
     select case (choice)
     case (solver_umfpack)
       way = 'UMFPACK, an unsymmetric factor'
+    case (solver_petsc)
+      way = 'PETSc, GMRES on multigrid of the bulk and a factor of what contact holds'
+      if (.not. scene%contact) way = 'PETSc, conjugate gradients on multigrid'
+      if (scene%ranks > 1) way = way//', on '//to_text(scene%ranks)//' ranks'
     case (solver_reduced)
       way = 'REDUced, one symmetric factor a body and dense systems of the contact forces'
       if (.not. scene%linear_bulk) way = way//', with GMRES on the true tangent'

@@ -1,0 +1,331 @@
+!> Prototypes of the PETSc routines in use, and nothing else. All of them return 0 when all is well;
+!! handles are pointers, by reference where made or freed.
+module petsc_interface
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_char, c_funptr
+  implicit none
+  private
+  public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size
+  public :: petsc_options_set, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
+    petsc_return_error
+  public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
+    mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
+    mat_mult, mat_create_vectors
+  public :: null_space_rigid_body, null_space_destroy
+  public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, vec_duplicate, &
+    vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero
+  public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
+  public :: is_create, is_destroy
+
+  !> All ranks: PETSc's own variable, there once it has been initialised.
+  type(c_ptr), bind(c, name='PETSC_COMM_WORLD') :: petsc_comm_world
+
+  interface
+    !> Number of this rank, from 0.
+    integer(c_int) function mpi_comm_rank(comm, rank) bind(c, name='MPI_Comm_rank')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), intent(out) :: rank
+    end function mpi_comm_rank
+
+    !> Number of ranks.
+    integer(c_int) function mpi_comm_size(comm, ranks) bind(c, name='MPI_Comm_size')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), intent(out) :: ranks
+    end function mpi_comm_size
+
+    !> Sets an option; before or after PetscInitialize.
+    integer(c_int) function petsc_options_set(options, name, value) &
+      bind(c, name='PetscOptionsSetValue')
+      import :: c_int, c_ptr, c_char
+      implicit none
+      type(c_ptr), value :: options
+      character(kind=c_char), intent(in) :: name(*), value(*)
+    end function petsc_options_set
+
+    !> Starts MPI and PETSc.
+    integer(c_int) function petsc_initialize() bind(c, name='PetscInitializeNoArguments')
+      import :: c_int
+      implicit none
+    end function petsc_initialize
+
+    !> Ends PETSc and MPI.
+    integer(c_int) function petsc_finalize() bind(c, name='PetscFinalize')
+      import :: c_int
+      implicit none
+    end function petsc_finalize
+
+    !> Makes a procedure the one that hears of errors.
+    integer(c_int) function petsc_push_error_handler(handler, context) &
+      bind(c, name='PetscPushErrorHandler')
+      import :: c_int, c_funptr, c_ptr
+      implicit none
+      type(c_funptr), value :: handler
+      type(c_ptr), value :: context
+    end function petsc_push_error_handler
+
+    !> The handler that prints nothing and hands the error on.
+    integer(c_int) function petsc_return_error(comm, line, fun, file, n, p, message, context) &
+      bind(c, name='PetscReturnErrorHandler')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm, fun, file, message, context
+      integer(c_int), value :: line, n, p
+    end function petsc_return_error
+
+    !> A matrix, empty.
+    integer(c_int) function mat_create(comm, a) bind(c, name='MatCreate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      type(c_ptr), intent(out) :: a
+    end function mat_create
+
+    !> Rows and columns here and in all.
+    integer(c_int) function mat_set_sizes(a, m, n, all_rows, all_columns) &
+      bind(c, name='MatSetSizes')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: m, n, all_rows, all_columns
+    end function mat_set_sizes
+
+    !> Its format.
+    integer(c_int) function mat_set_type(a, name) bind(c, name='MatSetType')
+      import :: c_int, c_ptr, c_char
+      implicit none
+      type(c_ptr), value :: a
+      character(kind=c_char), intent(in) :: name(*)
+    end function mat_set_type
+
+    !> Degrees of freedom of a node.
+    integer(c_int) function mat_set_block_size(a, n) bind(c, name='MatSetBlockSize')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: n
+    end function mat_set_block_size
+
+    !> Copies compressed rows, where there is one rank; else nothing.
+    integer(c_int) function mat_preallocate(a, ptr, column, val) &
+      bind(c, name='MatSeqAIJSetPreallocationCSR')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), intent(in) :: ptr(*), column(*)
+      real(c_double), intent(in) :: val(*)
+    end function mat_preallocate
+
+    !> The same where there are more ranks.
+    integer(c_int) function mat_preallocate_parallel(a, ptr, column, val) &
+      bind(c, name='MatMPIAIJSetPreallocationCSR')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), intent(in) :: ptr(*), column(*)
+      real(c_double), intent(in) :: val(*)
+    end function mat_preallocate_parallel
+
+    !> Releases a matrix.
+    integer(c_int) function mat_destroy(a) bind(c, name='MatDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: a
+    end function mat_destroy
+
+    !> What multigrid must reproduce.
+    integer(c_int) function mat_set_near_null_space(a, space) bind(c, name='MatSetNearNullSpace')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, space
+    end function mat_set_near_null_space
+
+    !> Some rows and columns.
+    integer(c_int) function mat_create_submatrix(a, rows, columns, reuse, part) &
+      bind(c, name='MatCreateSubMatrix')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, rows, columns
+      integer(c_int), value :: reuse
+      type(c_ptr), intent(inout) :: part
+    end function mat_create_submatrix
+
+    !> y = A x.
+    integer(c_int) function mat_mult(a, x, y) bind(c, name='MatMult')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, x, y
+    end function mat_mult
+
+    !> The six rigid motions from coordinates.
+    integer(c_int) function null_space_rigid_body(coordinates, space) &
+      bind(c, name='MatNullSpaceCreateRigidBody')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: coordinates
+      type(c_ptr), intent(out) :: space
+    end function null_space_rigid_body
+
+    !> Releases it.
+    integer(c_int) function null_space_destroy(space) bind(c, name='MatNullSpaceDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: space
+    end function null_space_destroy
+
+    !> A vector, empty.
+    integer(c_int) function vec_create(comm, x) bind(c, name='VecCreate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      type(c_ptr), intent(out) :: x
+    end function vec_create
+
+    !> Rows here and in all.
+    integer(c_int) function vec_set_sizes(x, n, all_rows) bind(c, name='VecSetSizes')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      integer(c_int), value :: n, all_rows
+    end function vec_set_sizes
+
+    !> Its format.
+    integer(c_int) function vec_set_type(x, name) bind(c, name='VecSetType')
+      import :: c_int, c_ptr, c_char
+      implicit none
+      type(c_ptr), value :: x
+      character(kind=c_char), intent(in) :: name(*)
+    end function vec_set_type
+
+    !> Degrees of freedom of a node.
+    integer(c_int) function vec_set_block_size(x, n) bind(c, name='VecSetBlockSize')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      integer(c_int), value :: n
+    end function vec_set_block_size
+
+    !> Another one of its kind.
+    integer(c_int) function vec_duplicate(x, y) bind(c, name='VecDuplicate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      type(c_ptr), intent(out) :: y
+    end function vec_duplicate
+
+    !> Releases a vector.
+    integer(c_int) function vec_destroy(x) bind(c, name='VecDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: x
+    end function vec_destroy
+
+    !> Its values here.
+    integer(c_int) function vec_get_array(x, values) bind(c, name='VecGetArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      type(c_ptr), intent(out) :: values
+    end function vec_get_array
+
+    !> Gives them back.
+    integer(c_int) function vec_restore_array(x, values) bind(c, name='VecRestoreArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      type(c_ptr), intent(inout) :: values
+    end function vec_restore_array
+
+    !> y = x + a y.
+    integer(c_int) function vec_aypx(y, a, x) bind(c, name='VecAYPX')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: y, x
+      real(c_double), value :: a
+    end function vec_aypx
+
+    !> y = y + a x.
+    integer(c_int) function vec_axpy(y, a, x) bind(c, name='VecAXPY')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: y, x
+      real(c_double), value :: a
+    end function vec_axpy
+
+    !> x = 0.
+    integer(c_int) function vec_zero(x) bind(c, name='VecZeroEntries')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+    end function vec_zero
+
+    !> The vectors that fit a matrix, from its columns and from its rows.
+    integer(c_int) function mat_create_vectors(a, x, y) bind(c, name='MatCreateVecs')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      type(c_ptr), intent(out) :: x, y
+    end function mat_create_vectors
+
+    !> What brings some rows of x to y; no rows of y: all of them.
+    integer(c_int) function scatter_create(x, rows_of_x, y, rows_of_y, scatter) &
+      bind(c, name='VecScatterCreate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x, rows_of_x, y, rows_of_y
+      type(c_ptr), intent(out) :: scatter
+    end function scatter_create
+
+    !> What brings a vector to all ranks, and the vector that it comes to.
+    integer(c_int) function scatter_to_all(x, scatter, whole) bind(c, name='VecScatterCreateToAll')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: x
+      type(c_ptr), intent(out) :: scatter, whole
+    end function scatter_to_all
+
+    !> Begins to do so.
+    integer(c_int) function scatter_begin(scatter, x, y, insert, direction) &
+      bind(c, name='VecScatterBegin')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: scatter, x, y
+      integer(c_int), value :: insert, direction
+    end function scatter_begin
+
+    !> Ends doing so.
+    integer(c_int) function scatter_end(scatter, x, y, insert, direction) &
+      bind(c, name='VecScatterEnd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: scatter, x, y
+      integer(c_int), value :: insert, direction
+    end function scatter_end
+
+    !> Releases it.
+    integer(c_int) function scatter_destroy(scatter) bind(c, name='VecScatterDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: scatter
+    end function scatter_destroy
+
+    !> A set of rows.
+    integer(c_int) function is_create(comm, n, rows, copy, set) bind(c, name='ISCreateGeneral')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), value :: n, copy
+      integer(c_int), intent(in) :: rows(*)
+      type(c_ptr), intent(out) :: set
+    end function is_create
+
+    !> Releases it.
+    integer(c_int) function is_destroy(set) bind(c, name='ISDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: set
+    end function is_destroy
+  end interface
+end module petsc_interface

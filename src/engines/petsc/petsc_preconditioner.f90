@@ -1,0 +1,256 @@
+!> What precedes each iteration of GMRES: multigrid, and around it the exact solution of the nodes
+!! that contact holds with one ring of nodes around them (doc/theory, "Beyond one machine").
+module petsc_preconditioner
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
+    c_associated, c_f_pointer
+  use petsc_interface, only: petsc_comm_world, petsc_options_set, mat_create_submatrix, &
+    mat_destroy, mat_mult, mat_create_vectors, vec_aypx, vec_axpy, vec_zero, vec_destroy, &
+    is_create, is_destroy, scatter_create, scatter_begin, scatter_end, scatter_destroy
+  use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
+    pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
+  use petsc_matrices, only: layout_t, make_vector, note
+  implicit none
+  private
+  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, &
+    free_preconditioner, apply_preconditioner
+  public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
+
+  !> What stands for the inverse of the whole matrix, the cheapest first.
+  integer, parameter :: way_kept = 1 !! multigrid of the bulk, kept
+  integer, parameter :: way_renewed = 2 !! multigrid of the tangent
+  integer, parameter :: way_algebraic = 3 !! BoomerAMG of the tangent
+  integer, parameter :: way_direct = 4 !! a factor of the tangent
+  integer, parameter :: n_ways = 4
+  !> What the options of each begin with.
+  character(14), parameter :: prefixes(n_ways) = [character(14) :: 'mfec_kept_', 'mfec_renewed_', &
+    'mfec_boomer_', 'mfec_direct_']
+
+  ! petscmat.h, petscvec.h, petscsystypes.h
+  integer(c_int), parameter :: initial_matrix = 0_c_int, copy_values = 0_c_int
+  integer(c_int), parameter :: insert_values = 1_c_int, forward = 0_c_int, backward = 1_c_int
+
+  !> The parts; PETSc knows it by its address.
+  type :: preconditioner_t
+    type(c_ptr) :: tangent = c_null_ptr !! the matrix, not ours
+    type(c_ptr) :: whole = c_null_ptr !! what stands for its inverse
+    type(c_ptr) :: pick = c_null_ptr !! brings the rows of the block together
+    type(c_ptr) :: asked = c_null_ptr !! right-hand side of the block
+    type(c_ptr) :: answer = c_null_ptr !! solution of the block
+    type(c_ptr) :: block = c_null_ptr !! the block
+    type(c_ptr) :: inverse = c_null_ptr !! its factor
+    type(c_ptr) :: rest = c_null_ptr !! residual within a pass
+    type(c_ptr) :: step = c_null_ptr !! a part of the answer
+    logical :: has_block = .false. !! there is a block
+  end type preconditioner_t
+
+contains
+
+  !> All options, once.
+  subroutine set_options(ranks, fault)
+    integer, intent(in) :: ranks !! how many
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer :: k
+
+    do k = way_kept, way_renewed
+      call set(trim(prefixes(k))//'pc_type', 'gamg')
+    end do
+    call set(trim(prefixes(way_algebraic))//'pc_type', 'hypre')
+    call set(trim(prefixes(way_algebraic))//'pc_hypre_type', 'boomeramg')
+    call set(trim(prefixes(way_direct))//'pc_type', 'lu')
+    call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
+    if (ranks == 1) then
+      call set('mfec_block_pc_type', 'lu')
+      call set('mfec_block_pc_factor_mat_ordering_type', 'nd')
+    else
+      call set('mfec_block_pc_type', 'redundant')
+      call set('mfec_block_redundant_pc_type', 'lu')
+      call set('mfec_block_redundant_pc_factor_mat_ordering_type', 'nd')
+    end if
+    call set('mfec_gmres_ksp_type', 'gmres')
+    call set('mfec_gmres_ksp_pc_side', 'right')
+    call set('mfec_gmres_ksp_gmres_restart', '60')
+    call set('mfec_gmres_ksp_gmres_modifiedgramschmidt', '1')
+    call set('mfec_cg_ksp_type', 'cg')
+    call set('mfec_cg_ksp_norm_type', 'unpreconditioned')
+
+  contains
+
+    !> One option.
+    subroutine set(name, value)
+      character(*), intent(in) :: name !! without the dash
+      character(*), intent(in) :: value !! its value
+
+      call note(fault, petsc_options_set(c_null_ptr, '-'//name//c_null_char, value//c_null_char))
+    end subroutine set
+  end subroutine set_options
+
+  !> What stands for the inverse of a matrix; an older one is released.
+  subroutine make_whole(way, a, precon, failed, fault)
+    integer, intent(in) :: way !! one of the ways
+    type(c_ptr), intent(in) :: a !! the matrix
+    type(preconditioner_t), intent(inout) :: precon !! gets whole
+    logical, intent(out) :: failed !! there is none
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer(c_int) :: status, reason
+
+    failed = .true.
+    call free_whole(precon)
+    call note(fault, pc_create(petsc_comm_world, precon%whole))
+    if (fault /= 0_c_int) return
+    call note(fault, pc_set_operators(precon%whole, a, a))
+    call note(fault, pc_set_prefix(precon%whole, trim(prefixes(way))//c_null_char))
+    call note(fault, pc_from_options(precon%whole))
+    if (fault /= 0_c_int) return
+    ! a matrix that it cannot take is no fault of ours
+    status = pc_set_up(precon%whole)
+    reason = 1_c_int
+    if (status == 0_c_int) status = pc_failed(precon%whole, reason)
+    failed = status /= 0_c_int .or. reason /= 0_c_int
+    if (failed) call free_whole(precon)
+  end subroutine make_whole
+
+  !> The block of some nodes of a matrix, and its factor.
+  subroutine make_block(layout, a, inside, precon, failed, fault)
+    type(layout_t), intent(in) :: layout !! whose rows
+    type(c_ptr), intent(in) :: a !! the matrix
+    logical, intent(in) :: inside(:) !! (mesh nodes) in the block
+    type(preconditioner_t), intent(inout) :: precon !! gets the block
+    logical, intent(out) :: failed !! it is singular
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer(c_int) :: status, reason
+
+    call free_block(precon)
+    precon%tangent = a
+    failed = .false.
+    precon%has_block = any(inside)
+    if (.not. c_associated(precon%rest)) call make_vector(layout, precon%rest, fault)
+    if (.not. c_associated(precon%step)) call make_vector(layout, precon%step, fault)
+    if (.not. precon%has_block .or. fault /= 0_c_int) return
+    call gather_block(layout, a, inside, precon, fault)
+    call note(fault, pc_create(petsc_comm_world, precon%inverse))
+    if (fault /= 0_c_int) return
+    call note(fault, pc_set_operators(precon%inverse, precon%block, precon%block))
+    call note(fault, pc_set_prefix(precon%inverse, 'mfec_block_'//c_null_char))
+    call note(fault, pc_from_options(precon%inverse))
+    if (fault /= 0_c_int) return
+    status = pc_set_up(precon%inverse)
+    reason = 1_c_int
+    if (status == 0_c_int) status = pc_failed(precon%inverse, reason)
+    failed = status /= 0_c_int .or. reason /= 0_c_int
+  end subroutine make_block
+
+  !> The block itself, and the way of vectors to it and back.
+  subroutine gather_block(layout, a, inside, precon, fault)
+    type(layout_t), intent(in) :: layout !! whose rows
+    type(c_ptr), intent(in) :: a !! the matrix
+    logical, intent(in) :: inside(:) !! (mesh nodes) in the block
+    type(preconditioner_t), intent(inout) :: precon !! gets block, pick, asked, answer
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer(c_int), allocatable :: rows(:)
+    type(c_ptr) :: set
+    integer :: i, k
+
+    associate (own => layout%node(layout%first + 1:layout%first + layout%own))
+      rows = pack([((int(3*(layout%first + i - 1) + k, c_int), k=0, 2), i=1, size(own))], &
+        [((inside(own(i)), k=0, 2), i=1, size(own))])
+    end associate
+    call note(fault, is_create(petsc_comm_world, size(rows, kind=c_int), rows, copy_values, set))
+    if (fault /= 0_c_int) return
+    call note(fault, mat_create_submatrix(a, set, set, initial_matrix, precon%block))
+    if (fault /= 0_c_int) return
+    call note(fault, mat_create_vectors(precon%block, precon%answer, precon%asked))
+    if (fault /= 0_c_int) return
+    call note(fault, scatter_create(precon%rest, set, precon%asked, c_null_ptr, precon%pick))
+    call note(fault, is_destroy(set))
+  end subroutine gather_block
+
+  !> z = M r, called by PETSc: the block, the whole on what that leaves, and the block again.
+  integer(c_int) function apply_preconditioner(pc, r, z) bind(c) result(fault)
+    type(c_ptr), value :: pc !! the preconditioner
+    type(c_ptr), value :: r !! residual
+    type(c_ptr), value :: z !! answer
+    type(c_ptr) :: address
+    type(preconditioner_t), pointer :: precon
+
+    fault = pc_shell_get_context(pc, address)
+    if (fault /= 0_c_int) return
+    call c_f_pointer(address, precon)
+    if (.not. precon%has_block) then
+      fault = pc_apply(precon%whole, r, z)
+      return
+    end if
+    call note(fault, vec_zero(z))
+    call answer_block(precon, r, z, fault)
+    call find_rest(precon, r, z, fault)
+    call note(fault, pc_apply(precon%whole, precon%rest, precon%step))
+    call note(fault, vec_axpy(z, 1.0_c_double, precon%step))
+    call find_rest(precon, r, z, fault)
+    call note(fault, vec_zero(precon%step))
+    call answer_block(precon, precon%rest, precon%step, fault)
+    call note(fault, vec_axpy(z, 1.0_c_double, precon%step))
+  end function apply_preconditioner
+
+  !> rest = r - A z.
+  subroutine find_rest(precon, r, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! gets rest
+    type(c_ptr), intent(in) :: r !! residual
+    type(c_ptr), intent(in) :: z !! answer so far
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
+    call note(fault, mat_mult(precon%tangent, z, precon%rest))
+    call note(fault, vec_aypx(precon%rest, -1.0_c_double, r))
+  end subroutine find_rest
+
+  !> The block's answer to a residual, in the rows of the block.
+  subroutine answer_block(precon, r, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! block
+    type(c_ptr), intent(in) :: r !! residual
+    type(c_ptr), intent(in) :: z !! zero; gets the answer
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
+    call note(fault, scatter_begin(precon%pick, r, precon%asked, insert_values, forward))
+    call note(fault, scatter_end(precon%pick, r, precon%asked, insert_values, forward))
+    call note(fault, pc_apply(precon%inverse, precon%asked, precon%answer))
+    call note(fault, scatter_begin(precon%pick, precon%answer, z, insert_values, backward))
+    call note(fault, scatter_end(precon%pick, precon%answer, z, insert_values, backward))
+  end subroutine answer_block
+
+  !> Releases what stands for the inverse of the whole matrix.
+  subroutine free_whole(precon)
+    type(preconditioner_t), intent(inout) :: precon !! keeps the rest
+    integer(c_int) :: ignored
+
+    if (c_associated(precon%whole)) ignored = pc_destroy(precon%whole)
+    precon%whole = c_null_ptr
+  end subroutine free_whole
+
+  !> Releases the block.
+  subroutine free_block(precon)
+    type(preconditioner_t), intent(inout) :: precon !! keeps the rest
+    integer(c_int) :: ignored
+
+    if (c_associated(precon%inverse)) ignored = pc_destroy(precon%inverse)
+    if (c_associated(precon%block)) ignored = mat_destroy(precon%block)
+    if (c_associated(precon%pick)) ignored = scatter_destroy(precon%pick)
+    if (c_associated(precon%asked)) ignored = vec_destroy(precon%asked)
+    if (c_associated(precon%answer)) ignored = vec_destroy(precon%answer)
+    precon%inverse = c_null_ptr
+    precon%block = c_null_ptr
+    precon%pick = c_null_ptr
+    precon%asked = c_null_ptr
+    precon%answer = c_null_ptr
+    precon%has_block = .false.
+  end subroutine free_block
+
+  !> Releases everything.
+  subroutine free_preconditioner(precon)
+    type(preconditioner_t), intent(inout) :: precon !! starts anew
+    integer(c_int) :: ignored
+
+    call free_whole(precon)
+    call free_block(precon)
+    if (c_associated(precon%rest)) ignored = vec_destroy(precon%rest)
+    if (c_associated(precon%step)) ignored = vec_destroy(precon%step)
+    precon = preconditioner_t()
+  end subroutine free_preconditioner
+end module petsc_preconditioner

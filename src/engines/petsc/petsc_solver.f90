@@ -1,0 +1,303 @@
+!> Linear systems through PETSc: GMRES to the accuracy that is asked for, on multigrid of the bulk
+!! and the exact solution of what contact holds; conjugate gradients where nothing is in contact
+!! (doc/theory, "Beyond one machine").
+module petsc_solver
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
+    c_associated, c_loc, c_funloc
+  use kinds, only: wp
+  use costs, only: cost_t, begin_cost, end_cost, count_cost, keep_largest, cost_multigrid, &
+    cost_solve, cost_krylov, cost_longest
+  use block_matrix, only: block_matrix_t
+  use csc_matrix, only: csc_matrix_t
+  use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
+  use petsc_interface, only: petsc_comm_world, mat_destroy, vec_destroy, vec_zero
+  use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
+    ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
+    ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
+  use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
+    add_rigid_modes, make_vector, put_vector, take_vector, note
+  use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
+    free_preconditioner, apply_preconditioner, way_kept, way_renewed, way_algebraic, n_ways
+  implicit none
+  private
+  public :: petsc_t
+
+  !> Iterations after which a way of preconditioning is given up for the next.
+  integer(c_int), parameter :: most_iterations = 120_c_int
+  !> Multigrid of a bulk that is not linear is made anew after a solve that took this many
+  !! iterations, and this many times those of the first solve with it.
+  real(wp), parameter :: worn_share = 1.5_wp
+  integer, parameter :: worn_least = 10
+  !> Memory of the matrix, multigrid and the vectors of GMRES for one row [byte].
+  real(wp), parameter :: row_bytes = 1800.0_wp
+
+  !> Matrices, vectors and what precedes the iterations.
+  type, extends(nodal_back_end_t) :: petsc_t
+    type(layout_t) :: layout !! whose rows
+    type(preconditioner_t), pointer :: precon => null() !! PETSc keeps its address
+    type(c_ptr) :: tangent = c_null_ptr !! the matrix
+    type(c_ptr) :: bulk = c_null_ptr !! that of the bulk
+    type(c_ptr) :: method = c_null_ptr !! GMRES or conjugate gradients
+    type(c_ptr) :: right = c_null_ptr !! right-hand side
+    type(c_ptr) :: answer = c_null_ptr !! solution
+    logical, allocatable :: inside(:) !! (mesh nodes) in the block of contact
+    logical :: symmetric = .false. !! the matrix is
+    logical :: loose = .false. !! the bulk alone is singular
+    integer :: way = way_kept !! one of the ways of preconditioning
+    integer :: first_count = 0 !! iterations of the first solve with this multigrid, 0: none yet
+    logical :: worn = .false. !! it is to be made anew
+    integer(c_int) :: fault = 0_c_int !! first error of PETSc
+  contains
+    procedure :: describe
+    procedure :: analyse
+    procedure :: is_analysed
+    procedure :: factor_bytes
+    procedure :: factorise
+    procedure :: solve
+    procedure :: forget_pattern
+    procedure :: drop_factor
+    procedure :: free
+  end type petsc_t
+
+contains
+
+  !> Takes the values of a tangent; those of the bulk where multigrid of it is to be made.
+  subroutine describe(solver, matrix, bulk, equation, nodes, costs)
+    class(petsc_t), intent(inout) :: solver !! gets the matrices
+    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+    type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(nodes_t), intent(in) :: nodes !! what is known of the nodes
+    type(cost_t), intent(inout) :: costs !! cost table
+
+    call begin_cost(costs, cost_solve)
+    if (.not. associated(solver%precon)) allocate (solver%precon)
+    if (.not. fits_layout(solver%layout, matrix)) then
+      call drop_all(solver)
+      call make_layout(matrix, equation, solver%layout, solver%fault)
+      if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%right, solver%fault)
+      if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%answer, solver%fault)
+    end if
+    if (solver%fault /= 0_c_int) return
+    solver%symmetric = nodes%symmetric
+    solver%loose = nodes%loose
+    call make_matrix(solver%layout, matrix, equation, solver%tangent, solver%fault)
+    if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%tangent, &
+      solver%fault)
+    if (nodes%loose) solver%way = max(solver%way, way_renewed)
+    if (solver%way == way_kept .and. solver%fault == 0_c_int .and. ((solver%worn .and. &
+      .not. nodes%linear) .or. .not. c_associated(solver%bulk))) then
+      call free_whole(solver%precon)
+      call make_matrix(solver%layout, bulk, equation, solver%bulk, solver%fault)
+      if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%bulk, &
+        solver%fault)
+    end if
+    solver%inside = with_ring(matrix, nodes%touched)
+    call end_cost(costs, cost_solve)
+  end subroutine describe
+
+  !> Nodes and their neighbours.
+  pure function with_ring(matrix, touched) result(inside)
+    type(block_matrix_t), intent(in) :: matrix !! graph
+    logical, intent(in) :: touched(:) !! (nodes)
+    logical :: inside(size(touched))
+    integer :: j
+
+    inside = touched
+    do j = 1, size(touched)
+      if (touched(j)) inside(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
+    end do
+  end function with_ring
+
+  !> There is nothing to analyse: patterns come with the values.
+  subroutine analyse(solver, a, costs, outcome)
+    class(petsc_t), intent(inout) :: solver !! handles
+    type(csc_matrix_t), intent(in), target :: a !! not used: describe has the matrix
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+
+    outcome = solver_done
+    if (solver%fault /= 0_c_int .or. a%n < 0 .or. costs%count(1) < 0) outcome = solver_failed
+  end subroutine analyse
+
+  !> The matrix has been described.
+  logical function is_analysed(solver)
+    class(petsc_t), intent(in) :: solver !! handles
+
+    is_analysed = c_associated(solver%method)
+  end function is_analysed
+
+  !> Memory of matrix, multigrid and vectors on this rank [byte].
+  real(wp) function factor_bytes(solver) result(bytes)
+    class(petsc_t), intent(in) :: solver !! described
+
+    bytes = 3.0_wp*row_bytes*real(solver%layout%own, wp)
+  end function factor_bytes
+
+  !> Makes ready what precedes the iterations.
+  subroutine factorise(solver, a, costs, outcome)
+    class(petsc_t), intent(inout) :: solver !! described
+    type(csc_matrix_t), intent(in), target :: a !! not used: describe has the matrix
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    logical :: failed
+
+    call solver%analyse(a, costs, outcome)
+    if (outcome /= solver_done) return
+    call make_block(solver%layout, solver%tangent, solver%inside .and. &
+      solver%way < way_algebraic, solver%precon, failed, solver%fault)
+    if (failed) solver%way = max(solver%way, way_algebraic)
+    if (solver%fault == 0_c_int) call make_method(solver)
+    call prepare_way(solver, costs, outcome)
+    if (solver%fault /= 0_c_int) outcome = solver_failed
+  end subroutine factorise
+
+  !> What stands for the inverse of the whole matrix, by the first way that has one.
+  subroutine prepare_way(solver, costs, outcome)
+    class(petsc_t), intent(inout) :: solver !! way may go on
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! done, or singular
+    logical :: failed
+
+    outcome = solver_done
+    do while (solver%way <= n_ways)
+      if (solver%way == way_kept .and. c_associated(solver%precon%whole)) return
+      if (solver%way >= way_algebraic) solver%precon%has_block = .false.
+      call begin_cost(costs, cost_multigrid)
+      if (solver%way == way_kept) then
+        call make_whole(solver%way, solver%bulk, solver%precon, failed, solver%fault)
+      else
+        call make_whole(solver%way, solver%tangent, solver%precon, failed, solver%fault)
+      end if
+      call end_cost(costs, cost_multigrid)
+      solver%first_count = 0
+      solver%worn = .false.
+      if (.not. failed) return
+      solver%way = solver%way + 1
+    end do
+    solver%way = n_ways
+    outcome = solver_singular
+  end subroutine prepare_way
+
+  !> The iterative method: conjugate gradients without contact, if the matrix is symmetric.
+  subroutine make_method(solver)
+    class(petsc_t), intent(inout) :: solver !! gets method
+    type(c_ptr) :: pc
+    integer(c_int) :: ignored
+
+    associate (fault => solver%fault)
+      if (c_associated(solver%method)) ignored = ksp_destroy(solver%method)
+      solver%method = c_null_ptr
+      call note(fault, ksp_create(petsc_comm_world, solver%method))
+      if (fault /= 0_c_int) return
+      call note(fault, ksp_set_operators(solver%method, solver%tangent, solver%tangent))
+      if (solver%symmetric .and. .not. any(solver%inside)) then
+        call note(fault, ksp_set_prefix(solver%method, 'mfec_cg_'//c_null_char))
+      else
+        call note(fault, ksp_set_prefix(solver%method, 'mfec_gmres_'//c_null_char))
+      end if
+      call note(fault, ksp_get_pc(solver%method, pc))
+      if (fault /= 0_c_int) return
+      call note(fault, pc_set_type(pc, 'shell'//c_null_char))
+      call note(fault, pc_shell_set_context(pc, c_loc(solver%precon)))
+      call note(fault, pc_shell_set_apply(pc, c_funloc(apply_preconditioner)))
+      call note(fault, ksp_from_options(solver%method))
+    end associate
+  end subroutine make_method
+
+  !> x = A^-1 b to the accuracy; a way that does not get there gives way to the next.
+  subroutine solve(solver, a, b, x, costs, outcome)
+    class(petsc_t), intent(inout) :: solver !! ready
+    type(csc_matrix_t), intent(in), target :: a !! not used: describe has the matrix
+    real(wp), intent(in), target, contiguous :: b(:) !! (n) right-hand side
+    real(wp), intent(inout), target, contiguous :: x(:) !! (n) solution
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    logical :: arrived
+
+    call solver%analyse(a, costs, outcome)
+    do while (outcome == solver_done)
+      call iterate(solver, b, x, costs, arrived)
+      if (solver%fault /= 0_c_int) outcome = solver_failed
+      if (arrived .or. outcome /= solver_done) exit
+      if (solver%way == n_ways) outcome = solver_singular
+      if (outcome /= solver_done) exit
+      solver%way = solver%way + 1
+      call prepare_way(solver, costs, outcome)
+    end do
+    if (outcome == solver_done .and. .not. all(abs(x) <= huge(1.0_wp))) outcome = solver_singular
+  end subroutine solve
+
+  !> The iterations of one solve.
+  subroutine iterate(solver, b, x, costs, arrived)
+    class(petsc_t), intent(inout) :: solver !! ready
+    real(wp), intent(in) :: b(:) !! (n) right-hand side
+    real(wp), intent(inout) :: x(:) !! (n) solution
+    type(cost_t), intent(inout) :: costs !! cost table
+    logical, intent(out) :: arrived !! at the accuracy
+    integer(c_int) :: reason, n
+
+    reason = 0_c_int
+    n = 0_c_int
+    call begin_cost(costs, cost_solve)
+    associate (fault => solver%fault)
+      call put_vector(solver%layout, b, solver%right, fault)
+      call note(fault, vec_zero(solver%answer))
+      call note(fault, ksp_set_tolerances(solver%method, solver%accuracy, tiny(1.0_c_double), &
+        1.0e10_c_double, most_iterations))
+      if (fault == 0_c_int) call note(fault, ksp_solve(solver%method, solver%right, solver%answer))
+      if (fault == 0_c_int) call note(fault, ksp_reason(solver%method, reason))
+      if (fault == 0_c_int) call note(fault, ksp_iterations(solver%method, n))
+      if (fault == 0_c_int) call take_vector(solver%layout, solver%answer, x, fault)
+    end associate
+    call end_cost(costs, cost_solve)
+    call count_cost(costs, cost_krylov, int(n))
+    call keep_largest(costs, cost_longest, int(n))
+    arrived = reason > 0_c_int
+    if (solver%first_count == 0) solver%first_count = int(n)
+    solver%worn = solver%worn .or. n > max(worn_least, int(worn_share*real(solver%first_count, wp)))
+  end subroutine iterate
+
+  !> Another pattern needs nothing here: it comes with the values.
+  subroutine forget_pattern(solver)
+    class(petsc_t), intent(inout) :: solver !! handles
+
+    call solver%drop_factor()
+  end subroutine forget_pattern
+
+  !> Releases the method; matrices are made anew with the next values.
+  subroutine drop_factor(solver)
+    class(petsc_t), intent(inout) :: solver !! handles
+    integer(c_int) :: ignored
+
+    if (c_associated(solver%method)) ignored = ksp_destroy(solver%method)
+    solver%method = c_null_ptr
+  end subroutine drop_factor
+
+  !> Releases all that depends on whose rows are whose.
+  subroutine drop_all(solver)
+    class(petsc_t), intent(inout) :: solver !! keeps its way
+    integer(c_int) :: ignored
+
+    call solver%drop_factor()
+    call free_preconditioner(solver%precon)
+    if (c_associated(solver%tangent)) ignored = mat_destroy(solver%tangent)
+    if (c_associated(solver%bulk)) ignored = mat_destroy(solver%bulk)
+    if (c_associated(solver%right)) ignored = vec_destroy(solver%right)
+    if (c_associated(solver%answer)) ignored = vec_destroy(solver%answer)
+    solver%tangent = c_null_ptr
+    solver%bulk = c_null_ptr
+    solver%right = c_null_ptr
+    solver%answer = c_null_ptr
+    call free_layout(solver%layout)
+  end subroutine drop_all
+
+  !> Releases everything.
+  subroutine free(solver)
+    class(petsc_t), intent(inout) :: solver !! handles
+
+    if (.not. associated(solver%precon)) return
+    call drop_all(solver)
+    deallocate (solver%precon)
+  end subroutine free
+end module petsc_solver

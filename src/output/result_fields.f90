@@ -1,0 +1,67 @@
+!> How a field of a results file is declared: once, with what its data set, those who write and read
+!! it, and the tables of doc/manual.md take from there (doc/fields.py).
+module result_fields
+  use errors, only: error_t
+  use hdf5_io, only: hdf5_file_t, exists_in
+  use hdf5_data, only: make_series, series_shape
+  implicit none
+  private
+  public :: field_t, field_shape, make_field, entries_of, over_one, over_nodes, over_points, &
+    over_bodies, n_over
+
+  !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
+  !! bodies.
+  integer, parameter :: over_one = 0
+  integer, parameter :: over_nodes = 1
+  integer, parameter :: over_points = 2
+  integer, parameter :: over_bodies = 3
+  integer, parameter :: n_over = 3
+
+  !> A field: a data set with one entry for each end time.
+  type :: field_t
+    character(20) :: name = '' !! of its data set
+    integer :: stored = 0 !! one of the stored constants of hdf5_data
+    integer :: components = 1 !! numbers for each of what it has values for
+    integer :: over = over_one !! what it has values for
+    character(16) :: unit = '' !! [1], [length] and so on
+    character(144) :: description = '' !! for people
+    integer :: part = 0 !! when it is there: one of the parts its list knows, 0 for always
+  end type field_t
+
+contains
+
+  !> Dimensions of an entry.
+  pure function field_shape(field, counts) result(dims)
+    type(field_t), intent(in) :: field !! the field
+    integer, intent(in) :: counts(:) !! (n_over) how many of each there are
+    integer, allocatable :: dims(:)
+
+    dims = [integer ::]
+    if (field%components > 1) dims = [field%components]
+    if (field%over /= over_one) dims = [dims, counts(field%over)]
+  end function field_shape
+
+  !> Makes the empty data set.
+  subroutine make_field(file, group, field, counts, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! its group, with a slash at its end
+    type(field_t), intent(in) :: field !! the field
+    integer, intent(in) :: counts(:) !! (n_over) how many of each there are
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
+      trim(field%unit), trim(field%description), error)
+  end subroutine make_field
+
+  !> Entries that a data set has; 0 if it is not there.
+  integer function entries_of(file, path) result(n)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! data set; its group is there
+    integer :: dims(3), rank
+
+    n = 0
+    if (.not. exists_in(file, path)) return
+    call series_shape(file, path, dims, rank)
+    if (rank > 0) n = dims(rank)
+  end function entries_of
+end module result_fields

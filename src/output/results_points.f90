@@ -1,0 +1,219 @@
+!> The contact points of a results file: /contact, a group for each pair.
+module results_points
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_loc, c_null_ptr, c_ptr
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: to_text
+  use friction_laws, only: keeps_path, slip_path => path_state
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use model_types, only: model_t
+  use result_types, only: point_fields_t
+  use result_fields, only: field_t, make_field, over_points
+  use hdf5_io, only: hdf5_file_t, make_group
+  use hdf5_attributes, only: write_attribute
+  use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
+  implicit none
+  private
+  public :: contact_fields, address_of, create_contact_part, append_contact
+
+  !> When a field is there.
+  integer, parameter :: part_always = 0 !! always
+  integer, parameter :: part_path = 1 !! with `DECAy`
+
+  !> What is written of each point at each end time.
+  type(field_t), parameter :: contact_fields(*) = [ &
+    field_t('host', stored_integer, 1, over_points, '1', &
+    'master facet that holds the tip, from 1, 0 for none', part_always), &
+    field_t('status', stored_integer, 1, over_points, '1', '-1 off, 0 open, 1 stick, 2 slip', &
+    part_always), &
+    field_t('traction', stored_real, 3, over_points, 'force', &
+    'contact traction times tributary area: the force on the slave point', part_always), &
+    field_t('gap', stored_real, 1, over_points, 'length', 'normal gap g_N, negative in contact', &
+    part_always), &
+    field_t('tip', stored_real, 2, over_points, '1', &
+    '(xi, eta) of the tip of the friction cone in its facet', part_always), &
+    field_t('lay', stored_real, 3, over_points, '1', &
+    'unit principal axis of mu1 in the current facet', part_always), &
+    field_t('lay_traction', stored_real, 3, over_points, 'force', &
+    'traction along the axis of mu1, across it, and along the outward normal', part_always), &
+    field_t('elastic_slip', stored_real, 1, over_points, 'length', &
+    'length of the tangential part of the gap vector', part_always), &
+    field_t('dissipation', stored_real, 1, over_points, 'force length', &
+    'work that friction has taken up to now', part_always), &
+    field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
+    part_path)]
+
+contains
+
+  !> Makes the empty data sets of the contact points, and writes what does not change.
+  subroutine create_contact_part(file, model, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call make_group(file, '/contact', error)
+    if (allocated(error)) return
+    call make_series(file, '/contact/step', stored_integer, [integer ::], 1, '1', &
+      'number of the end time', error)
+    if (allocated(error)) return
+    call make_series(file, '/contact/time', stored_real, [integer ::], 1, 'time', 'its time', error)
+    do i = 1, size(model%pairs)
+      if (allocated(error)) return
+      call create_pair(file, model%pairs(i), error)
+    end do
+  end subroutine create_contact_part
+
+  !> Makes the group of one pair.
+  subroutine create_pair(file, pair, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: group
+    integer :: i
+
+    group = '/contact/'//to_text(pair%number)
+    call make_group(file, group, error)
+    if (allocated(error)) return
+    call write_attribute(file, group, 'name', pair%name, error)
+    if (allocated(error)) return
+    call create_points(file, pair, group, error)
+    if (allocated(error)) return
+    call make_series(file, group//'/facets', stored_integer, [3], size(pair%surface%facets, 2), &
+      '1', 'corner nodes of the master facets, counter-clockwise seen from outside', error)
+    if (allocated(error)) return
+    call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
+    do i = 1, size(contact_fields)
+      if (allocated(error)) return
+      if (contact_fields(i)%part == part_path .and. .not. keeps_path(pair%law)) cycle
+      call make_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], error)
+    end do
+  end subroutine create_pair
+
+  !> Writes what the points are made of: a node each, or nodes and weights.
+  subroutine create_points(file, pair, group, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    character(*), intent(in) :: group !! its group
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    if (pair%points%n_slaves == 1) then
+      call make_series(file, group//'/node', stored_integer, [integer ::], count_points(pair), &
+        '1', 'slave node of each point', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/node', reshape(pair%points%point_nodes, &
+        [count_points(pair)]), at_end, error)
+    else if (pair%segmented) then
+      call make_series(file, group//'/node', stored_integer, [3, count_points(pair)], 1, '1', &
+        'corner nodes of the slave facet of each point', error)
+      if (allocated(error)) return
+      call make_series(file, group//'/weight', stored_real, [3, count_points(pair)], 1, '1', &
+        'weights of the corners: a point is the weighted sum of its nodes', error)
+    else
+      call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
+        count_points(pair), &
+        '1', 'corner nodes of the slave facet of each point', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/node', pair%points%point_nodes, at_end, error)
+      if (allocated(error)) return
+      call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves], &
+        count_points(pair), &
+        '1', 'weights of the corners: a point is the weighted sum of its nodes', error)
+      if (allocated(error)) return
+      call write_block(file, group//'/weight', pair%points%point_weights, at_end, error)
+    end if
+  end subroutine create_points
+
+  !> Writes the contact points of one end time.
+  subroutine append_contact(file, model, step, time, pairs, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: step !! number of the end time
+    real(wp), intent(in) :: time !! its time [time]
+    type(point_fields_t), intent(in) :: pairs(:) !! the points of each pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(pairs)
+      call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), error)
+      if (allocated(error)) return
+    end do
+    call write_block(file, '/contact/time', [time], at_end, error)
+    if (allocated(error)) return
+    call write_block(file, '/contact/step', [step], at_end, error)
+  end subroutine append_contact
+
+  !> Writes the points of one pair.
+  subroutine append_points(file, group, points, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    type(point_fields_t), intent(in), target :: points !! the points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    do i = 1, size(contact_fields)
+      call append_field(file, group, contact_fields(i), points, error)
+      if (allocated(error)) return
+    end do
+    if (.not. allocated(points%node)) return
+    call write_block(file, group//'/node', points%node, at_end, error)
+    if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &
+      error)
+  end subroutine append_points
+
+  !> Writes one field of them, if they have it.
+  subroutine append_field(file, group, field, points, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    type(field_t), intent(in) :: field !! the field
+    type(point_fields_t), intent(in), target :: points !! the points
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(c_ptr) :: address
+    real(wp), pointer, contiguous :: reals(:)
+    integer, pointer, contiguous :: integers(:)
+
+    address = address_of(points, field%name)
+    if (.not. c_associated(address)) return
+    associate (n => field%components*size(points%host))
+      if (field%stored == stored_real) then
+        call c_f_pointer(address, reals, [n])
+        call write_block(file, group//'/'//trim(field%name), reals, at_end, error)
+      else
+        call c_f_pointer(address, integers, [n])
+        call write_block(file, group//'/'//trim(field%name), integers, at_end, error)
+      end if
+    end associate
+  end subroutine append_field
+
+  !> Where the numbers of a field are: one run of them; null if they are not there.
+  function address_of(points, name) result(address)
+    type(point_fields_t), pointer, intent(in) :: points !! the points of a pair
+    character(*), intent(in) :: name !! the field
+    type(c_ptr) :: address
+
+    address = c_null_ptr
+    select case (name)
+    case ('host')
+      address = c_loc(points%host)
+    case ('status')
+      address = c_loc(points%status)
+    case ('traction')
+      address = c_loc(points%traction)
+    case ('gap')
+      address = c_loc(points%gap)
+    case ('tip')
+      address = c_loc(points%tip)
+    case ('lay')
+      address = c_loc(points%lay)
+    case ('lay_traction')
+      address = c_loc(points%lay_traction)
+    case ('elastic_slip')
+      address = c_loc(points%elastic_slip)
+    case ('dissipation')
+      address = c_loc(points%dissipation)
+    case (slip_path%name)
+      if (allocated(points%path)) address = c_loc(points%path)
+    end select
+  end function address_of
+end module results_points
