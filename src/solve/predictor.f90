@@ -30,7 +30,7 @@ contains
     center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
     size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
     do body = 1, bodies
-      motion = best_motion(x, equation, node_body, body, u - u_old, center, size_x)
+      motion = best_motion(x, equation, node_body, body, u_old, u, center, size_x)
       if (all(abs(motion) <= 0.0_wp)) cycle
       do i = 1, size(x, 2)
         if (node_body(i) /= body) cycle
@@ -43,34 +43,38 @@ contains
   end subroutine carry_bodies
 
   !> Translation and (scaled) rotation that fit the increments of a body.
-  function best_motion(x, equation, node_body, body, increment, center, size_x) result(motion)
+  function best_motion(x, equation, node_body, body, u_old, u, center, size_x) result(motion)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
     integer, intent(in) :: node_body(:) !! (nodes) body of each node
     integer, intent(in) :: body !! the body
-    real(wp), intent(in) :: increment(:, :) !! (3, nodes) prescribed increments [length]
+    real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) prescribed values set [length]
     real(wp), intent(in) :: center(3) !! where rotations turn about [length]
     real(wp), intent(in) :: size_x !! size of the model [length]
     real(wp) :: motion(6), normal(6, 6), right(6, 1), row(6), values(6), work(200)
     real(wp) :: y(3), largest
     integer :: i, k, rank, info
 
-    normal = 0.0_wp
-    right = 0.0_wp
     motion = 0.0_wp
     largest = 0.0_wp
+    do i = 1, size(x, 2)
+      if (node_body(i) == body) largest = max(largest, maxval(abs(u(:, i) - u_old(:, i)), &
+        equation(:, i) == 0))
+    end do
+    if (largest <= 0.0_wp) return
+    normal = 0.0_wp
+    right = 0.0_wp
     do i = 1, size(x, 2)
       if (node_body(i) /= body) cycle
       y = (x(:, i) - center)/size_x
       do k = 1, 3
         if (equation(k, i) > 0) cycle
         row = rigid_row(k, y)
-        largest = max(largest, abs(increment(k, i)))
-        right(:, 1) = right(:, 1) + row*increment(k, i)
+        right(:, 1) = right(:, 1) + row*(u(k, i) - u_old(k, i))
         normal = normal + spread(row, 2, 6)*spread(row, 1, 6)
       end do
     end do
-    if (largest <= 0.0_wp) return
     call dgelss(6, 6, 1, normal, 6, right, 6, values, rank_tolerance, rank, work, size(work), info)
     if (info == 0) motion = right(:, 1)
   end function best_motion

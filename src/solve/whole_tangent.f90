@@ -188,8 +188,12 @@ contains
     real(wp), intent(out) :: y(:) !! the sum
     integer :: i
 
-    y = 0.0_wp
-    do i = 1, size(column) - 2, 3
+    if (size(column) < 3) then
+      y = 0.0_wp
+    else
+      y = share(1)*a(:, column(1)) + share(2)*a(:, column(2)) + share(3)*a(:, column(3))
+    end if
+    do i = 4, size(column) - 2, 3
       y = y + share(i)*a(:, column(i)) + share(i + 1)*a(:, column(i + 1)) &
         + share(i + 2)*a(:, column(i + 2))
     end do

@@ -2,11 +2,11 @@
 !! (doc/theory, "Derivatives along the path").
 module linear_answers
   use kinds, only: wp
-  use lapack_interface, only: dgetrs, dgemm
+  use lapack_interface, only: dgetrs
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use touched_candidates, only: touched_t, gather_touched, add_product, subtract_yield, &
-    subtract_yield_of_all
+  use touched_candidates, only: touched_t, gather_touched, add_product, add_times, &
+    subtract_yield, subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest, add_leading, take_shares
@@ -194,7 +194,7 @@ contains
     real(wp), intent(in) :: d(:, :) !! (rows, columns) [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), intent(out) :: t(:, :) !! (rows, columns) [length]
-    real(wp) :: force(size(d, 1), size(d, 2))
+    real(wp) :: force(size(d, 1), size(d, 2)), turned(size(d, 2), size(d, 1))
     integer :: k, info
 
     t = d
@@ -214,8 +214,9 @@ contains
         call add_leading_block(tangent, touched, z, force)
         call add_product(touched, -1.0_wp, force, t)
       else
-        call dgemm('N', 'N', size(t, 1), columns, n, -1.0_wp, touched%cu, size(touched%cu, 1), z, &
-          n, 1.0_wp, t, size(t, 1))
+        turned = transpose(t)
+        call add_times(columns, n, size(t, 1), -transpose(z), touched%cu, turned)
+        t = transpose(turned)
       end if
     end associate
   end subroutine answer_leading_block

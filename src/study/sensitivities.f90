@@ -14,7 +14,7 @@ module sensitivities
   use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
     element_motion, add_forces
   use increment_answers, only: solve_all, factor_change
-  use sensitivity_start, only: start_scene, remember_points
+  use sensitivity_start, only: start_scene, remember_points, supported_nodes, sum_by_levers
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t, state_t
   implicit none
@@ -35,7 +35,6 @@ contains
     character(:), allocatable, intent(out) :: trouble !! empty if all went well
     type(work_t) :: work
     real(wp), allocatable :: du(:, :, :), right(:), contact_force(:, :)
-    real(wp) :: force(3, size(state%u, 2))
     integer :: n, j
 
     trouble = ''
@@ -54,12 +53,12 @@ contains
     call find_causes(model, system, s, work)
     allocate (du(3, model%mesh%nodes, n), source=0.0_wp)
     do j = 1, n
-      call change_loads(model, s%slopes(j), state%time, du(:, :, j), force)
+      call change_ways(model, s%slopes(j), state%time, du(:, :, j))
       where (system%equation > 0) du(:, :, j) = 0.0_wp
     end do
     call solve_all(model, system, state%time, s, work, du, trouble)
     if (len(trouble) > 0) return
-    s%du = du
+    call move_alloc(du, s%du)
     call collect_forces(model, system, s, work)
     call settle(model, system, s, work)
     call add_reactions(model, system, state, s)
@@ -67,32 +66,44 @@ contains
     system%contact_force = contact_force
   end subroutine follow_increment
 
-  !> Derivatives of the prescribed displacements, and of the applied forces.
-  subroutine change_loads(model, slope, time, displacement, force)
+  !> Derivatives of the prescribed displacements.
+  subroutine change_ways(model, slope, time, displacement)
     type(model_t), intent(in) :: model !! loads and their tables
     type(slope_t), intent(in) :: slope !! the parameter
     real(wp), intent(in) :: time !! end of the increment
-    real(wp), intent(out) :: displacement(:, :) !! (3, nodes) [length]
-    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
-    real(wp) :: factor, change
+    real(wp), intent(inout) :: displacement(:, :) !! (3, nodes) grows by them [length]
     integer :: k
 
-    displacement = 0.0_wp
-    force = 0.0_wp
     do k = 1, size(slope%loads)
-      factor = load_factor(model%tables, slope%loads(k)%table, time)
-      call add_displacement(slope%loads(k), factor, displacement)
-      call add_force(slope%loads(k), factor, force)
+      call add_displacement(slope%loads(k), load_factor(model%tables, slope%loads(k)%table, time), &
+        displacement)
     end do
     do k = 1, size(model%conditions%loads)
       associate (load => model%conditions%loads(k))
-        change = factor_change(slope, load%table, time)
-        call add_displacement(load, change, displacement)
-        call add_force(load, change + slope%forces*load_factor(model%tables, load%table, time), &
-          force)
+        call add_displacement(load, factor_change(slope, load%table, time), displacement)
       end associate
     end do
-  end subroutine change_loads
+  end subroutine change_ways
+
+  !> Derivatives of the applied forces.
+  subroutine change_forces(model, slope, time, force)
+    type(model_t), intent(in) :: model !! loads and their tables
+    type(slope_t), intent(in) :: slope !! the parameter
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
+    integer :: k
+
+    force = 0.0_wp
+    do k = 1, size(slope%loads)
+      call add_force(slope%loads(k), load_factor(model%tables, slope%loads(k)%table, time), force)
+    end do
+    do k = 1, size(model%conditions%loads)
+      associate (load => model%conditions%loads(k))
+        call add_force(load, factor_change(slope, load%table, time) + slope%forces &
+          *load_factor(model%tables, load%table, time), force)
+      end associate
+    end do
+  end subroutine change_forces
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
   subroutine collect_forces(model, system, s, work)
@@ -199,24 +210,23 @@ contains
     type(system_t), intent(in) :: system !! equations, bodies
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
-    real(wp) :: stiffer(3, size(state%u, 2)), given(3, size(state%u, 2))
-    real(wp) :: prescribed(3, size(state%u, 2))
-    integer :: i, k, j, node
+    real(wp) :: force(3, size(state%u, 2)), given(3, size(state%u, 2))
+    integer, allocatable :: supports(:)
+    integer :: i, k, j
 
+    supports = supported_nodes(system)
+    given = 0.0_wp
     do j = 1, size(s%slopes)
-      stiffer = 0.0_wp
-      do node = 1, size(stiffer, 2)
-        if (system%body%node_body(node) > 0) stiffer(:, node) = &
-          s%slopes(j)%stiffness(system%body%node_body(node))
+      do i = 1, size(supports)
+        associate (node => supports(i))
+          given(:, node) = s%du(:, node, j)
+          if (system%body%node_body(node) > 0) given(:, node) = given(:, node) &
+            + s%slopes(j)%stiffness(system%body%node_body(node))*state%u(:, node)
+        end associate
       end do
-      call change_loads(model, s%slopes(j), state%time, prescribed, given)
-      given = s%force(:, :, j) - given
-      do i = 1, size(s%sets)
-        do k = 1, 3
-          s%reaction(k, i, j) = sum(s%lever(:, :, k, i)*given) &
-            + sum(s%hold(:, :, k, i)*(s%du(:, :, j) + stiffer*state%u), system%equation == 0)
-        end do
-      end do
+      call change_forces(model, s%slopes(j), state%time, force)
+      force = s%force(:, :, j) - force
+      call sum_by_levers(system, s%lever, s%hold, supports, force, given, s%reaction(:, :, j))
     end do
     do i = 1, size(s%sets)
       do k = 1, 3

@@ -17,7 +17,7 @@ module sensitivity_start
   implicit none
   private
   public :: begin_sensitivities, start_scene, find_levers, load_bodies, &
-    remember_points
+    remember_points, supported_nodes, sum_by_levers
 
 contains
 
@@ -147,15 +147,28 @@ contains
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
     type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
-    integer :: j
+    type(load_t), allocatable :: loads(:)
+    real(wp), allocatable :: u(:, :, :)
+    integer :: j, k, n
 
     call find_levers(model, system, s%sets, s%lever, s%hold)
     allocate (s%pushed(3, model%mesh%nodes, size(model%conditions%loads)))
     call load_bodies(system, model%conditions%loads, .false., s%pushed)
+    allocate (loads(sum([(size(s%slopes(j)%loads), j=1, size(s%slopes))])))
+    n = 0
+    do j = 1, size(s%slopes)
+      do k = 1, size(s%slopes(j)%loads)
+        n = n + 1
+        loads(n) = s%slopes(j)%loads(k)
+      end do
+    end do
+    allocate (u(3, model%mesh%nodes, n))
+    call load_bodies(system, loads, .true., u)
+    n = 0
     do j = 1, size(s%slopes)
       associate (slope => s%slopes(j))
-        allocate (slope%influence(3, model%mesh%nodes, size(slope%loads)))
-        call load_bodies(system, slope%loads, .true., slope%influence)
+        slope%influence = u(:, :, n + 1:n + size(slope%loads))
+        n = n + size(slope%loads)
       end associate
     end do
     s%started = .true.
@@ -191,6 +204,54 @@ contains
       end do
     end do
   end subroutine find_levers
+
+  !> Nodes with a direction that is prescribed.
+  pure function supported_nodes(system) result(nodes)
+    type(system_t), intent(in) :: system !! equations
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    nodes = pack([(i, i=1, size(system%equation, 2))], any(system%equation == 0, 1))
+  end function supported_nodes
+
+  !> Resultants of sets of supports by their levers: from forces, and from prescribed values. Nodes
+  !! that have neither, which are nearly all, are passed over.
+  pure subroutine sum_by_levers(system, lever, hold, supports, force, given, reaction)
+    type(system_t), intent(in) :: system !! equations
+    real(wp), intent(in) :: lever(:, :, :, :) !! (3, nodes, 3, sets) see find_levers
+    real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets) zero at free directions
+    integer, intent(in) :: supports(:) !! nodes with prescribed directions
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(in) :: given(:, :) !! (3, nodes) prescribed values at supports [length]
+    real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
+    integer :: pushed(size(force, 2)), n, node, i, j, k, m
+    real(wp) :: by_forces, by_ways
+
+    n = 0
+    do node = 1, size(force, 2)
+      if (all(abs(force(:, node)) <= 0.0_wp)) cycle
+      n = n + 1
+      pushed(n) = node
+    end do
+    do i = 1, size(lever, 4)
+      do k = 1, 3
+        by_forces = 0.0_wp
+        do j = 1, n
+          do m = 1, 3
+            by_forces = by_forces + lever(m, pushed(j), k, i)*force(m, pushed(j))
+          end do
+        end do
+        by_ways = 0.0_wp
+        do j = 1, size(supports)
+          do m = 1, 3
+            if (system%equation(m, supports(j)) == 0) by_ways = by_ways &
+              + hold(m, supports(j), k, i)*given(m, supports(j))
+          end do
+        end do
+        reaction(k, i) = by_forces + by_ways
+      end do
+    end do
+  end subroutine sum_by_levers
 
   !> Displacements of all bodies for a unit of each load.
   subroutine load_bodies(system, loads, whole, u)

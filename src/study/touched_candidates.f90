@@ -6,7 +6,12 @@ module touched_candidates
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: touched_t, gather_touched, add_product, subtract_yield, subtract_yield_of_all
+  public :: touched_t, gather_touched, add_product, add_times, subtract_yield, &
+    subtract_yield_of_all
+
+  !> Columns of a matrix that are multiplied at once, and rows times columns of both factors: for so
+  !! small a product BLAS does not copy the matrix first, which took longer than the product.
+  integer, parameter :: most_columns = 64, small_product = 900000
 
   !> The live candidates that closed elements touch: forces of contact act there alone.
   type :: touched_t
@@ -14,7 +19,7 @@ module touched_candidates
     integer, allocatable :: place(:) !! (live) place in rows, 0 for none
     integer, allocatable :: first(:) !! (bodies+1) rows before each body
     type(part_t), allocatable :: bodies(:) !! their compliances
-    real(wp), allocatable :: cu(:, :) !! (n, rank) C U
+    real(wp), allocatable :: cu(:, :) !! (rank, n) C U, turned
   end type touched_t
 
   !> Compliance of one body.
@@ -46,7 +51,8 @@ contains
       touched%rows = pack([(i, i=1, condensed%alive%n_live)], marked)
       touched%place = spread(0, 1, condensed%alive%n_live)
       touched%place(touched%rows) = [(i, i=1, size(touched%rows))]
-      if (.not. tangent%whole) touched%cu = tangent%cu(touched%rows, :tangent%rank)
+      if (.not. tangent%whole) touched%cu = &
+        transpose(tangent%cu(touched%rows, :tangent%rank))
     end associate
     allocate (touched%first(size(condensed%bodies) + 1), source=0)
     allocate (touched%bodies(size(condensed%bodies)))
@@ -79,21 +85,38 @@ contains
     real(wp), intent(in) :: factor !! of the product
     real(wp), intent(in) :: x(:, :) !! (rows, columns) [force]
     real(wp), intent(inout) :: y(:, :) !! (rows, columns) [length]
-    real(wp), allocatable :: part(:, :), change(:, :)
+    real(wp) :: turned(size(x, 2), size(x, 1)), change(size(x, 2), size(x, 1))
     integer :: b
 
+    turned = factor*transpose(x)
+    change = transpose(y)
     do b = 1, size(touched%bodies)
       associate (first => touched%first(b) + 1, last => touched%first(b + 1), &
         n => touched%first(b + 1) - touched%first(b))
-        if (n == 0) cycle
-        part = x(first:last, :)
-        change = y(first:last, :)
-        call dgemm('N', 'N', n, size(x, 2), n, factor, touched%bodies(b)%c, n, part, n, 1.0_wp, &
-          change, n)
-        y(first:last, :) = change
+        call add_times(size(x, 2), n, n, turned(:, first:last), touched%bodies(b)%c, &
+          change(:, first:last))
       end associate
     end do
+    y = transpose(change)
   end subroutine add_product
+
+  !> y = y + x C for an x of few rows, some columns of C after the other.
+  subroutine add_times(few, rows, n, x, c, y)
+    integer, intent(in) :: few !! rows of x
+    integer, intent(in) :: rows !! of C
+    integer, intent(in) :: n !! columns of C
+    real(wp), intent(in) :: x(few, rows) !! first factor
+    real(wp), intent(in) :: c(rows, n) !! second factor
+    real(wp), intent(inout) :: y(few, n) !! grows by the product
+    integer :: first, width
+
+    if (rows == 0 .or. few == 0) return
+    width = max(1, min(most_columns, small_product/few/rows))
+    do first = 1, n, width
+      call dgemm('N', 'N', few, min(width, n - first + 1), rows, 1.0_wp, x, few, c(1, first), &
+        rows, 1.0_wp, y(1, first), few)
+    end do
+  end subroutine add_times
 
   !> y = y - C x on the live candidates.
   subroutine subtract_yield(bodies, x, y)

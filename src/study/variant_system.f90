@@ -11,7 +11,7 @@ module variant_system
   use condensed_bodies, only: begin_influence
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
-  use sensitivity_start, only: load_bodies
+  use sensitivity_start, only: load_bodies, supported_nodes, sum_by_levers
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -104,15 +104,9 @@ contains
     real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets)
     real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
     real(wp) :: given(3, size(lever, 2)), force(3, size(lever, 2))
-    integer :: i, k
 
     call conditions_at(model, time, displacement=given, force=force)
     force = system%contact_force - force
-    do i = 1, size(lever, 4)
-      do k = 1, 3
-        reaction(k, i) = sum(lever(:, :, k, i)*force) + sum(hold(:, :, k, i)*given, &
-          system%equation == 0)
-      end do
-    end do
+    call sum_by_levers(system, lever, hold, supported_nodes(system), force, given, reaction)
   end subroutine reactions_by_levers
 end module variant_system

@@ -7,6 +7,7 @@ import time
 import bare
 import figures
 import measure
+import paired
 import targets
 
 COLUMNS = ('scene', 'size', 'program', 'complete', 'dofs', 'elements', 'cpu', 'wall', 'memory',
@@ -36,7 +37,8 @@ def write(folder, measured):
     figures.draw(inner, measured.found)
     found = measured.found
     text = ''.join([head(measured), target_table(targets.rows(found, measured.started)),
-                    cube_table(found), other_table(found), scaling_table(found),
+                    cube_table(found), other_table(found),
+                    paired.section(os.path.join(inner, 'ratios.csv')), scaling_table(found),
                     hertz_table(found), tip_table(found),
                     where_it_goes(measured)])
     with open(os.path.join(folder, 'benchmark.md'), 'w', encoding='utf-8') as stream:

@@ -1,0 +1,163 @@
+"""One scene against another, in turn: what a method, many increments, derivatives or a study cost
+over the plain run. A busy machine slows both of a pair, so that their ratio holds."""
+import csv
+import dataclasses
+import os
+import statistics
+import time
+
+import jobs
+import measure
+import own_deck
+import results
+import scenes
+import targets
+
+START, PAIRS = '## One scene against another', 5
+COLUMNS = ('row', 'size', 'pairs', 'cpu', 'cpu_other', 'least', 'median', 'largest', 'limit',
+           'load', 'date')
+LAW = (('MESH mesh.inp', 'PARAmeter\n  m1 = 0.1\n  m2 = 0.08\n  phi = 30\n\nMESH mesh.inp'),
+       ('FRICtion COULomb 0.1', 'FRICtion ELLIptic m1 m2\n    DIREction ANGLe phi 1 0 0'))
+EIGHT = (('OUTPut', 'SENSitivity\n  mu1 mu2 phi slip penalty\n  young MATErial 1\n  way top 1\n'
+          '  way top 3\n\nOUTPut'),)
+
+
+def study(m2, phi):
+    """A study of the smaller coefficient and the lay."""
+    return (('OUTPut', f'STUDy friction\n  m2 {m2}\n  phi {phi}\n\nOUTPut'),)
+
+
+TWENTY = study('0.06 0.07 0.08 0.09', '0 20 40 60 80')
+MANY = study('0.05 TO 0.095 BY 0.005', '0 TO 85.5 BY 4.5')
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """Two scenes; the time of the first is divided by that of `each` runs of the second."""
+
+    name: str
+    size: int
+    wanted: float
+    scene: str = jobs.CUBE
+    method: str = 'NTOS'
+    changes: tuple = ()
+    base: tuple = ()
+    each: int = 1
+
+
+ROWS = (
+    Row('SEGMent against NTOS', 12, 2.5, method='SEGMent'),
+    Row('GTOS against NTOS', 12, 1.8, method='GTOS'),
+    Row('1,000 increments against 22', 8, None, scene='cube_1000'),
+    Row('eight derivatives against none', 20, 1.15, changes=LAW + EIGHT, base=LAW),
+    Row('20 variants against 20 runs', 12, 1/3, changes=LAW + TWENTY, base=LAW, each=20),
+    Row('20 variants against 20 runs', 20, 1/3, changes=LAW + TWENTY, base=LAW, each=20),
+    Row('200 variants against 200 runs', 12, 0.2, changes=LAW + MANY, base=LAW, each=200),
+)
+
+
+def write(folder, scene, method, changes):
+    """Deck and mesh of a scene with replaced texts."""
+    os.makedirs(folder)
+    scene.contact.own_method = method
+    text = own_deck.deck(scene)
+    for old, new in changes:
+        if text.count(old) != 1:
+            raise ValueError(f'{old!r} is not once in the deck')
+        text = text.replace(old, new)
+    scene.mesh.write(os.path.join(folder, 'mesh.inp'))
+    with open(os.path.join(folder, 'run.inp'), 'w', encoding='ascii') as stream:
+        stream.write(text)
+
+
+def measure_row(row, program, folder, pairs=PAIRS, seconds=600):
+    """Runs both scenes in turn; a line of the table."""
+    first, second = (os.path.join(folder, name) for name in ('first', 'second'))
+    write(first, jobs.MAKERS[row.scene](row.size), row.method, row.changes)
+    write(second, scenes.sliding_cube(row.size), 'NTOS', row.base)
+    times = []
+    for _ in range(pairs):
+        spent = [measure.spend([os.path.abspath(program), 'run.inp', '--quiet'], place, seconds)
+                 for place in (first, second)]
+        if any(s['code'] for s in spent):
+            raise OSError(f'{row.name}: exit codes {[s["code"] for s in spent]}')
+        times.append([s['cpu'] for s in spent])
+    ratios = [a/(row.each*b) for a, b in times]
+    with open(os.path.join(first, 'run.log'), encoding='utf-8') as stream:
+        limit = targets.largest_cost(results.own_log(stream.read()))
+    return {'row': row.name, 'size': row.size, 'pairs': pairs,
+            'cpu': statistics.median(a for a, _ in times),
+            'cpu_other': statistics.median(b for _, b in times), 'least': min(ratios),
+            'median': statistics.median(ratios), 'largest': max(ratios), 'limit': limit,
+            'load': os.getloadavg()[0], 'date': time.strftime('%Y-%m-%d')}
+
+
+def read(path):
+    """The lines kept, by row and size."""
+    if not os.path.exists(path):
+        return {}
+    with open(path, encoding='utf-8', newline='') as stream:
+        return {(line['row'], int(line['size'])): line for line in csv.DictReader(stream)}
+
+
+def keep(path, lines):
+    """Writes the lines in the order of the rows."""
+    with open(path, 'w', encoding='utf-8', newline='') as stream:
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator='\n')
+        writer.writeheader()
+        for row in ROWS:
+            line = lines.get((row.name, row.size))
+            if line:
+                writer.writerow({k: f'{v:.4g}' if isinstance(v, float) else v
+                                 for k, v in line.items()})
+
+
+def verdict(row, line):
+    """Whether a target is met, and by how much not."""
+    if row.wanted is None:
+        return '–'
+    ratio = float(line['median'])
+    return 'yes' if ratio <= row.wanted else f'no: {ratio/row.wanted:.2f} times'
+
+
+def section(path):
+    """The table as text; nothing where nothing was measured."""
+    lines = read(path)
+    if not lines:
+        return ''
+    text = [f'{START}\n\nWritten by `tests/bench/ratios`: both scenes in turn on the same machine, '
+            f'one thread, the ratio pair by pair. 1,000 increments: the median is '
+            f'{thousand(lines)} ms each (wanted 2). The last column: where the first of the two '
+            'spends most.\n\n',
+            '| first against second | n | CPU [s] | other [s] | ratio: least, median, largest of '
+            'the pairs | wanted | met | most of its time |\n|' + '---|'*8 + '\n']
+    for row in ROWS:
+        line = lines.get((row.name, row.size))
+        if not line:
+            continue
+        wanted = '' if row.wanted is None else f'{row.wanted:.3g}'
+        cells = (row.name, f'{row.size}', line['cpu'], line['cpu_other'],
+                 f'{line["least"]}, **{line["median"]}**, {line["largest"]} ({line["pairs"]})',
+                 wanted, verdict(row, line), line['limit'])
+        text.append('| ' + ' | '.join(cells) + ' |\n')
+    return ''.join(text) + '\n'
+
+
+def thousand(lines):
+    """Milliseconds an increment where they are many."""
+    line = lines.get(('1,000 increments against 22', 8))
+    return f'{float(line["cpu"]):.2g}' if line else '?'
+
+
+def renew(document, path):
+    """Puts the table into a document, in the place of the one before."""
+    with open(document, encoding='utf-8') as stream:
+        text = stream.read()
+    before, found, rest = text.partition(START + '\n')
+    if found:
+        rest = rest[rest.index('\n## ') + 1:] if '\n## ' in rest else ''
+    else:
+        before, _, rest = text.partition('## Cost against size\n')
+        rest = '## Cost against size\n' + rest
+    with open(document, 'w', encoding='utf-8') as stream:
+        stream.write(before + section(path) + rest)
