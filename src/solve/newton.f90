@@ -3,6 +3,7 @@ module newton
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: stop_requested
+  use parallel, only: any_rank
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
@@ -133,7 +134,7 @@ contains
       else if (progress%since_fewest >= merge(drag_patience, patience, &
         system%body%drag > 0.0_wp)) then
         progress%outcome = outcome_stalled
-      else if (stop_requested()) then
+      else if (any_rank(stop_requested())) then
         progress%outcome = outcome_stopped
       end if
       if (progress%outcome /= outcome_going_on) exit
