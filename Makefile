@@ -194,7 +194,7 @@ $(PETSC_OBJECTS): build/petsc/%.o: src/engines/petsc/%.f90 build/petsc/flags $(S
 	@$(call compile,petsc,$<,-Jbuild/petsc)
 mfec-petsc: $(PETSC_OBJECTS) $(SHARED_OBJECTS)
 	@echo '  petsc $@'
-	@$(FC) -fopenmp $(FLAGS_release) $^ $(LIBS) -lpetsc_real -lmpi -o $@
+	@$(FC) -fopenmp $(FLAGS_release) $(LINK_release) $^ $(LIBS) -lpetsc_real -lmpi -o $@
 
 build/tests: FORCE
 	@mkdir -p build

@@ -5,6 +5,7 @@ program mfec
   use signals, only: catch_signals, last_words
   use command_line, only: options_t, read_command_line
   use session, only: run_session
+  use ranks, only: this_rank
   use parallel, only: start_parallel, end_parallel
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
@@ -34,12 +35,16 @@ program mfec
     else
       if (options%threads > 1) call wait_passively()
       call start_parallel(error)
-      if (.not. allocated(error)) call run_session(options, error)
-      call end_parallel()
+      if (.not. allocated(error)) then
+        call run_session(options, error)
+        if (this_rank() == 0 .and. allocated(error)) call last_words(error%message)
+        call end_parallel(error)
+        if (allocated(error)) call end_process(error%code)
+      end if
     end if
   end if
   if (allocated(error)) then
-    call last_words(error%message)
+    if (this_rank() == 0) call last_words(error%message)
     call end_process(error%code)
   end if
   call end_process(exit_done)

@@ -1,8 +1,10 @@
-!> Text files that are complete after each flush and that say so when they cannot be written.
+!> Text files that are complete after each flush and that say so when they cannot be written. Of the
+!! processes of a run the first writes them.
 module text_files
   use, intrinsic :: iso_c_binding, only: c_associated, c_null_char, c_null_ptr, c_ptr, c_int, &
     c_size_t
   use errors, only: error_t, raise, exit_resources
+  use ranks, only: this_rank
   use libc, only: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, &
     path_limit, c_fileno, c_flock, read_errno
   implicit none
@@ -29,6 +31,7 @@ contains
     integer :: unit, status
 
     file%path = trim(path)
+    if (this_rank() > 0) file%path = '/dev/null'
     reason = ''
     open (newunit=unit, file=file%path, action='write', status='unknown', iostat=status, &
       iomsg=reason)
@@ -53,7 +56,8 @@ contains
     integer(c_int) :: status, number
     type(c_ptr) :: stream
 
-    stream = c_fopen(trim(path)//c_null_char, 'a'//c_null_char)
+    stream = c_null_ptr
+    if (this_rank() == 0) stream = c_fopen(trim(path)//c_null_char, 'a'//c_null_char)
     status = 0_c_int
     if (c_associated(stream)) then
       status = c_flock(c_fileno(stream), alone)
@@ -135,6 +139,7 @@ contains
     character(*), intent(in) :: new !! its new name
     type(error_t), allocatable, intent(out) :: error !! no permission
 
+    if (this_rank() > 0) return
     if (c_rename(trim(old)//c_null_char, trim(new)//c_null_char) == 0_c_int) return
     call raise(error, exit_resources, 'error: cannot rename the file '//trim(old)//' to '// &
       trim(new)//new_line('a')//'  Is there a folder of that name, and may you write to it?')
@@ -145,6 +150,7 @@ contains
     character(*), intent(in) :: path !! the file
     integer :: unit, status
 
+    if (this_rank() > 0) return
     open (newunit=unit, file=path, status='old', iostat=status)
     if (status /= 0) return
     close (unit, status='delete')

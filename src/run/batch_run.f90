@@ -6,6 +6,7 @@ module batch_run
   use costs, only: wall_seconds
   use newton, only: outcome_open, outcome_stopped
   use increments, only: accept
+  use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver
   use stepping, only: advance, raise_outcome
@@ -209,7 +210,7 @@ contains
         if (run%position%found) return
         cycle
       end if
-      if (stop_requested()) then
+      if (any_rank(stop_requested())) then
         run%progress%outcome = outcome_stopped
         call raise_outcome(context%model, context%system, context%state, run%progress, &
           context%state%time, .false., error)

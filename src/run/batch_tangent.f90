@@ -4,6 +4,7 @@ module batch_tangent
   use errors, only: error_t
   use text, only: to_text
   use signals, only: stop_requested
+  use parallel, only: any_rank
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
   use increment_start, only: take_overlaps, begin_at, choose_start
   use increments, only: follow_solution, settle_touches
@@ -78,8 +79,8 @@ contains
       call estimate_round_off(system, model%mesh%x)
       call iterate(model, system, run%pending_time, run%settings, monitor, &
         run%progress)
-      if (run%progress%outcome == outcome_going_on .and. stop_requested()) then
-        run%progress%outcome = outcome_stopped
+      if (run%progress%outcome == outcome_going_on) then
+        if (any_rank(stop_requested())) run%progress%outcome = outcome_stopped
       end if
       if (run%progress%outcome /= outcome_going_on) then
         call raise_outcome(model, system, state, run%progress, run%pending_time, .false., &

@@ -24,6 +24,7 @@ module run_files
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
+  use ranks, only: this_rank
   use rigid_paths, only: count_rigid
   use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
     point_fields_t
@@ -85,10 +86,11 @@ contains
     if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
       model%title, model%conditions%rigid, error)
     if (allocated(error)) return
-    call create_results(files%results, base//'.h5', model, system%body%bodies, origin, error)
+    if (this_rank() == 0) call create_results(files%results, base//'.h5', model, &
+      system%body%bodies, origin, error)
     if (allocated(error)) return
-    if (model%output%contact .and. size(model%pairs) > 0) call create_contact_file( &
-      files%surfaces, base//contact_ending, model, origin%end_times, error)
+    if (this_rank() == 0 .and. model%output%contact .and. size(model%pairs) > 0) &
+      call create_contact_file(files%surfaces, base//contact_ending, model, origin%end_times, error)
     if (allocated(error)) return
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
@@ -203,6 +205,7 @@ contains
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
+    if (this_rank() > 0) return
     if (.not. fields_due(model%output, state%step)) then
       call append_results(files%results, model, row, audit, error=error)
       return
@@ -345,8 +348,8 @@ contains
     type(error_t), allocatable :: next
 
     if (.not. files%open) return
-    call close_results(files%results, system%costs, error)
-    call close_contact_file(files%surfaces, next)
+    if (this_rank() == 0) call close_results(files%results, system%costs, error)
+    if (this_rank() == 0) call close_contact_file(files%surfaces, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%reactions, next)
     if (.not. allocated(error)) call move_alloc(next, error)

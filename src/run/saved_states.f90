@@ -1,6 +1,8 @@
 !> States that a run goes back to or goes on from: SAVE, REST and --restart.
 module saved_states
-  use errors, only: error_t, raise, exit_deck
+  use errors, only: error_t, raise, exit_deck, exit_resources
+  use ranks, only: this_rank
+  use parallel, only: any_rank
   use text, only: string_t
   use string_lists, only: append_string
   use version, only: program_version
@@ -53,7 +55,10 @@ contains
     path = file_of(states%base, name)
     call fill_state(model, system, state, increment, saved)
     saved%step = max(1, saved%step)
-    call save_state(path, model, saved, 'mfec '//program_version, error)
+    if (this_rank() == 0) call save_state(path, model, saved, 'mfec '//program_version, error)
+    ! nobody reads it before it is there
+    if (any_rank(allocated(error)) .and. .not. allocated(error)) call raise(error, exit_resources, &
+      'error: the first process cannot write '//path)
   end subroutine keep_state
 
   !> REST: reads the state that has been saved under a name, or that of a file.

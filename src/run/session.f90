@@ -17,6 +17,7 @@ module session
   use batch_checks, only: check_files, check_nodes
   use system_types, only: system_t, state_t
   use system_building, only: build_system
+  use ranks, only: this_rank, count_ranks
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
   use check_files, only: write_check_files
@@ -61,16 +62,21 @@ contains
     call set_threads(options%threads)
     call set_blas_threads(1)
     context%system%whole%forced = options%solver
-    context%terminal = open_terminal(options%quiet)
+    context%terminal = open_terminal(this_rank() > 0 .or. options%quiet)
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
       error)
     if (allocated(error)) return
+    if (count_ranks() > 1 .and. study%active) then
+      call raise(error, exit_deck, 'error: a STUDy works on one rank, and mpirun has started '// &
+        to_text(count_ranks())//new_line('a')//'  run it without mpirun')
+      return
+    end if
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
       call print_check(commands, context)
-      call write_check_files(base_name(options), options%folder, context%model, &
-        origin_of(options, commands, deck_text), error)
+      if (this_rank() == 0) call write_check_files(base_name(options), options%folder, &
+        context%model, origin_of(options, commands, deck_text), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
         base_name(options)//'.check.*')
       return

@@ -11,9 +11,10 @@ module linear_solver
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: block_matrix_t
   use back_ends, only: back_end_t, nodal_back_end_t, nodes_t, solver_done, solver_out_of_memory, &
-    solver_not_definite, solver_singular
+    solver_not_definite, solver_singular, solver_failed
   use engines, only: has_engine, start_engine
   use ranks, only: count_ranks
+  use parallel, only: any_rank
   implicit none
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
@@ -103,12 +104,15 @@ contains
       if (.not. engine%is_analysed()) then
         call engine%analyse(a, costs, outcome)
         if (outcome == solver_done) call ask_for_memory(solver, engine%factor_bytes(), outcome)
+        if (any_rank(outcome /= solver_done) .and. outcome == solver_done) &
+          outcome = solver_out_of_memory
       end if
       if (outcome /= solver_done) return
       threads = threads_for(engine%factor_bytes())
       if (threads > 1) call set_blas_threads(threads)
       call engine%factorise(a, costs, outcome)
       if (threads > 1) call set_blas_threads(1)
+      if (any_rank(outcome == solver_failed)) outcome = solver_failed
     end associate
     if (outcome == solver_done) solver%holds = choice
   end subroutine factorise_with
@@ -183,6 +187,7 @@ contains
     if (solver%holds == solver_unknown) return
     solver%engine(solver%holds)%is%accuracy = solver%accuracy
     call solver%engine(solver%holds)%is%solve(a, b, x, costs, outcome)
+    if (any_rank(outcome == solver_failed)) outcome = solver_failed
   end subroutine solve_system
 
   !> Drops analyses and factors: the pattern has changed.

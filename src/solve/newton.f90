@@ -3,6 +3,7 @@ module newton
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: stop_requested
+  use parallel, only: any_rank
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
@@ -23,6 +24,7 @@ module newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
+  use ground_release, only: release_ground
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -134,7 +136,7 @@ contains
       else if (progress%since_fewest >= merge(drag_patience, patience, &
         system%body%drag > 0.0_wp)) then
         progress%outcome = outcome_stalled
-      else if (stop_requested()) then
+      else if (any_rank(stop_requested())) then
         progress%outcome = outcome_stopped
       end if
       if (progress%outcome /= outcome_going_on) exit
@@ -342,7 +344,9 @@ contains
       call find_bulk_direction(system, x, force_scale(system)*max(settings%residual_tolerance, &
         residual_share*sqrt(settings%energy_tolerance)), outcome)
       system%contact%slip_before = system%contact%slip
-      if (outcome == solver_done) call spread_direction(system)
+      if (outcome /= solver_done) return
+      call release_ground(system, x)
+      call spread_direction(system)
       return
     end if
     call form_tangent(system, x)
@@ -352,6 +356,7 @@ contains
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
+    call release_ground(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine find_direction

@@ -4,7 +4,8 @@ module petsc_interface
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_char, c_funptr
   implicit none
   private
-  public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size
+  public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mpi_comm_dup, mpi_ibarrier, &
+    mpi_test, mpi_abort
   public :: petsc_options_set, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
     petsc_return_error
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
@@ -12,7 +13,7 @@ module petsc_interface
     mat_mult, mat_create_vectors
   public :: null_space_rigid_body, null_space_destroy
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, vec_duplicate, &
-    vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero
+    vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
   public :: is_create, is_destroy
 
@@ -35,6 +36,39 @@ module petsc_interface
       type(c_ptr), value :: comm
       integer(c_int), intent(out) :: ranks
     end function mpi_comm_size
+
+    !> The same ranks, for messages of their own.
+    integer(c_int) function mpi_comm_dup(comm, copy) bind(c, name='MPI_Comm_dup')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      type(c_ptr), intent(out) :: copy
+    end function mpi_comm_dup
+
+    !> Begins to wait for all ranks.
+    integer(c_int) function mpi_ibarrier(comm, request) bind(c, name='MPI_Ibarrier')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      type(c_ptr), intent(out) :: request
+    end function mpi_ibarrier
+
+    !> They have come.
+    integer(c_int) function mpi_test(request, flag, status) bind(c, name='MPI_Test')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: request
+      integer(c_int), intent(out) :: flag
+      type(c_ptr), value :: status
+    end function mpi_test
+
+    !> Ends all ranks.
+    integer(c_int) function mpi_abort(comm, code) bind(c, name='MPI_Abort')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), value :: code
+    end function mpi_abort
 
     !> Sets an option; before or after PetscInitialize.
     integer(c_int) function petsc_options_set(options, name, value) &
@@ -253,6 +287,14 @@ module petsc_interface
       type(c_ptr), value :: y, x
       real(c_double), value :: a
     end function vec_axpy
+
+    !> Its largest value, on all ranks.
+    integer(c_int) function vec_max(x, place, value) bind(c, name='VecMax')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: x, place
+      real(c_double), intent(out) :: value
+    end function vec_max
 
     !> x = 0.
     integer(c_int) function vec_zero(x) bind(c, name='VecZeroEntries')

@@ -1,11 +1,11 @@
-!> How a run on several processes begins and ends: this program works on one.
+!> How a run on several processes begins, agrees and ends: this program works on one.
 module parallel
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text
   use ranks, only: count_ranks
   implicit none
   private
-  public :: start_parallel, end_parallel
+  public :: start_parallel, any_rank, end_parallel
 
 contains
 
@@ -18,7 +18,17 @@ contains
       '  build ./mfec-petsc by make PETSC=1 and start that, or run without mpirun')
   end subroutine start_parallel
 
-  !> Nothing has been begun.
-  subroutine end_parallel()
+  !> Something is so on one of the processes.
+  logical function any_rank(here)
+    logical, intent(in) :: here !! it is so on this one
+
+    any_rank = here
+  end function any_rank
+
+  !> Nobody is to be waited for.
+  subroutine end_parallel(error)
+    type(error_t), allocatable, intent(in) :: error !! what this process has failed of
+
+    if (allocated(error)) return
   end subroutine end_parallel
 end module parallel
