@@ -23,6 +23,7 @@ module newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
+  use ground_release, only: release_ground
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -342,7 +343,9 @@ contains
       call find_bulk_direction(system, x, force_scale(system)*max(settings%residual_tolerance, &
         residual_share*sqrt(settings%energy_tolerance)), outcome)
       system%contact%slip_before = system%contact%slip
-      if (outcome == solver_done) call spread_direction(system)
+      if (outcome /= solver_done) return
+      call release_ground(system, x)
+      call spread_direction(system)
       return
     end if
     call form_tangent(system, x)
@@ -352,6 +355,7 @@ contains
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
+    call release_ground(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine find_direction
