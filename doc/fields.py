@@ -43,13 +43,12 @@ def declared():
     for text in texts:
         for name, inner in re.findall(r':: (\w+)\(\*\) = \[ ?(field_t\(.*?\))\]\n', text, re.S):
             parts = dict(re.findall(r':: (part_\w+) = \d+ !! (.*)', text))
-            renamed = dict(re.findall(r'(\w+) => (\w+)', text))
             rows = []
             for field in re.split(r'\), ?(?=field_t\()', inner):
                 values = []
                 for value in arguments(field[len('field_t('):]):
                     owner, _, component = value.partition('%')
-                    law = laws.get(renamed.get(owner, owner), {})
+                    law = laws.get(owner, {})
                     values.append(law.get(component, value))
                 called, _, components, over, unit, description, part = values
                 rows.append((called, int(components), OVER[over], unit, description, parts[part]))

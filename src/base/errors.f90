@@ -5,7 +5,7 @@
 module errors
   implicit none
   private
-  public :: error_t, raise, add_context
+  public :: error_t, raise
   public :: exit_done, exit_deck, exit_no_convergence, exit_resources, exit_hung_up, &
     exit_interrupted, exit_terminated
 
@@ -36,12 +36,4 @@ contains
     error%code = code
     error%message = message
   end subroutine raise
-
-  !> Appends a line to the message, for callers that know more of the circumstances.
-  subroutine add_context(error, text)
-    type(error_t), intent(inout) :: error !! the error to extend
-    character(*), intent(in) :: text !! one more line
-
-    error%message = error%message//new_line('a')//text
-  end subroutine add_context
 end module errors

@@ -2,6 +2,7 @@
 !! (doc/theory, "Rigid bodies with a point").
 module rotations
   use kinds, only: wp, pi
+  use vectors, only: identity
   implicit none
   private
   public :: spin, rotation_matrix, rotation_vector
@@ -20,14 +21,10 @@ contains
   pure function rotation_matrix(v) result(r)
     real(wp), intent(in) :: v(3) !! rotation vector [radian]
     real(wp) :: r(3, 3), w(3, 3), t, half
-    integer :: i
 
     t = norm2(v)
     w = spin(v)
-    r = 0.0_wp
-    do i = 1, 3
-      r(i, i) = 1.0_wp
-    end do
+    r = identity
     if (t <= 0.0_wp) return
     half = sin(0.5_wp*t)/t
     r = r + sin(t)/t*w + 2.0_wp*half**2*matmul(w, w)

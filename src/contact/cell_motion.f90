@@ -81,7 +81,7 @@ contains
 
     stay = size(cells) > 0
     if (.not. stay) return
-    if (would_stay(cells, moved, fresh, host)) return
+    if (would_stay(cells, moved, fresh, host, limits)) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(merge(2, 1, &
       any(moved%status == status_stick))))*pair%points%slave_area(f) &
       .and. (any(moved%host > 0) .eqv. any(host > 0))
@@ -98,20 +98,25 @@ contains
     end do
   end function have_stayed
 
-  !> Cut anew, the cells would be the same: same facets below them, points where they are.
-  pure logical function would_stay(cells, moved, fresh, host) result(same)
+  !> Cut anew, the cells would be the same: same facets below them, points where they are, as
+  !! nearly as the limits say. (Tips may be further from where the cells were made than that: the
+  !! elastic slip by which the slave is moved for the cut is a linear field, theirs is not.)
+  pure logical function would_stay(cells, moved, fresh, host, limits) result(same)
     type(cell_t), intent(in) :: cells(:) !! points of a facet
     type(contact_point_t), intent(in) :: moved(:) !! their state
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
     integer, intent(in) :: host(:) !! and their hosts
+    real(wp), intent(in) :: limits(2) !! as in have_stayed [shape functions]
+    real(wp) :: limit
     integer :: p
 
     same = size(cells) == size(fresh)
     if (same) same = all(moved%host == host)
     do p = 1, size(cells)
       if (.not. same) return
-      same = maxval(abs(fresh(p)%place - cells(p)%place)) <= at_place .and. &
-        maxval(abs(fresh(p)%weight - cells(p)%weight)) <= at_place
+      limit = max(at_place, limits(merge(2, 1, moved(p)%status == status_stick)))
+      same = maxval(abs(fresh(p)%place - cells(p)%place)) <= limit .and. &
+        maxval(abs(fresh(p)%weight - cells(p)%weight)) <= limit
     end do
   end function would_stay
 

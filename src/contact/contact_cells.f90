@@ -214,7 +214,7 @@ contains
         fresh%host(:fresh%n)])))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
                           fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
-      if (when == after_solve .and. pair%history%moves(f) >= most_moves) stays = .true.
+      if (when == after_solve) stays = stays .or. has_moved_enough(pair, f, fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -226,7 +226,10 @@ contains
         call fit_in(room, fresh)
         pair%history%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
-        if (when == after_solve) pair%history%moves(f) = pair%history%moves(f) + 1
+        if (when == after_solve) then
+          pair%history%moves(f) = pair%history%moves(f) + 1
+          pair%history%left_cells(f)%cells = cells(first:last)
+        end if
         changes = changes + fresh%n
       end if
       n = n + fresh%n
@@ -237,6 +240,25 @@ contains
     pair%history%cuts = pair%history%cuts + size(pair%points%slave_facets, 2)
     call show_cells(pair)
   end subroutine renew_cells
+
+  !> A facet does not change its cells for ever: not often in an increment, and not back to those
+  !! that it has left last.
+  pure logical function has_moved_enough(pair, f, fresh) result(enough)
+    type(pair_t), intent(in) :: pair !! moves, left_cells
+    integer, intent(in) :: f !! the slave facet
+    type(fresh_t), intent(in) :: fresh !! its points if it is cut anew
+    integer :: p
+
+    enough = pair%history%moves(f) >= most_moves
+    if (enough .or. .not. allocated(pair%history%left_cells(f)%cells)) return
+    associate (cells => pair%history%left_cells(f)%cells)
+      enough = size(cells) == fresh%n
+      do p = 1, size(cells)
+        if (.not. enough) exit
+        enough = maxval(abs(fresh%cell(p)%weight - cells(p)%weight)) <= unmoved
+      end do
+    end associate
+  end function has_moved_enough
 
   !> How far the tips of a facet may have moved while its cells stay, in shape functions: those that
   !! slip or are open, and those that stick.

@@ -47,6 +47,11 @@ module contact_types
     real(wp) :: place(2) = 0.0_wp !! projection on the host when the cell was made
   end type cell_t
 
+  !> The cells that a slave facet has left for others.
+  type :: cut_t
+    type(cell_t), allocatable :: cells(:) !! of the facet
+  end type cut_t
+
   !> The friction of a pair, as the deck gives it.
   type :: pair_friction_t
     real(wp) :: mu(2) = 0.0_wp !! principal coefficients of friction; both 0 is frictionless
@@ -130,6 +135,7 @@ module contact_types
     real(wp) :: raise = 1.0_wp !! with multipliers: factor on epsilon at present
     logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
     integer, allocatable :: left(:) !! (points) host left last in this increment
+    type(cut_t), allocatable :: left_cells(:) !! (slave facets) if segmented: cells left last in it
     integer, allocatable :: moves(:) !! (points) changes of host in this increment
     logical :: begun = .false. !! if segmented: the first cells of this increment are known
     type(cell_t), allocatable :: first_cells(:) !! (points) these
@@ -172,9 +178,12 @@ contains
 
   !> Points forget the hosts that they have left in this increment, and may go back to them.
   pure subroutine forget_moves(pair)
-    type(pair_t), intent(inout) :: pair !! gets left, moves
+    type(pair_t), intent(inout) :: pair !! gets left, moves, left_cells
 
     pair%history%left = 0
     pair%history%moves = 0
+    if (.not. pair%segmented) return
+    if (allocated(pair%history%left_cells)) deallocate (pair%history%left_cells)
+    allocate (pair%history%left_cells(size(pair%points%slave_facets, 2)))
   end subroutine forget_moves
 end module contact_types

@@ -12,7 +12,7 @@ module friction_laws
   implicit none
   private
   public :: cone_laws, first_value, n_law_values, law_signature, law_summary, acts, any_acts, &
-    keeps_path, friction_point, friction_words, path_state
+    keeps_path, friction_point, friction_words, slip_path
 
   !> What may follow FRICtion.
   character(*), parameter :: friction_words = 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2'
@@ -26,7 +26,7 @@ module friction_laws
   integer, parameter :: n_law_values = first_value(3) - 1
 
   !> What points remember if a law asks for it.
-  type(law_state_t), parameter :: path_state = law_state_t('slip_path', 'length', &
+  type(law_state_t), parameter :: slip_path = law_state_t('slip_path', 'length', &
     'way that the point has slipped since it has touched')
 
   !> Relative change of the slip path at which its iteration ends; steps that it never needs.

@@ -12,7 +12,7 @@ module contact_surfaces
   implicit none
   private
   public :: contact_surface_t, find_slave_surface, find_master_surface, find_slave_fields, &
-    find_master_fields, has_lay
+    find_master_fields
   public :: n_columns, at_pressure, at_traction, at_shear, at_gap, at_status, at_slip, at_energy, &
     at_lay, at_force
 

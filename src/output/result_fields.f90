@@ -6,8 +6,8 @@ module result_fields
   use hdf5_data, only: make_series, series_shape
   implicit none
   private
-  public :: field_t, field_shape, make_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, n_over
+  public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
+    over_bodies
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies.
@@ -15,7 +15,6 @@ module result_fields
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
   integer, parameter :: over_bodies = 3
-  integer, parameter :: n_over = 3
 
   !> A field: a data set with one entry for each end time.
   type :: field_t
@@ -33,7 +32,7 @@ contains
   !> Dimensions of an entry.
   pure function field_shape(field, counts) result(dims)
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (n_over) how many of each there are
+    integer, intent(in) :: counts(:) !! (3) how many of each there are
     integer, allocatable :: dims(:)
 
     dims = [integer ::]
@@ -42,16 +41,16 @@ contains
   end function field_shape
 
   !> Makes the empty data set.
-  subroutine make_field(file, group, field, counts, error)
+  subroutine create_field(file, group, field, counts, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! its group, with a slash at its end
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (n_over) how many of each there are
+    integer, intent(in) :: counts(:) !! (3) how many of each there are
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
       trim(field%unit), trim(field%description), error)
-  end subroutine make_field
+  end subroutine create_field
 
   !> Entries that a data set has; 0 if it is not there.
   integer function entries_of(file, path) result(n)

@@ -4,12 +4,12 @@ module results_points
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use friction_laws, only: keeps_path, slip_path => path_state
+  use friction_laws, only: keeps_path, slip_path
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
   use result_types, only: point_fields_t
-  use result_fields, only: field_t, make_field, over_points
+  use result_fields, only: field_t, create_field, over_points
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
@@ -87,7 +87,7 @@ contains
     do i = 1, size(contact_fields)
       if (allocated(error)) return
       if (contact_fields(i)%part == part_path .and. .not. keeps_path(pair%law)) cycle
-      call make_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], error)
+      call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], error)
     end do
   end subroutine create_pair
 

@@ -18,7 +18,7 @@ module results_state
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
-  use result_fields, only: field_t, field_shape, make_field, entries_of
+  use result_fields, only: field_t, field_shape, create_field, entries_of
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, in_use, is_kept, address_of, &
     real_component, integer_component
   use text_files, only: rename_file
@@ -43,7 +43,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_state)
       if (.not. in_use(fields_of_state(i), model)) cycle
-      call make_field(file, root, fields_of_state(i), counts_of(model), error)
+      call create_field(file, root, fields_of_state(i), counts_of(model), error)
       if (allocated(error)) return
     end do
     call write_mesh(file, model, error)
@@ -112,7 +112,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
-      call make_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0], error)
+      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0], error)
       if (allocated(error)) return
     end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &

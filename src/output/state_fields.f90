@@ -4,7 +4,7 @@
 module state_fields
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
   use kinds, only: wp
-  use friction_laws, only: keeps_path, slip_path => path_state
+  use friction_laws, only: keeps_path, slip_path
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
   use model_types, only: model_t

@@ -77,9 +77,10 @@ contains
     end associate
   end subroutine renew_factors
 
-  !> The passes that would pay for new factors: a count, no clock.
+  !> The passes that would pay for new factors: a count, no clock. What passes have reduced with
+  !! older factors goes.
   subroutine set_worn(condensed)
-    type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn
+    type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn, reduced goes
     integer :: b
 
     condensed%worn = 0.0_wp

@@ -11,6 +11,7 @@ module bulk_preconditioner
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
   use right_side, only: gather_right
+  use equation_values, only: spread_values, gather_values
   use body_turns, only: follow_turns, to_frames, from_frames
   use condensation, only: reduce_body, complete_body
   use bulk_factors, only: renew_factors
@@ -268,36 +269,7 @@ contains
     end associate
   end function contact_force
 
-  !> Solution vector to nodal values, zero where prescribed.
-  pure subroutine spread_values(equation, values, field)
-    integer, intent(in) :: equation(:, :) !! (3, nodes)
-    real(wp), intent(in) :: values(:) !! (equations)
-    real(wp), intent(out) :: field(:, :) !! (3, nodes)
-    integer :: i, k
-
-    do i = 1, size(equation, 2)
-      do k = 1, 3
-        field(k, i) = 0.0_wp
-        if (equation(k, i) > 0) field(k, i) = values(equation(k, i))
-      end do
-    end do
-  end subroutine spread_values
-
-  !> Nodal values to a vector of the free degrees of freedom.
-  pure subroutine gather_values(equation, field, values)
-    integer, intent(in) :: equation(:, :) !! (3, nodes)
-    real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp), intent(out) :: values(:) !! (equations)
-    integer :: i, k
-
-    do i = 1, size(equation, 2)
-      do k = 1, 3
-        if (equation(k, i) > 0) values(equation(k, i)) = field(k, i)
-      end do
-    end do
-  end subroutine gather_values
-
-  !> The tangent at hand once more, for another right-hand side: by its factor, or so.
+  !> The tangent at hand once more, for another right-hand side: by its factor, or by GMRES.
   subroutine solve_tangent(system, right, solution, outcome)
     type(system_t), intent(inout) :: system !! tangent at hand; left alone but for room
     real(wp), intent(in) :: right(:) !! (equations) [force]
@@ -309,8 +281,8 @@ contains
     if (system%condensed%preconditions) then
       outcome = solver_done
       call run_gmres(system, right, max(inner_accuracy*norm2(right), &
-        1.0e-3_wp*system%scale%round_off), &
-        most_allowed(system%condensed), solution, passes, arrived)
+        1.0e-3_wp*system%scale%round_off), most_allowed(system%condensed), solution, passes, &
+        arrived)
     else
       call solve_bordered(system, right, solution, outcome)
     end if

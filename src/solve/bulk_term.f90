@@ -11,7 +11,7 @@ module bulk_term
   use model_types, only: model_t
   use block_matrix, only: build_graph, locate_elements, multiply
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
-  use nodal_dilatation, only: list_volumes, add_volumes
+  use nodal_dilatation, only: list_volumes, add_volume_forces, add_volume_tangent
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: system_t
@@ -101,9 +101,11 @@ contains
     system%whole%bulk_matrix%val = 0.0_wp
     system%inner%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
-      system%inner%inverted, &
-      system%whole%bulk_matrix)
-    call add_volumes(x, u, system, .true.)
+      system%inner%inverted, system%whole%bulk_matrix)
+    if (system%inner%inverted == 0) then
+      call add_volume_forces(x, u, system)
+      call add_volume_tangent(x, u, system)
+    end if
     call add_springs(system)
     call add_spring_forces(u, system)
     call add_pressure_tangent(x, u, system)
@@ -111,7 +113,7 @@ contains
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_tangent_at
 
-  !> Tangent of elements and springs alone at a state, which is symmetric.
+  !> Tangent of elements, volumes and springs alone at a state, which is symmetric.
   subroutine form_solid_tangent(x, u, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
@@ -123,6 +125,7 @@ contains
     force = 0.0_wp
     system%whole%bulk_matrix%val = 0.0_wp
     call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%whole%bulk_matrix)
+    if (inverted == 0) call add_volume_tangent(x, u, system)
     call add_springs(system)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
@@ -191,7 +194,7 @@ contains
     system%inner%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
       system%inner%inverted)
-    call add_volumes(x, u, system, .false.)
+    if (system%inner%inverted == 0) call add_volume_forces(x, u, system)
     call add_spring_forces(u, system)
     call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
   end subroutine form_force_at

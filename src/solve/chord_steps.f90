@@ -10,12 +10,12 @@ module chord_steps
   use line_search, only: take_trial
   use bulk_term, only: form_bulk_change
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
-  use rigid_bodies, only: spread_rigid
+  use equation_values, only: spread_direction
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
   private
-  public :: chords_t, follow_chords, spread_direction
+  public :: chords_t, follow_chords
 
   !> What the steps with one factor have led to.
   type :: chords_t
@@ -108,18 +108,4 @@ contains
     end if
     if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
   end subroutine find_direction_again
-
-  !> Solution vector to nodal displacements.
-  subroutine spread_direction(system)
-    type(system_t), intent(inout) :: system !! solution given; gets du
-    integer :: i, k
-
-    do i = 1, size(system%equation, 2)
-      do k = 1, 3
-        system%du(k, i) = 0.0_wp
-        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
-      end do
-    end do
-    call spread_rigid(system, system%solution, system%du)
-  end subroutine spread_direction
 end module chord_steps

@@ -14,7 +14,6 @@ module monitors
     real(wp) :: residual = 0.0_wp !! norm of the residual on free dofs [force]
     real(wp) :: relative = 0.0_wp !! the same over the norm of all nodal forces
     real(wp) :: energy = 0.0_wp !! |R.du|
-    real(wp) :: energy_ratio = 0.0_wp !! the same over that of the first iteration
     real(wp) :: step_length = 0.0_wp !! line search
     integer :: active = 0 !! closed contact points
     integer :: stick = 0 !! of them sticking

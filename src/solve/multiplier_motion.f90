@@ -16,6 +16,7 @@ module multiplier_motion
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
   use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
+  use equation_values, only: spread_values, gather_values, spread_direction
   use condensed_direction, only: answer_force, push_direction
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
@@ -225,7 +226,7 @@ contains
     real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: change(:)
     real(wp) :: force(3, size(du, 2))
-    integer :: outcome, i, k
+    integer :: outcome, i
 
     force = forces_of_way(system)
     du = 0.0_wp
@@ -242,11 +243,7 @@ contains
     end if
     call solve_tangent(system, -free_values(system, force), system%next, outcome)
     if (outcome /= solver_done) return
-    do i = 1, size(du, 2)
-      do k = 1, 3
-        if (system%equation(k, i) > 0) du(k, i) = system%next(system%equation(k, i))
-      end do
-    end do
+    call spread_values(system%equation, system%next, du)
     call spread_rigid(system, system%next, du)
   end subroutine answer_multipliers
 
@@ -254,7 +251,7 @@ contains
   subroutine push_multipliers(system)
     type(system_t), intent(inout) :: system !! motion; gets solution, du, bulk_change
     real(wp), allocatable :: change(:)
-    integer :: i, k, outcome
+    integer :: outcome
 
     if (system%condensed%active) then
       call push_direction(system, -live_values(system, forces_of_way(system)))
@@ -264,12 +261,7 @@ contains
     call solve_tangent(system, -free_values(system, forces_of_way(system)), change, outcome)
     if (outcome /= solver_done) return
     system%solution = system%solution + change
-    do i = 1, size(system%du, 2)
-      do k = 1, 3
-        if (system%equation(k, i) > 0) system%du(k, i) = system%solution(system%equation(k, i))
-      end do
-    end do
-    call spread_rigid(system, system%solution, system%du)
+    call spread_direction(system)
     call form_bulk_change(system)
   end subroutine push_multipliers
 
@@ -278,13 +270,8 @@ contains
     type(system_t), intent(in) :: system !! equations
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
     real(wp) :: values(size(system%right))
-    integer :: i, k
 
-    do i = 1, size(field, 2)
-      do k = 1, 3
-        if (system%equation(k, i) > 0) values(system%equation(k, i)) = field(k, i)
-      end do
-    end do
+    call gather_values(system%equation, field, values)
     values(system%equations + 1:) = rigid_values(system, field)
   end function free_values
 

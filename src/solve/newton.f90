@@ -16,13 +16,15 @@ module newton
   use supports, only: drop_bodies
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
-  use chord_steps, only: chords_t, follow_chords, spread_direction
+  use chord_steps, only: chords_t, follow_chords
+  use equation_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
+  use ground_release, only: release_ground
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -342,7 +344,9 @@ contains
       call find_bulk_direction(system, x, force_scale(system)*max(settings%residual_tolerance, &
         residual_share*sqrt(settings%energy_tolerance)), outcome)
       system%contact%slip_before = system%contact%slip
-      if (outcome == solver_done) call spread_direction(system)
+      if (outcome /= solver_done) return
+      call release_ground(system, x)
+      call spread_direction(system)
       return
     end if
     call form_tangent(system, x)
@@ -352,6 +356,7 @@ contains
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
+    call release_ground(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine find_direction
@@ -386,7 +391,6 @@ contains
     if (forces > 0.0_wp) report%relative = report%residual/forces
     call find_worst(system, report%worst_node, report%worst_dof, report%worst)
     report%energy = progress%energy
-    if (progress%first_energy > 0.0_wp) report%energy_ratio = progress%energy/progress%first_energy
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
     report%solver = solver_name(system%whole%solver)

@@ -17,7 +17,7 @@ module nodal_dilatation
   use system_types, only: system_t
   implicit none
   private
-  public :: list_volumes, add_volumes, add_nodal_pressure
+  public :: list_volumes, add_volume_forces, add_volume_tangent, add_nodal_pressure
 
   !> What an element gives to the volumes of its nodes.
   type :: part_t
@@ -186,41 +186,61 @@ contains
     end do
   end subroutine find_pressures
 
-  !> Adds forces and energy of the volumes, and their tangent to the bulk's matrix if it is wanted.
-  subroutine add_volumes(x, u, system, tangent)
+  !> Adds forces and energy of the volumes.
+  subroutine add_volume_forces(x, u, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, bulk_matrix
-    logical, intent(in) :: tangent !! the matrix is wanted
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
+    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy
     real(wp), dimension(system%volumes%n) :: pressure, slope
-    real(wp), allocatable :: b(:, :, :)
-    real(wp) :: mean, energy
+    real(wp) :: energy
     type(part_t) :: part
-    integer :: e, a
+    integer :: e
 
-    if (system%volumes%n == 0 .or. system%inner%inverted > 0) return
+    if (system%volumes%n == 0) return
     associate (list => system%volumes)
       call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
       system%inner%bulk_energy = system%inner%bulk_energy + energy
-      if (tangent) allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
         associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
           part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
-          mean = 0.25_wp*sum(pressure(corners))
-          system%inner%bulk_force(:, nodes) = system%inner%bulk_force(:, nodes) + mean*part%gradient
-          if (.not. tangent) cycle
+          system%inner%bulk_force(:, nodes) = system%inner%bulk_force(:, nodes) &
+            + 0.25_wp*sum(pressure(corners))*part%gradient
+        end associate
+      end do
+    end associate
+  end subroutine add_volume_forces
+
+  !> Adds their tangent to the bulk's matrix.
+  subroutine add_volume_tangent(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    real(wp), dimension(system%volumes%n) :: pressure, slope
+    real(wp), allocatable :: b(:, :, :)
+    real(wp) :: energy
+    type(part_t) :: part
+    integer :: e, a
+
+    if (system%volumes%n == 0) return
+    associate (list => system%volumes)
+      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
+      allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
+      do e = 1, size(list%corner, 2)
+        if (list%corner(1, e) == 0) cycle
+        associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
+          part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
           do a = 1, 4
             b(:, list%place(:, a, e), corners(a)) = b(:, list%place(:, a, e), corners(a)) &
               + 0.25_wp*part%gradient
           end do
-          if (list%finite(list%set(corners(1)))) call add_turning(mean*part%volume, part%c, nodes, &
-            system)
+          if (list%finite(list%set(corners(1)))) call add_turning(0.25_wp*sum(pressure(corners)) &
+            *part%volume, part%c, nodes, system)
         end associate
       end do
-      if (tangent) call add_products(slope/list%size, b, system)
+      call add_products(slope/list%size, b, system)
     end associate
-  end subroutine add_volumes
+  end subroutine add_volume_tangent
 
   !> factor (c_a c_b^T - c_b c_a^T) of one element.
   subroutine add_turning(factor, c, nodes, system)

@@ -2,7 +2,7 @@
 !! nodes (doc/theory, "Rigid bodies with a point").
 module rigid_bodies
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: identity, cross
   use rotations, only: rotation_matrix, rotation_vector
   use model_types, only: model_t
   use rigid_paths, only: count_rigid, motion_at, load_at
@@ -40,7 +40,7 @@ contains
           rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
         end do
         rigid%length = maxval(norm2(rigid%reach, 1))
-        rigid%turn = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+        rigid%turn = identity
         rigid%old_turn = rigid%turn
         if (size(rigid%unknown) > 0) system%tools%carried_by(rigid%node) = b
       end associate
@@ -106,7 +106,6 @@ contains
   !> Back to the start of the increment.
   subroutine return_rigid(system)
     type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
-
     integer :: b
 
     if (.not. allocated(system%tools%rigid)) return

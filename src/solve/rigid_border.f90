@@ -3,6 +3,7 @@
 module rigid_border
   use kinds, only: wp
   use rotations, only: spin
+  use vectors, only: identity
   use lapack_interface, only: dgetrf, dgetrs
   use elmt03, only: d03_epsilon
   use back_ends, only: nodes_t, solver_done, solver_singular
@@ -56,13 +57,9 @@ contains
     integer, intent(in) :: i !! which of its nodes
     real(wp), allocatable :: m(:, :)
     real(wp) :: all_motions(3, 6)
-    integer :: k
 
     associate (rigid => system%tools%rigid(b))
-      all_motions = 0.0_wp
-      do k = 1, 3
-        all_motions(k, k) = 1.0_wp
-      end do
+      all_motions(:, 1:3) = identity
       all_motions(:, 4:6) = -spin(lever(rigid, i, system%u, rigid%move))/rigid%length
       m = all_motions(:, rigid%unknown)
     end associate

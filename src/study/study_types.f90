@@ -28,7 +28,6 @@ module study_types
     integer :: form = study_grid !! one of the forms
     real(wp) :: from = 0.0_wp !! time up to which all variants are the same
     logical :: forced = .false. !! even where a parameter acts before that
-    type(location_t) :: from_at !! where that stands
     type(varied_t), allocatable :: varied(:) !! the parameters
     real(wp), allocatable :: variants(:, :) !! (parameters, variants) values
     integer, allocatable :: order(:) !! (variants) in which they are solved

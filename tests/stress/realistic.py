@@ -384,6 +384,8 @@ def wedge(seed):
     rise = draw.uniform(1.1, 1.5)*mu2 if slides else draw.uniform(0.2, 0.9)*mu2
     rise = min(rise, 0.9)
     slides = slides and rise > 1.08*mu2
+    if not slides:
+        rise = min(rise, 0.9*mu2)  # a slide that the greatest rise has stopped
     long, low, width = 1.4, 0.3, draw.uniform(0.8, 1.2)
     lower = solids.prism([(-long/2, 0.0), (long/2, 0.0), (long/2, low + rise*long), (-long/2, low)],
                          width, draw.uniform(0.25, 0.35))
