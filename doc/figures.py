@@ -369,6 +369,8 @@ MORE = [
      'A pin on a ground disc that turns with its lay.'),
     ('rigid_tool', 'manual/rigid_tool', [], FRONT, 'bodies:mises',
      'A rigid punch under a force, free to tilt, is dragged over a block.'),
+    ('exact_tools', 'manual/exact_tools', [], FRONT, 'bodies:mises',
+     'A block on an exact floor, under an exact ball that presses, drags and turns.'),
     ('feap', 'manual/from_feap', [], FRONT, 'bodies:displacement',
      'A deck of FEAP as it lies on disk.'),
     ('tied', 'manual/tied_blocks', [], FRONT, 'bodies:displacement',
