@@ -164,12 +164,17 @@ contains
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
-  !! element has changed its status; none, where blocks are cheaply formed anew.
+  !! element has changed its status; none, where blocks are cheaply formed anew. A drag or
+  !! grounding in it would hold the bodies for as long as it serves.
   pure logical function is_worth_trying(system) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
     integer :: most
 
     worth = allocated(system%condensed%tangent%status)
+    if (.not. worth) return
+    worth = system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    if (system%condensed%rigid%modes > 0) worth = worth .and. &
+      .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
     associate (tangent => system%condensed%tangent)
       most = max(most_changes, tangent%elements/changes_share)
