@@ -10,7 +10,8 @@ module condensed_direction
   use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
-    answer_leading, add_leading
+    answer_leading
+  use contact_sums, only: add_leading
   use system_types, only: system_t
   implicit none
   private

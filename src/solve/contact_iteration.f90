@@ -7,7 +7,8 @@ module contact_iteration
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: push_live, add_live_motion
   use contact_blocks, only: precondition
-  use contact_tangent, only: apply_rest, add_leading, take_shares
+  use contact_sums, only: add_leading, take_shares
+  use contact_tangent, only: apply_rest
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   implicit none
   private

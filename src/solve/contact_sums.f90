@@ -8,7 +8,7 @@ module contact_sums
   implicit none
   private
   public :: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, take_held, &
-    is_loose
+    take_shares, add_leading, is_loose
 
 contains
 
@@ -310,4 +310,45 @@ contains
     call take_held(tangent, x, z)
     call add_product(tangent%lead, -z, y)
   end subroutine add_whole_rest
+
+  !> z = V^T d.
+  pure subroutine take_shares(tangent, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank)
+    integer :: j, i
+
+    if (tangent%whole) then
+      call take_held(tangent, d, z)
+      return
+    end if
+    do j = 1, tangent%rank
+      z(j) = 0.0_wp
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
+        end do
+      end associate
+    end do
+  end subroutine take_shares
+
+  !> Adds U z to y.
+  pure subroutine add_leading(tangent, z, y)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: z(:) !! (rank)
+    real(wp), intent(inout) :: y(:) !! (live) [force]
+    integer :: j, i
+
+    if (tangent%whole) then
+      call add_product(tangent%lead, z(:tangent%rank), y)
+      return
+    end if
+    do j = 1, tangent%rank
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
+        end do
+      end associate
+    end do
+  end subroutine add_leading
 end module contact_sums

@@ -13,7 +13,7 @@ module contact_tangent
   use condensed_bodies, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
-    take_held, is_loose
+    add_leading, take_shares, is_loose
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
@@ -23,8 +23,7 @@ module contact_tangent
   use system_types, only: system_t
   implicit none
   private
-  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading, &
-    add_leading, take_shares
+  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading
 
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
@@ -92,7 +91,6 @@ contains
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call gather_compliance(condensed)
-      call hold_motions(system)
       tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
@@ -103,6 +101,7 @@ contains
           tangent%whole = .false.
       end if
       if (.not. tangent%whole) call peel_elements(condensed, tangent)
+      if (tangent%modes > 0) call hold_motions(system)
       tangent%parts%iterated = .not. (tangent%whole .or. tangent%parts%dense) .and. tangent%rank > &
         tangent%parts%most_dense
       if (tangent%parts%iterated) then
@@ -345,45 +344,4 @@ contains
       end if
     end associate
   end subroutine answer_leading
-
-  !> z = V^T d.
-  pure subroutine take_shares(tangent, d, z)
-    type(contact_tangent_t), intent(in) :: tangent !! its columns
-    real(wp), intent(in) :: d(:) !! (live) [length]
-    real(wp), intent(out) :: z(:) !! (rank)
-    integer :: j, i
-
-    if (tangent%whole) then
-      call take_held(tangent, d, z)
-      return
-    end if
-    do j = 1, tangent%rank
-      z(j) = 0.0_wp
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
-        end do
-      end associate
-    end do
-  end subroutine take_shares
-
-  !> Adds U z to y.
-  pure subroutine add_leading(tangent, z, y)
-    type(contact_tangent_t), intent(in) :: tangent !! its columns
-    real(wp), intent(in) :: z(:) !! (rank)
-    real(wp), intent(inout) :: y(:) !! (live) [force]
-    integer :: j, i
-
-    if (tangent%whole) then
-      call add_product(tangent%lead, z(:tangent%rank), y)
-      return
-    end if
-    do j = 1, tangent%rank
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
-        end do
-      end associate
-    end do
-  end subroutine add_leading
 end module contact_tangent
