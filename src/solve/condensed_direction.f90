@@ -26,8 +26,8 @@ module condensed_direction
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
-  !> And of a step with the factor of an earlier iteration: it leaves a share of the residual anyway,
-  !! unless multipliers go with it.
+  !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
+  !! anyway, unless multipliers go with it.
   real(wp), parameter :: of_chord = 1.0e-2_wp
   !> And of the answers that multipliers ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
