@@ -13,7 +13,7 @@ module contact_tangent
   use condensed_bodies, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
-    add_leading, take_shares, is_loose
+    take_shares, is_loose
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
