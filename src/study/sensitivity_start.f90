@@ -303,7 +303,7 @@ contains
     type(system_t), intent(in) :: system !! equations
     type(load_t), intent(in) :: loads(:) !! the loads
     logical, intent(in) :: whole !! prescribed values and forces, not the forces alone
-    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, loads) in: 0; out: prescribed values [length]
+    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, loads) grow by prescribed values [length]
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, loads) grow by theirs [force]
     integer :: k
 
