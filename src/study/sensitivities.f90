@@ -233,10 +233,11 @@ contains
         s%total(k, i) = sum(state%reaction*s%lever(:, :, k, i), system%equation == 0)
       end do
     end do
-    j = size(s%slopes)
-    s%euler = 0.0_wp
-    if (any(abs(s%total) > 0.0_wp)) s%euler = maxval(abs(s%reaction(:, :, j - 1) &
-      + s%reaction(:, :, j) - s%total))/maxval(abs(s%total))
-    s%worst = max(s%worst, s%euler)
+    associate (euler => s%euler)
+      euler%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &
+        euler%factor(1)*s%reaction(:, :, euler%slope(1)) &
+        + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - s%total))/maxval(abs(s%total))
+    end associate
   end subroutine add_reactions
 end module sensitivities
