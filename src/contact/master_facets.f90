@@ -3,9 +3,9 @@ module master_facets
   use kinds, only: wp
   use contact_types, only: pair_t
   use facet_geometry, only: corners, barycentric, facet_normal
-  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic, routine_round
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_flat, &
-    facet_bent, facet_round
+  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic, routine_round, &
+    facet_of_routine
+  use quadratic_facet, only: facet_shapes_t, facet_shapes
   use vectors, only: cross
   implicit none
   private
@@ -30,8 +30,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: facet !! the facet
 
-    kind = facet_flat
-    if (is_quadratic(pair, facet)) kind = merge(facet_round, facet_bent, pair%surface%round)
+    kind = facet_of_routine(facet_routine(pair, facet))
   end function facet_kind
 
   !> The nodes of a facet: its corners, then the middles of its edges if it has some.

@@ -11,11 +11,12 @@ module elmlib
   use elmt04, only: elmt04_smooth, d04_size
   use elmt05, only: elmt05_finite
   use elmt06, only: elmt06_quadratic
-  use quadratic_facet, only: facet_bent, facet_round
+  use quadratic_facet, only: facet_flat, facet_bent, facet_round
   implicit none
   private
   public :: element_routine, solid_routine, routine_none, routine_t4, routine_small, routine_mfec, &
-    routine_smooth, routine_finite, routine_quadratic, routine_round, n_parameters
+    routine_smooth, routine_finite, routine_quadratic, routine_round, n_parameters, &
+    facet_of_routine
 
   integer, parameter :: routine_none = 0 !! an element that takes no part
   integer, parameter :: routine_t4 = 1 !! linear tetrahedron, small strain
@@ -29,6 +30,20 @@ module elmlib
 
 contains
 
+  !> What kind of facet a contact element has: flat (patches too), bent or round.
+  elemental integer function facet_of_routine(number) result(kind)
+    integer, intent(in) :: number !! which routine
+
+    select case (number)
+    case (routine_quadratic)
+      kind = facet_bent
+    case (routine_round)
+      kind = facet_round
+    case default
+      kind = facet_flat
+    end select
+  end function facet_of_routine
+
   !> Calls the routine of a contact element.
   pure subroutine element_routine(number, task, d, e)
     integer, intent(in) :: number !! which routine
@@ -41,10 +56,8 @@ contains
       call elmt03_mfec(task, d, e)
     case (routine_smooth)
       call elmt04_smooth(task, d, e)
-    case (routine_quadratic)
-      call elmt06_quadratic(task, facet_bent, d, e)
-    case (routine_round)
-      call elmt06_quadratic(task, facet_round, d, e)
+    case (routine_quadratic, routine_round)
+      call elmt06_quadratic(task, facet_of_routine(number), d, e)
     case default
       ! routine_none: a contact element that is switched off adds nothing.
     end select

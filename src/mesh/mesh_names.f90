@@ -7,7 +7,7 @@ module mesh_names
   implicit none
   private
   public :: find_nodes, find_set, find_region, find_surface, nearest_name, name_hint, name_exists, &
-    region_nodes, in_region
+    region_nodes, surface_nodes, in_region
 
 contains
 
@@ -17,8 +17,7 @@ contains
     character(*), intent(in) :: name !! name to look for
     integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
     logical, intent(out) :: found !! there is such a name
-    logical, allocatable :: mask(:)
-    integer :: index, k, facet(most_facet_nodes)
+    integer :: index
 
     found = .true.
     call find_set(mesh, name, index)
@@ -33,21 +32,31 @@ contains
     end if
     call find_surface(mesh, name, index)
     found = index > 0
-    allocate (mask(mesh%nodes), source=.false.)
-    if (found) then
-      associate (surface => mesh%surfaces(index))
-        do k = 1, size(surface%facets, 2)
-          facet = 0
-          facet(:3) = surface%facets(:, k)
-          if (allocated(surface%inner)) facet(4:6) = surface%inner(:, k)
-          if (surface%elements(k) > 0) facet = facet_of(mesh%ix(:, surface%elements(k)), &
-            surface%facets(:, k))
-          mask(pack(facet, facet > 0)) = .true.
-        end do
-      end associate
-    end if
-    nodes = unique_numbers(mask)
+    allocate (nodes(0))
+    if (found) call surface_nodes(mesh, index, nodes)
   end subroutine find_nodes
+
+  !> Nodes of the facets of a surface, those within them included.
+  pure subroutine surface_nodes(mesh, index, nodes)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: index !! index of the surface
+    integer, allocatable, intent(out) :: nodes(:) !! its nodes, ascending, no doubles
+    logical :: mask(mesh%nodes)
+    integer :: k, facet(most_facet_nodes)
+
+    mask = .false.
+    associate (surface => mesh%surfaces(index))
+      do k = 1, size(surface%facets, 2)
+        facet = 0
+        facet(:3) = surface%facets(:, k)
+        if (allocated(surface%inner)) facet(4:6) = surface%inner(:, k)
+        if (surface%elements(k) > 0) facet = facet_of(mesh%ix(:, surface%elements(k)), &
+          surface%facets(:, k))
+        mask(pack(facet, facet > 0)) = .true.
+      end do
+    end associate
+    nodes = unique_numbers(mask)
+  end subroutine surface_nodes
 
   !> Nodes of the elements of a region.
   subroutine region_nodes(mesh, index, nodes)

@@ -1,6 +1,7 @@
 !> Connected bodies of a mesh: which elements hang together through shared nodes.
 module bodies
   use mesh_types, only: mesh_t
+  use mesh_names, only: surface_nodes
   implicit none
   private
   public :: find_bodies
@@ -57,24 +58,17 @@ contains
   pure subroutine join_surfaces(mesh, parent)
     type(mesh_t), intent(in) :: mesh !! the mesh
     integer, intent(inout) :: parent(:) !! (nodes) next node towards the root
-    integer :: k, f, i, first, other
+    integer, allocatable :: nodes(:)
+    integer :: k, i, first, other
 
     do k = 1, size(mesh%surfaces)
-      associate (surface => mesh%surfaces(k))
-        if (.not. surface%alone) cycle
-        do f = 1, size(surface%facets, 2)
-          call find_root(parent, surface%facets(1, 1), first)
-          do i = 1, 3
-            call find_root(parent, surface%facets(i, f), other)
-            parent(max(first, other)) = min(first, other)
-            first = min(first, other)
-            if (.not. allocated(surface%inner)) cycle
-            call find_root(parent, surface%inner(i, f), other)
-            parent(max(first, other)) = min(first, other)
-            first = min(first, other)
-          end do
-        end do
-      end associate
+      if (.not. mesh%surfaces(k)%alone) cycle
+      call surface_nodes(mesh, k, nodes)
+      do i = 2, size(nodes)
+        call find_root(parent, nodes(1), first)
+        call find_root(parent, nodes(i), other)
+        parent(max(first, other)) = min(first, other)
+      end do
     end do
   end subroutine join_surfaces
 

@@ -5,6 +5,7 @@ module conditions_reader
   use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number
   use records, only: item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
+  use mesh_names, only: surface_nodes
   use model_types, only: model_t, rigid_body_t
   use loads, only: has_load
   use condition_draft, only: condition_draft_t, start_draft, finish_draft, &
@@ -162,14 +163,14 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! takes the note
     type(condition_draft_t), intent(inout) :: draft !! the conditions
     logical :: meant(model%mesh%nodes)
+    integer, allocatable :: nodes(:)
     integer :: i, first, n
 
     meant = .false.
     do i = 1, size(model%mesh%surfaces)
       if (.not. model%mesh%surfaces(i)%alone) cycle
-      meant(pack(model%mesh%surfaces(i)%facets, .true.)) = .true.
-      if (allocated(model%mesh%surfaces(i)%inner)) meant(pack( &
-        model%mesh%surfaces(i)%inner, .true.)) = .true.
+      call surface_nodes(model%mesh, i, nodes)
+      meant(nodes) = .true.
     end do
     first = 0
     n = 0

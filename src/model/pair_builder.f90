@@ -27,6 +27,9 @@ module pair_builder
 
   !> Least points of a slave facet of six nodes: fewer leave patterns of its motion unseen.
   integer, parameter :: least_points = 6
+  !> Curved facets, in words.
+  character(*), parameter :: six_nodes = 'facets of six nodes (elements of ten)', &
+    round_facets = 'exact cylinders and spheres'
 
 contains
 
@@ -132,11 +135,12 @@ contains
     pair%surface%round = allocated(mesh%surfaces(index)%inner)
     if (pair%surface%round) then
       pair%surface%middles = mesh%surfaces(index)%inner
-      call check_round(pair, diagnostics)
+      call check_curved(pair, pair%master_at, round_facets, diagnostics)
     else
       call take_middles(mesh, pair%surface%facets, pair%surface%facet_elements, &
         pair%surface%middles)
-      if (allocated(pair%surface%middles)) call check_six_nodes(pair, pair%master_at, diagnostics)
+      if (allocated(pair%surface%middles)) call check_curved(pair, pair%master_at, six_nodes, &
+        diagnostics)
     end if
     call facet_neighbours(pair%surface%facets, pair%surface%neighbours, non_manifold)
     if (non_manifold == 0) return
@@ -184,39 +188,22 @@ contains
     end do
   end subroutine take_middles
 
-  !> What facets of six nodes cannot do in this version.
-  subroutine check_six_nodes(pair, at, diagnostics)
+  !> What curved facets cannot do in this version, or need not.
+  subroutine check_curved(pair, at, facets, diagnostics)
     type(pair_t), intent(in) :: pair !! the pair
     type(location_t), intent(in) :: at !! where the deck names the surface
+    character(*), intent(in) :: facets !! what they are
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-
     character(:), allocatable :: name
 
     name = 'pair '//pair%name//': '
-    if (pair%segmented) call report_error(diagnostics, at, name//'SEGMent cannot cut facets of '// &
-      'six nodes (elements of ten) in this version', 'write GTOS with a number of points in '// &
-      'place of SEGMent')
+    if (pair%segmented) call report_error(diagnostics, at, name//'SEGMent cannot cut '//facets// &
+      ' in this version', 'write GTOS with a number of points in place of SEGMent')
     if (pair%smooth) call report_error(diagnostics, at, name//'SMOOth bends flat facets, and '// &
-      'those of six nodes (elements of ten) are curved by themselves', 'delete SMOOth')
-    if (pair%fit%adjusted) call report_error(diagnostics, at, name// &
-      'ADJUst does not know facets '// &
-      'of six nodes (elements of ten) in this version', 'close the gaps in the mesh')
-  end subroutine check_six_nodes
-
-  !> What a round master cannot do, or need not.
-  subroutine check_round(pair, diagnostics)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    character(:), allocatable :: name
-
-    name = 'pair '//pair%name//': '
-    if (pair%segmented) call report_error(diagnostics, pair%master_at, name//'SEGMent cannot '// &
-      'cut an exact cylinder or sphere', 'write GTOS with a number of points in place of SEGMent')
-    if (pair%smooth) call report_error(diagnostics, pair%master_at, name//'SMOOth bends flat '// &
-      'facets, and an exact cylinder or sphere is round by itself', 'delete SMOOth')
-    if (pair%fit%adjusted) call report_error(diagnostics, pair%master_at, name//'ADJUst does '// &
-      'not know exact cylinders and spheres', 'close the gaps in the mesh')
-  end subroutine check_round
+      facets//' are curved by themselves', 'delete SMOOth')
+    if (pair%fit%adjusted) call report_error(diagnostics, at, name//'ADJUst does not know '// &
+      facets//' in this version', 'close the gaps in the mesh')
+  end subroutine check_curved
 
   !> A surface with nothing behind it has no stiffness to give its points.
   subroutine check_slave(mesh, pair, index, diagnostics)
@@ -247,7 +234,7 @@ contains
     facets = mesh%surfaces(index)%facets
     call take_middles(mesh, facets, mesh%surfaces(index)%elements, middles)
     if (allocated(middles)) then
-      call check_six_nodes(pair, pair%slave_at, diagnostics)
+      call check_curved(pair, pair%slave_at, six_nodes, diagnostics)
       if (pair%facet_points < least_points) call report_note(diagnostics, pair%slave_at, 'pair '// &
         pair%name//': facets of six nodes have '//to_text(least_points)//' points each')
       pair%facet_points = max(pair%facet_points, least_points)

@@ -8,8 +8,8 @@ module rigid_reader
   use records, only: item_count, item_location, item_name, item_real, is_word
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_names, only: find_region, find_surface, region_nodes, in_region, &
-    find_nodes_of => find_nodes
+  use mesh_names, only: find_region, find_surface, region_nodes, surface_nodes, &
+    in_region
   use node_queries, only: report_unknown_name
   use model_types, only: model_t, rigid_body_t, point_load_t
   use condition_draft, only: condition_draft_t
@@ -104,10 +104,9 @@ contains
     type(rigid_body_t), intent(inout) :: body !! gets nodes, point
     integer, allocatable :: nodes(:)
     real(wp) :: area, whole
-    logical :: found
     integer :: f
 
-    call find_nodes_of(model%mesh, item_name(set%head, 2), nodes, found)
+    call surface_nodes(model%mesh, index, nodes)
     whole = 0.0_wp
     body%point = 0.0_wp
     associate (facets => model%mesh%surfaces(index)%facets)

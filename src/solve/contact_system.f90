@@ -3,9 +3,8 @@ module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_pattern, cost_cells
   use element_types, only: status_off, status_open, status_stick, status_slip
-  use quadratic_facet, only: place_on_quadratic, facet_bent, facet_round
-  use elmlib, only: routine_none, routine_mfec, routine_smooth, routine_quadratic, &
-    routine_round
+  use quadratic_facet, only: place_on_quadratic, facet_flat
+  use elmlib, only: routine_none, routine_mfec, routine_smooth, facet_of_routine
   use element_lists, only: element_list_t, master_nodes
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -328,9 +327,9 @@ contains
 
     associate (list => system%contact, nodes => master_nodes(system%contact, element), &
                x => system%position%x_now)
-      if (any(list%routine(element) == [routine_quadratic, routine_round])) then
+      kind = facet_of_routine(list%routine(element))
+      if (kind /= facet_flat) then
         associate (facet => x(:, list%ix(list%nel(element) - 5:list%nel(element), element)))
-          kind = merge(facet_round, facet_bent, list%routine(element) == routine_round)
           way = place_on_quadratic(facet, list%h2(:, element), kind) &
             - place_on_quadratic(facet, list%h1(:, element), kind)
         end associate

@@ -6,6 +6,7 @@ module ground_release
   use block_matrix, only: find_block, multiply
   use rigid_motions, only: mode_row
   use supports, only: grounding
+  use equation_values, only: spread_values, gather_values
   use system_types, only: system_t
   implicit none
   private
@@ -30,13 +31,14 @@ contains
     call count_motions(system, first, n)
     if (n == 0) return
     call find_springs(system, spring, stiffness)
-    call gather_solution(system, u)
+    call spread_values(system%equation, system%solution, u)
     allocate (a(n, n), b(n, 1))
     b(:, 1) = work_on_motions(system, x, first, n, spring*u)
     call form_resistance(system, x, first, spring, a)
     if (norm2(a) <= epsilon(1.0_wp)*stiffness) return
     call solve_least(max(unresisted, epsilon(1.0_wp)*stiffness/norm2(a)), a, b)
-    call add_motions(system, x, first, b(:, 1))
+    u = u + displacement_of(system, x, first, b(:, 1))
+    call gather_values(system%equation, u, system%solution)
   end subroutine release_ground
 
   !> The place before the first motion of each grounded body, -1 for others; how many there are.
@@ -74,20 +76,6 @@ contains
     end do
     stiffness = sum(abs(spring))/grounding
   end subroutine find_springs
-
-  !> The solution at the nodes.
-  pure subroutine gather_solution(system, u)
-    type(system_t), intent(in) :: system !! solution
-    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
-    integer :: node, k
-
-    u = 0.0_wp
-    do node = 1, size(u, 2)
-      do k = 1, 3
-        if (system%equation(k, node) > 0) u(k, node) = system%solution(system%equation(k, node))
-      end do
-    end do
-  end subroutine gather_solution
 
   !> Work of nodal forces on each motion: R^T f.
   pure function work_on_motions(system, x, first, n, force) result(work)
@@ -169,22 +157,4 @@ contains
       size(work), info)
     if (info /= 0) b = 0.0_wp
   end subroutine solve_least
-
-  !> Adds motions to the solution.
-  pure subroutine add_motions(system, x, first, share)
-    type(system_t), intent(inout) :: system !! solution is moved
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    integer, intent(in) :: first(:) !! (bodies) place before the first motion
-    real(wp), intent(in) :: share(:) !! (motions) of each motion [length]
-    real(wp) :: way(3, size(x, 2))
-    integer :: node, k
-
-    way = displacement_of(system, x, first, share)
-    do node = 1, size(x, 2)
-      do k = 1, 3
-        if (system%equation(k, node) > 0) system%solution(system%equation(k, node)) = &
-          system%solution(system%equation(k, node)) + way(k, node)
-      end do
-    end do
-  end subroutine add_motions
 end module ground_release

@@ -8,8 +8,8 @@ module supports
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet
-  use quadratic_facet, only: projection_t, project_quadratic, facet_bent, facet_round
-  use elmlib, only: routine_smooth, routine_quadratic, routine_round
+  use quadratic_facet, only: projection_t, project_quadratic, facet_flat
+  use elmlib, only: routine_smooth, facet_of_routine
   use elmt04, only: d04_patch, d04_size
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
@@ -355,14 +355,13 @@ contains
     integer :: i
 
     y = positions_of(x, length, k, system)
-    if (any(system%contact%routine(k) == [routine_quadratic, routine_round])) then
+    if (facet_of_routine(system%contact%routine(k)) /= facet_flat) then
       do i = 1, 6
         associate (node => system%contact%ix(system%contact%slaves(k) + i, k))
           z(:, i) = x(:, node) + system%u(:, node) + length*system%du(:, node)
         end associate
       end do
-      p = project_quadratic(z, y(:, 1), merge(facet_round, facet_bent, &
-        system%contact%routine(k) == routine_round))
+      p = project_quadratic(z, y(:, 1), facet_of_routine(system%contact%routine(k)))
       gap = p%gap + system%contact%shift(3, k)
       if (p%found) return
     end if
