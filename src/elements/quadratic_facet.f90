@@ -122,7 +122,7 @@ contains
       p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/det
       step = matmul(p%inverse, matmul(d, p%t))
       p%xi = p%xi + step
-      if (kind /= facet_flat .and. (any(abs(p%xi) > farthest) .or. abs(sum(p%xi)) > farthest)) return
+      if (kind /= facet_flat .and. max(maxval(abs(p%xi)), abs(sum(p%xi))) > farthest) return
       p%found = maxval(abs(step)) <= last_step .and. i > first_steps
       if (kind == facet_flat .and. i > first_steps) p%found = .true.
       if (p%found) exit

@@ -28,8 +28,8 @@ module increments
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
-  !> Changes of the shape of smooth surfaces after which an increment is solved once more: those that
-  !! follow a solve with all its digits. While solves are rough the shape has not begun to settle.
+  !> Changes of the shape of smooth surfaces after which an increment is solved once more: those
+  !! that follow a solve with all its digits. In rough solves the shape has not begun to settle.
   integer, parameter :: most_renewals = 8
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
   !! the solves and passes.
