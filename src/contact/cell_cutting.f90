@@ -3,8 +3,11 @@
 module cell_cutting
   use kinds, only: wp
   use contact_types, only: pair_t, cell_t
-  use facet_clipping, only: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
+  use facet_clipping, only: clip_outline, polygon_area, polygon_points, most_corners, cell_points
   use facet_geometry, only: project_points, facet_normal, corners_of => corners
+  use master_facets, only: is_quadratic, field_on_facet
+  use slave_places, only: is_bent, place_of, project_into, share_of_area
+  use smooth_normals, only: project_on_master
   use facet_tree, only: facets_near
   implicit none
   private
@@ -14,6 +17,8 @@ module cell_cutting
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
   real(wp), parameter :: facing = -0.1_wp
+  !> Most corners of the outline of a master facet: of six nodes, in turn.
+  integer, parameter :: most_outline = 6
 
   !> The points of one slave facet while it is cut.
   type :: fresh_t
@@ -35,25 +40,24 @@ contains
   end subroutine make_fresh
 
   !> The points of one slave facet over the master at x.
-  pure subroutine cut_facet(pair, f, corners, x, fresh)
+  pure subroutine cut_facet(pair, f, nodes, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
     integer, intent(in) :: f !! the slave facet
-    real(wp), intent(in) :: corners(3, 3) !! its corners, or where the tips put them [length]
+    real(wp), intent(in) :: nodes(3, 6) !! its corners, and the middles of its edges if it has
+                                        !! them, or where the tips put them [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
     real(wp) :: center(3), normal(3), reach
-    integer :: k, n
+    integer :: k, n, last
 
-    normal = facet_normal(corners)
-    center = sum(corners, 2)/3.0_wp
-    reach = pair%search_radius + maxval(norm2(corners - spread(center, 2, 3), 1))
+    normal = facet_normal(nodes(:, :3))
+    center = sum(nodes(:, :3), 2)/3.0_wp
+    last = merge(6, 3, is_bent(pair, f))
+    reach = pair%search_radius + maxval(norm2(nodes(:, :last) - spread(center, 2, last), 1))
     call facets_near(pair%surface%tree, center, reach, fresh%near, n)
     fresh%n = 0
     do k = 1, n
-      associate (host => fresh%near(k))
-        call add_cell(pair, f, host, corners, normal, corners_of(x, pair%surface%facets(:, &
-          host)), fresh)
-      end associate
+      call add_cell(pair, f, fresh%near(k), nodes, normal, x, fresh)
     end do
     if (fresh%n > 0) return
     fresh%n = 1
@@ -62,44 +66,96 @@ contains
   end subroutine cut_facet
 
   !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, f, host, slave, normal, master, fresh)
+  pure subroutine add_cell(pair, f, host, slave, normal, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: host !! the master facet
-    real(wp), intent(in) :: slave(3, 3) !! corners of the slave facet [length]
+    real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
     real(wp), intent(in) :: normal(3) !! its normal
-    real(wp), intent(in) :: master(3, 3) !! corners of the master facet [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: triangle(2, 3), polygon(2, most_corners), points(2, cell_points), area
+    real(wp) :: outline(2, most_outline), polygon(2, most_corners), points(2, cell_points), area
     real(wp) :: place(2, cell_points), gaps(cell_points), y(3, cell_points)
     integer :: k, n
 
-    if (dot_product(normal, facet_normal(master)) > facing) return
-    call project_points(slave, 3, master, triangle, gaps)
-    if (any(maxval(triangle, 2) < 0.0_wp) .or. all(1.0_wp - triangle(1, :) - triangle(2, :) &
-      < 0.0_wp)) return
-    call clip_triangle(triangle, polygon, n)
+    if (dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, host)))) > facing) &
+      return
+    call find_outline(pair, f, host, slave, x, outline, n)
+    if (any(maxval(outline(:, :n), 2) < 0.0_wp) .or. all(1.0_wp - outline(1, :n) &
+      - outline(2, :n) < 0.0_wp)) return
+    call clip_outline(outline(:, :n), polygon, n)
     if (n == 0) return
     area = abs(polygon_area(polygon, n))
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
     do k = 1, cell_points
-      y(:, k) = slave(:, 3) + points(1, k)*(slave(:, 1) - slave(:, 3)) &
-        + points(2, k)*(slave(:, 2) - slave(:, 3))
+      y(:, k) = place_of(slave, is_bent(pair, f), points(:, k))
     end do
-    call project_points(master, cell_points, y, place, gaps)
+    call place_on_host(pair, host, x, y, place, gaps)
     if (all(abs(gaps) > pair%search_radius)) return
     do k = 1, cell_points
       associate (p => fresh%n + k)
         fresh%host(p) = host
         fresh%cell(p)%slave = f
         fresh%cell(p)%weight = [points(1, k), points(2, k), 1.0_wp - points(1, k) - points(2, k)]
-        fresh%cell(p)%area = area*pair%points%slave_area(f)/real(cell_points, wp)
+        fresh%cell(p)%area = area*share_of_area(pair, f, points(:, k))/real(cell_points, wp)
         fresh%cell(p)%place = place(:, k)
       end associate
     end do
     fresh%n = fresh%n + cell_points
   end subroutine add_cell
+
+  !> The outline of a master facet in the (xi, eta) of a slave facet, seen along its normal: the
+  !! corners, and if one of the two facets is curved the middles of the edges between them.
+  !! Neighbours share the outline of an edge, so that nothing is covered twice.
+  pure subroutine find_outline(pair, f, host, slave, x, outline, n)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    integer, intent(in) :: host !! the master facet
+    real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(out) :: outline(2, most_outline) !! corners of the outline
+    integer, intent(out) :: n !! how many
+    real(wp) :: y(3, most_outline), gaps(most_outline)
+    real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp
+    real(wp), parameter :: around(2, most_outline) = reshape([one, none, half, half, none, one, &
+      none, half, none, none, half, none], [2, most_outline])
+    integer :: k
+
+    if (is_bent(pair, f) .or. is_quadratic(pair, host)) then
+      n = most_outline
+      do k = 1, n
+        y(:, k) = field_on_facet(pair, host, x, x, around(:, k))
+      end do
+    else
+      n = 3
+      y(:, :3) = corners_of(x, pair%surface%facets(:, host))
+    end if
+    if (is_bent(pair, f)) then
+      call project_into(slave, n, y(:, :n), outline(:, :n))
+    else
+      call project_points(slave(:, :3), n, y(:, :n), outline(:, :n), gaps(:n))
+    end if
+  end subroutine find_outline
+
+  !> The projections of points on a master facet, and their distances.
+  pure subroutine place_on_host(pair, host, x, y, place, gaps)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: y(3, cell_points) !! the points [length]
+    real(wp), intent(out) :: place(2, cell_points) !! (xi, eta)
+    real(wp), intent(out) :: gaps(cell_points) !! positive outside [length]
+    integer :: k
+
+    if (is_quadratic(pair, host)) then
+      do k = 1, cell_points
+        call project_on_master(pair, host, x, y(:, k), place(:, k), gaps(k))
+      end do
+    else
+      call project_points(corners_of(x, pair%surface%facets(:, host)), cell_points, y, place, gaps)
+    end if
+  end subroutine place_on_host
 
   !> Fewer points where there is no room for all of them: a third of the cells' areas and hosts are
   !! kept by one point in place of three, and if that is too many as well the largest cells share
@@ -118,7 +174,7 @@ contains
         + fresh%cell(p + 2)%weight)/real(cell_points, wp)
       fresh%cell(k)%place = (fresh%cell(p)%place + fresh%cell(p + 1)%place &
         + fresh%cell(p + 2)%place)/real(cell_points, wp)
-      fresh%cell(k)%area = real(cell_points, wp)*fresh%cell(p)%area
+      fresh%cell(k)%area = sum(fresh%cell(p:p + cell_points - 1)%area)
     end do
     fresh%n = fresh%n/cell_points
     if (fresh%n <= room) return

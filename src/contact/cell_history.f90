@@ -4,7 +4,11 @@ module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
   use contact_tips, only: find_tip_from
-  use facet_geometry, only: project_on_facet, facet_frame, barycentric, unfold
+  use contact_ridges, only: pass_edge
+  use facet_geometry, only: project_on_facet, facet_frame, barycentric
+  use master_facets, only: is_quadratic, field_on_facet
+  use slave_places, only: cell_position
+  use smooth_normals, only: project_on_master
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
@@ -34,16 +38,32 @@ contains
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
       if (.not. closed(p)) cycle
-      associate (corners => pair%surface%facets(:, points(p)%host))
-        call project_on_facet(x(:, corners), position(pair, cells(p), x), xi, gap)
-        xi = xi - points(p)%tip
-        value(1:3, p) = matmul(xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
-                               + xi(2)*(x(:, corners(2)) - x(:, corners(3))), frame)
-        value(4, p) = points(p)%path
-      end associate
+      call project_on_master(pair, points(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
+      value(1:3, p) = matmul(way_between(pair, points(p)%host, x, points(p)%tip, xi), frame)
+      value(4, p) = points(p)%path
     end do
     call fit_closed(cells, closed, value, field)
   end subroutine fit_slip
+
+  !> The way over a master facet from one of its places to another.
+  pure function way_between(pair, host, x, from, to) result(way)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: from(2) !! (xi, eta)
+    real(wp), intent(in) :: to(2) !! (xi, eta)
+    real(wp) :: way(3), xi(2)
+
+    if (is_quadratic(pair, host)) then
+      way = field_on_facet(pair, host, x, x, to) - field_on_facet(pair, host, x, x, from)
+    else
+      xi = to - from
+      associate (corners => pair%surface%facets(:, host))
+        way = xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
+          + xi(2)*(x(:, corners(2)) - x(:, corners(3)))
+      end associate
+    end if
+  end function way_between
 
   !> The multipliers of the points of one slave facet over their areas, as a field over it, in the
   !! frame of the facet.
@@ -88,16 +108,6 @@ contains
     call fit_field(xi(:, :n), area(:n), counted(:, :n), field)
   end subroutine fit_closed
 
-  !> Position of a point of a cell.
-  pure function position(pair, cell, x) result(y)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(cell_t), intent(in) :: cell !! where the point is
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: y(3)
-
-    y = matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight)
-  end function position
-
   !> Multiplier of a new point in the frame of its host.
   pure function multiplier_at(pair, field, cell, host, x) result(lambda)
     type(pair_t), intent(in) :: pair !! the pair
@@ -131,30 +141,45 @@ contains
     type(cell_t), intent(in) :: cell !! where the point is
     integer, intent(in) :: host !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
-    real(wp) :: tip(2), slip(4), gap, way(2), start(2)
+    real(wp) :: tip(2), slip(4), gap, start(2)
     integer :: path(longest_path), n, k, status
     type(contact_point_t) :: point
 
-    call find_path(pair, position(pair, cell, x), host, x, path, n)
-    associate (corners => x(:, pair%surface%facets(:, path(n))))
-      call project_on_facet(corners, position(pair, cell, x), tip, gap)
-      slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
-      call project_on_facet(corners, corners(:, 3) + matmul(facet_frame(x(:, &
-        pair%points%slave_facets(:, cell%slave))), slip(1:3)), way, gap)
-      tip = tip - way
-    end associate
+    call find_path(pair, cell_position(pair, cell, x), host, x, path, n)
+    call project_on_master(pair, path(n), x, cell_position(pair, cell, x), tip, gap)
+    slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
+    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(x(:, pair%points%slave_facets(:, &
+      cell%slave))), slip(1:3)))
     if (.not. pair%augmented) then
       point%host = path(n)
       point%tip = tip
       point%path = path_at(field, cell)
-      call find_tip_from(pair, 1, point, position(pair, cell, x), x, tip, status)
+      call find_tip_from(pair, 1, point, cell_position(pair, cell, x), x, tip, status)
     end if
     do k = n, 2, -1
-      call unfold(pair%surface%facets(:, path(k)), pair%surface%facets(:, path(k - 1)), x, tip, &
-        start)
+      call pass_edge(pair, x, path(k), path(k - 1), tip, start)
       tip = start
     end do
   end function place_tip
+
+  !> The place on a master facet from which a way leads to another one.
+  pure function step_back(pair, facet, x, to, way) result(from)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: to(2) !! (xi, eta)
+    real(wp), intent(in) :: way(3) !! the way [length]
+    real(wp) :: from(2), gap
+
+    if (is_quadratic(pair, facet)) then
+      call project_on_master(pair, facet, x, field_on_facet(pair, facet, x, x, to) - way, from, gap)
+    else
+      associate (corners => x(:, pair%surface%facets(:, facet)))
+        call project_on_facet(corners, corners(:, 3) + way, from, gap)
+      end associate
+      from = to - from
+    end if
+  end function step_back
 
   !> The facets from a host to the one that a point projects on, across edges; the host alone if
   !! there is no such way.
@@ -171,7 +196,7 @@ contains
     path = host
     n = 1
     do
-      call project_on_facet(x(:, pair%surface%facets(:, path(n))), y, xi, gap)
+      call project_on_master(pair, path(n), x, y, xi, gap)
       if (all(barycentric(xi) >= 0.0_wp)) return
       corner = minloc(barycentric(xi), 1)
       next = pair%surface%neighbours(corner, path(n))

@@ -7,10 +7,12 @@ module cell_motion
   use contact_tips, only: find_tip
   use cell_history, only: fit_slip
   use linear_fields, only: linear_field_t, bounded_field_at
-  use facet_geometry, only: project_on_facet, facet_frame
+  use facet_geometry, only: facet_frame
+  use slave_places, only: is_bent, slave_positions, cell_position
+  use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: carry_tips, find_tips, have_stayed, lag_corners
+  public :: carry_tips, find_tips, have_stayed, lag_nodes
 
   !> Points of cells that are cut anew are where they were, in shape functions.
   real(wp), parameter :: at_place = 1.0e-8_wp
@@ -34,16 +36,13 @@ contains
     moved = points
     do p = 1, size(points)
       if (points(p)%host == 0 .or. points(p)%status <= status_stick) cycle
-      associate (nodes => pair%surface%facets(:, points(p)%host), &
-                 slave => pair%points%slave_facets(:, cells(p)%slave))
-        call project_on_facet(x_old(:, nodes), matmul(x_old(:, slave), cells(p)%weight), before, &
-                              gap)
-        if (all(abs(before - points(p)%tip) <= no_slip)) then
-          moved(p)%status = status_stick
-          cycle
-        end if
-        call project_on_facet(x(:, nodes), matmul(x(:, slave), cells(p)%weight), xi, gap)
-      end associate
+      call project_on_master(pair, points(p)%host, x_old, cell_position(pair, cells(p), x_old), &
+        before, gap)
+      if (all(abs(before - points(p)%tip) <= no_slip)) then
+        moved(p)%status = status_stick
+        cycle
+      end if
+      call project_on_master(pair, points(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
       moved(p)%tip = points(p)%tip + xi - before
     end do
   end subroutine carry_tips
@@ -76,7 +75,7 @@ contains
     integer, intent(in) :: host(:) !! and their hosts
     real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
                                       !! [shape functions]; the latter for the cover if one does
-    real(wp) :: xi(2), gap, y(3)
+    real(wp) :: xi(2), gap
     integer :: p
 
     stay = size(cells) > 0
@@ -90,8 +89,7 @@ contains
       if (moved(p)%host == 0) cycle
       xi = moved(p)%tip
       if (moved(p)%status <= status_open) then
-        y = matmul(x(:, pair%points%slave_facets(:, f)), cells(p)%weight)
-        call project_on_facet(x(:, pair%surface%facets(:, moved(p)%host)), y, xi, gap)
+        call project_on_master(pair, moved(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
       end if
       stay = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
                                                                == status_stick))
@@ -120,25 +118,26 @@ contains
     end do
   end function would_stay
 
-  !> Corners of a slave facet less the elastic slip there: where its tips are integrated exactly.
-  pure function lag_corners(pair, f, cells, moved, x) result(corners)
+  !> The nodes of a slave facet less the elastic slip there: where its tips are integrated exactly.
+  pure function lag_nodes(pair, f, cells, moved, x) result(nodes)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points
     type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: corners(3, 3), frame(3, 3), lag(4)
-    real(wp), parameter :: xi(2, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], &
-                                              [2, 3])
+    real(wp) :: nodes(3, 6), frame(3, 3), lag(4)
+    real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp
+    real(wp), parameter :: xi(2, 6) = reshape([one, none, none, one, none, none, half, half, &
+      none, half, half, none], [2, 6])
     type(linear_field_t) :: slip
     integer :: k
 
-    corners = x(:, pair%points%slave_facets(:, f))
-    frame = facet_frame(corners)
+    nodes = slave_positions(pair, f, x)
+    frame = facet_frame(nodes(:, :3))
     call fit_slip(pair, f, cells, moved, x, slip)
-    do k = 1, 3
+    do k = 1, merge(6, 3, is_bent(pair, f))
       lag = bounded_field_at(slip, xi(:, k), 1.0_wp)
-      corners(:, k) = corners(:, k) - matmul(frame, lag(1:3))
+      nodes(:, k) = nodes(:, k) - matmul(frame, lag(1:3))
     end do
-  end function lag_corners
+  end function lag_nodes
 end module cell_motion

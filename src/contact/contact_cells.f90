@@ -7,15 +7,18 @@ module contact_cells
   use kinds, only: wp
   use element_types, only: status_off, status_open, status_stick, status_slip
   use contact_types, only: pair_t, contact_point_t, cell_t
-  use contact_points, only: count_points, first_cell
+  use contact_points, only: count_points, first_cell, longest_facet
   use facet_clipping, only: cell_points
-  use facet_geometry, only: project_on_facet, facet_size, facet_normal
+  use facet_geometry, only: facet_normal
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_tip, path_at, multiplier_at
-  use cell_motion, only: carry_tips, find_tips, have_stayed, lag_corners
+  use cell_motion, only: carry_tips, find_tips, have_stayed, lag_nodes
   use linear_fields, only: linear_field_t
+  use master_facets, only: is_plane
+  use slave_places, only: slave_nodes, slave_positions, slave_weights, cell_position
+  use smooth_normals, only: project_on_master
   implicit none
   private
   public :: prepare_cells, clear_cells, begin_cells, follow_cells, cut_touched, settle_cells, &
@@ -66,8 +69,8 @@ contains
         wp)))
     deallocate (pair%points%point_nodes, pair%points%point_weights, pair%points%area)
     allocate (pair%history%cells(points), pair%history%old_cells(points))
-    allocate (pair%points%point_nodes(3, points), pair%points%point_weights(3, points), &
-      pair%points%area(points))
+    allocate (pair%points%point_nodes(pair%points%n_slaves, points), &
+      pair%points%point_weights(pair%points%n_slaves, points), pair%points%area(points))
     if (allocated(pair%points%epsilon)) deallocate (pair%points%epsilon)
     allocate (pair%points%epsilon(points), source=0.0_wp)
     do f = 1, size(pair%points%slave_facets, 2)
@@ -85,16 +88,14 @@ contains
     integer :: f
 
     n = 0
-    trial%surface%facets = pair%surface%facets
-    trial%points%slave_facets = pair%points%slave_facets
-    trial%points%slave_area = pair%points%slave_area
+    trial%surface = pair%surface
+    trial%points = pair%points
     trial%search_radius = pair%search_radius
-    if (trial%search_radius <= 0.0_wp) trial%search_radius = maxval([(facet_size(x(:, &
-      pair%surface%facets(:, f))), f=1, size(pair%surface%facets, 2))])
+    if (trial%search_radius <= 0.0_wp) trial%search_radius = longest_facet(pair, x)
     call build_tree(trial%surface%tree, trial%surface%facets, x)
     call make_fresh(size(pair%surface%facets, 2), fresh)
     do f = 1, size(pair%points%slave_facets, 2)
-      call cut_facet(trial, f, x(:, trial%points%slave_facets(:, f)), x, fresh)
+      call cut_facet(trial, f, slave_positions(trial, f, x), x, fresh)
       n = n + fresh%n
     end do
   end function points_at
@@ -117,8 +118,8 @@ contains
 
     do p = 1, size(pair%history%cells)
       associate (cell => pair%history%cells(p))
-        pair%points%point_nodes(:, p) = pair%points%slave_facets(:, max(1, cell%slave))
-        pair%points%point_weights(:, p) = cell%weight
+        pair%points%point_nodes(:, p) = slave_nodes(pair, max(1, cell%slave))
+        pair%points%point_weights(:, p) = slave_weights(pair, max(1, cell%slave), cell%weight)
         pair%points%area(p) = cell%area
         pair%points%epsilon(p) = pair%points%density*cell%area
       end associate
@@ -207,7 +208,7 @@ contains
     first = 1
     do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
-      call cut_facet(pair, f, lag_corners(pair, f, cells(first:last), moved(first:last), x), &
+      call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
         x, fresh)
       limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
         merge(followed, unmoved, are_level(pair, x, [moved(first:last)%host, &
@@ -298,6 +299,7 @@ contains
       normal = facet_normal(x(:, pair%surface%facets(:, hosts(k))))
       if (last == 0) first = normal
       level = level .and. dot_product(first, normal) > 1.0_wp - one_plane
+      if (level) level = is_plane(pair, x, hosts(k), normal, one_plane)
       last = hosts(k)
     end do
   end function are_level
@@ -365,15 +367,15 @@ contains
     type(pair_t), intent(inout) :: pair !! new and cell are completed and become old and old_cell
     real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
     integer :: p
-    real(wp) :: gap, y(3)
+    real(wp) :: gap
 
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
         if (point%host == 0) point%status = status_off
         if (point%host == 0) point%lambda = 0.0_wp
         if (point%status > status_open .or. point%host == 0) cycle
-        y = matmul(x(:, pair%points%point_nodes(:, p)), pair%points%point_weights(:, p))
-        call project_on_facet(x(:, pair%surface%facets(:, point%host)), y, point%tip, gap)
+        call project_on_master(pair, point%host, x, cell_position(pair, &
+          pair%history%cells(p), x), point%tip, gap)
       end associate
     end do
     pair%history%old = pair%history%new

@@ -8,13 +8,13 @@ module contact_hosts
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, point_position, is_first, longest_facet
   use contact_parameters, only: first_raise, has_multipliers, has_field
-  use smooth_normals, only: find_corners, renew_patches, project_on_master, carry_over
+  use smooth_normals, only: find_corners, renew_patches, project_on_master
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
-  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, is_smooth, kink
+  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, kink, pass_edge
   use contact_tips, only: tip_of, find_tip, touches
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: corners, unfold, unfold_vector, barycentric, altitude
+  use facet_geometry, only: corners, unfold_vector, barycentric, altitude
   use master_facets, only: find_sharp_edges
   implicit none
   private
@@ -245,12 +245,7 @@ contains
     type(contact_point_t), intent(inout) :: point !! its working state
     real(wp) :: start(2)
 
-    if (is_smooth(pair, point%host, next)) then
-      call carry_over(pair, x_old, point%host, next, point%tip, start)
-    else
-      call unfold(pair%surface%facets(:, point%host), pair%surface%facets(:, next), x_old, &
-        point%tip, start)
-    end if
+    call pass_edge(pair, x_old, point%host, next, point%tip, start)
     if (has_multipliers(pair)) point%lambda = unfold_vector(pair%surface%facets(:, point%host), &
       pair%surface%facets(:, next), x_old, point%lambda)
     point%host = next

@@ -4,6 +4,7 @@ module contact_overlap
   use kinds, only: wp
   use contact_types, only: pair_t
   use contact_points, only: point_position
+  use slave_places, only: slave_nodes, slave_weights
   use facet_tree, only: nearest_facet
   use smooth_normals, only: project_on_master
   implicit none
@@ -12,22 +13,25 @@ module contact_overlap
 
 contains
 
-  !> Measures the overlap on the reference positions: at the points, or with SEGMent at the corners
+  !> Measures the overlap on the reference positions: at the points, or with SEGMent at the nodes
   !! of the slave facets.
   subroutine measure_overlap(pair, x)
     type(pair_t), intent(inout) :: pair !! with its first hosts and tree; gets overlap
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: xi(2), gap
+    integer, allocatable :: nodes(:)
     integer :: p, k
 
     pair%shrinking%withheld = 0.0_wp
     if (pair%shrinking%shrink < 0) return
     if (allocated(pair%shrinking%overlap)) deallocate (pair%shrinking%overlap)
     if (pair%segmented) then
-      allocate (pair%shrinking%overlap(3, size(pair%points%slave_facets, 2)), source=0.0_wp)
+      allocate (pair%shrinking%overlap(pair%points%n_slaves, size(pair%points%slave_facets, 2)), &
+        source=0.0_wp)
       do p = 1, size(pair%points%slave_facets, 2)
-        do k = 1, 3
-          pair%shrinking%overlap(k, p) = overlap_at(pair, x, x(:, pair%points%slave_facets(k, p)))
+        nodes = slave_nodes(pair, p)
+        do k = 1, size(nodes)
+          pair%shrinking%overlap(k, p) = overlap_at(pair, x, x(:, nodes(k)))
         end do
       end do
       return
@@ -66,7 +70,7 @@ contains
       overlap = max(0.0_wp, pair%shrinking%overlap(1, p))
     else if (pair%history%cells(p)%slave > 0) then
       overlap = max(0.0_wp, dot_product(pair%shrinking%overlap(:, pair%history%cells(p)%slave), &
-        pair%history%cells(p)%weight))
+        slave_weights(pair, pair%history%cells(p)%slave, pair%history%cells(p)%weight)))
     end if
   end function overlap_of
 

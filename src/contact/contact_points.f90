@@ -8,7 +8,7 @@ module contact_points
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
   use master_facets, only: all_nodes
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
+  use slave_places, only: place_curved, slave_nodes
   implicit none
   private
   public :: is_first, first_cell, count_points, used_points, point_position, point_text, &
@@ -129,7 +129,7 @@ contains
 
     nodes = [pair%points%point_nodes(:, p), all_nodes(pair, 1 + mod(number - 1, &
       size(pair%surface%facets, 2)))]
-    if (pair%segmented) nodes(:3) = pair%points%slave_facets(:, 1 + (number - &
+    if (pair%segmented) nodes(:pair%points%n_slaves) = slave_nodes(pair, 1 + (number - &
       1)/size(pair%surface%facets, 2))
   end function coupled_nodes
 
@@ -184,7 +184,7 @@ contains
       do i = 1, pair%facet_points
         p = (f - 1)*pair%facet_points + i
         if (n_slaves > 3 .and. facets(n_slaves, f) > 0) then
-          call place_curved(facets(:, f), shapes(:2, i), x, pair%points%point_weights(:, p), &
+          call place_curved(x(:, facets(:, f)), shapes(:2, i), pair%points%point_weights(:, p), &
             pair%points%area(p))
         else
           associate (normal => cross(x(:, facets(1, f)) - x(:, facets(3, f)), &
@@ -199,23 +199,6 @@ contains
       end do
     end do
   end subroutine make_facet_points
-
-  !> A point of a facet of six nodes: what its nodes weigh, and half the size of its tangents'
-  !! product, which times its share is its area.
-  pure subroutine place_curved(facet, xi, x, weights, area)
-    integer, intent(in) :: facet(6) !! nodes
-    real(wp), intent(in) :: xi(2) !! place
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(out) :: weights(6) !! M_b
-    real(wp), intent(out) :: area !! [length^2]
-    type(facet_shapes_t) :: s
-    real(wp) :: t(3, 2)
-
-    s = facet_shapes(xi, facet_bent)
-    weights = s%n
-    t = matmul(x(:, facet), s%d)
-    area = 0.5_wp*norm2(cross(t(:, 1), t(:, 2)))
-  end subroutine place_curved
 
   !> What the corners of its slave facet weigh in a point, as linear functions: fields of
   !! multipliers and pressures live on corners.

@@ -9,10 +9,11 @@ module contact_ridges
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
   use facet_geometry, only: corners, project_on_facet, barycentric, facet_normal, is_convex, &
-    kink_sine
+    kink_sine, unfold
+  use smooth_normals, only: carry_over
   implicit none
   private
-  public :: find_ridges, ridge_t, look_at_ridges, is_smooth, kink
+  public :: find_ridges, ridge_t, look_at_ridges, is_smooth, kink, pass_edge
 
   !> Most facets between one that touches a ridge with a corner only and the ridge.
   integer, parameter :: most_between = 4
@@ -228,6 +229,23 @@ contains
     if (allocated(pair%surface%sharp)) is_smooth = any(pair%surface%neighbours(:, host) == across &
                                      .and. .not. pair%surface%sharp(:, host))
   end function is_smooth
+
+  !> Hands a place on the host on to its neighbour across an edge: unfolded, or where the surface
+  !! goes on smoothly as the nearest place there.
+  pure subroutine pass_edge(pair, x, host, next, xi, start)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: next !! its neighbour
+    real(wp), intent(in) :: xi(2) !! (xi, eta) in the host
+    real(wp), intent(out) :: start(2) !! (xi, eta) in the neighbour
+
+    if (is_smooth(pair, host, next)) then
+      call carry_over(pair, x, host, next, xi, start)
+    else
+      call unfold(pair%surface%facets(:, host), pair%surface%facets(:, next), x, xi, start)
+    end if
+  end subroutine pass_edge
 
   !> Sine of the kink between two neighbouring facets, or what is left of it between their patches.
   pure real(wp) function kink(pair, x, host, across)

@@ -7,7 +7,7 @@ module contact_types
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
-  public :: pair_t, contact_point_t, cell_t, forget_moves
+  public :: pair_t, pair_points_t, contact_point_t, cell_t, forget_moves
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
   public :: direction_vector, direction_circumferential, direction_radial, direction_field
@@ -42,7 +42,7 @@ module contact_types
   !> Where a point of a segmented pair is (doc/theory, "Segmentation").
   type :: cell_t
     integer :: slave = 0 !! slave facet, 0 while the point is not in use
-    real(wp) :: weight(3) = 1.0_wp/3.0_wp !! M_b of x_S = sum M_b x_b
+    real(wp) :: weight(3) = 1.0_wp/3.0_wp !! where in it: shape functions of its corners alone
     real(wp) :: area = 0.0_wp !! reference area, 0 if the facet has no master under it
     real(wp) :: place(2) = 0.0_wp !! projection on the host when the cell was made
   end type cell_t
@@ -102,7 +102,7 @@ module contact_types
     integer :: shrink = -1 !! SHRInk: number of its table, -1 without
     type(location_t) :: shrink_at !! where the deck gives it
     real(wp), allocatable :: overlap(:, :) !! SHRInk: (1, points), or (3, slave facets) at corners
-    !! if segmented: below the master at the start, negative for a gap [length]
+    !! (6: and middles) if segmented: below the master at the start, negative for a gap [length]
     real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
   end type pair_shrink_t
 
@@ -117,6 +117,10 @@ module contact_types
     integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
     integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
+    integer, allocatable :: slave_middles(:, :) !! (3, slave facets) if segmented: nodes on the
+    !! edges 12, 23, 31, 0: none; only if some facet has six nodes
+    real(wp), allocatable :: slave_shape(:, :, :) !! (3, 6, slave facets) if so: reference
+    !! positions of all six
     real(wp) :: density = 0.0_wp !! if segmented: penalty over area [force/length^3]
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
     real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]

@@ -4,10 +4,11 @@ module facet_clipping
   use kinds, only: wp
   implicit none
   private
-  public :: clip_triangle, polygon_area, polygon_points, most_corners, cell_points
+  public :: clip_outline, polygon_area, polygon_points, most_corners, cell_points
 
-  !> Corners of a polygon: six where two triangles meet, and room for what round-off may add.
-  integer, parameter :: most_corners = 12
+  !> Corners of a polygon: six where two triangles meet, nine where one of them has six nodes, and
+  !! room for what round-off or an outline that bends inwards may add.
+  integer, parameter :: most_corners = 15
   !> Points of a cell.
   integer, parameter :: cell_points = 3
   !> A polygon with a smaller ratio of its second moments is taken for a line.
@@ -17,17 +18,17 @@ module facet_clipping
 
 contains
 
-  !> The part of a triangle within the unit triangle xi, eta, 1 - xi - eta >= 0: the triangle is cut
-  !! at one edge after the other. A triangle that turns clockwise gives a polygon that does.
-  pure subroutine clip_triangle(triangle, polygon, n)
-    real(wp), intent(in) :: triangle(2, 3) !! its corners
+  !> The part of an outline within the unit triangle xi, eta, 1 - xi - eta >= 0: it is cut at one
+  !! edge after the other. An outline that turns clockwise gives a polygon that does.
+  pure subroutine clip_outline(outline, polygon, n)
+    real(wp), intent(in) :: outline(:, :) !! (2, 3 or 6) its corners
     real(wp), intent(out) :: polygon(2, most_corners) !! corners of what is left
     integer, intent(out) :: n !! how many
     integer :: edge
 
     polygon = 0.0_wp
-    polygon(:, 1:3) = triangle
-    n = 3
+    n = size(outline, 2)
+    polygon(:, 1:n) = outline
     do edge = 1, 3
       call cut(edge, polygon, n)
       if (n < 3) then
@@ -35,7 +36,7 @@ contains
         return
       end if
     end do
-  end subroutine clip_triangle
+  end subroutine clip_outline
 
   !> Keeps the part of a polygon on the inner side of one edge of the unit triangle.
   pure subroutine cut(edge, polygon, n)

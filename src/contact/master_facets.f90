@@ -9,7 +9,8 @@ module master_facets
   use vectors, only: cross
   implicit none
   private
-  public :: is_quadratic, facet_kind, all_nodes, facet_routine, field_on_facet, find_sharp_edges
+  public :: is_quadratic, is_plane, facet_kind, all_nodes, facet_routine, field_on_facet, &
+    find_sharp_edges
 
   !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
   real(wp), parameter :: sharp_cosine = 0.7_wp
@@ -73,6 +74,22 @@ contains
       y = matmul(field(:, pair%surface%facets(:, facet)), barycentric(xi))
     end if
   end function field_on_facet
+
+  !> A master facet is plane: the middles of its edges lie in the plane of its corners.
+  pure logical function is_plane(pair, x, facet, normal, flat) result(plane)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: normal(3) !! of its corners
+    real(wp), intent(in) :: flat !! most square of the angle of an edge [rad^2]
+    real(wp) :: c(3, 3), m(3, 3)
+
+    plane = .not. (is_quadratic(pair, facet) .and. pair%surface%round)
+    if (.not. (plane .and. is_quadratic(pair, facet))) return
+    c = corners(x, pair%surface%facets(:, facet))
+    m = corners(x, pair%surface%middles(:, facet)) - c
+    plane = maxval(matmul(normal, m)**2) <= flat*maxval(sum(m*m, 1))
+  end function is_plane
 
   !> Marks the edges of quadratic facets beyond which the surface does not go on smoothly.
   pure subroutine find_sharp_edges(pair, x)

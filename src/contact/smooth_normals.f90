@@ -8,7 +8,7 @@ module smooth_normals
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
   use master_facets, only: is_quadratic, facet_kind, all_nodes, field_on_facet
-  use quadratic_facet, only: projection_t, project_quadratic
+  use quadratic_facet, only: project_on_quadratic
   implicit none
   private
   public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
@@ -303,15 +303,10 @@ contains
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection
     real(wp), intent(out) :: gap !! distance, positive outside [length]
-    type(projection_t) :: p
 
     if (is_quadratic(pair, facet)) then
-      p = project_quadratic(x(:, all_nodes(pair, facet)), y, facet_kind(pair, facet))
-      xi = p%xi
-      gap = p%gap
-      if (p%found) return
-    end if
-    if (pair%smooth) then
+      call project_on_quadratic(x(:, all_nodes(pair, facet)), facet_kind(pair, facet), y, xi, gap)
+    else if (pair%smooth) then
       call project_on_patch(corners(x, pair%surface%facets(:, facet)), &
         patch_from_values(pair%surface%patch(:, facet)), y, xi, gap)
     else

@@ -109,17 +109,16 @@ contains
     real(wp), intent(in) :: a(3, 3, 3, 3) !! weight times A [force length]
     real(wp), intent(inout) :: s(most_solid_dofs, most_solid_dofs) !! tangent [force/length]
     real(wp) :: half(3, 3, 3)
-    integer :: na, nb, i, k
+    integer :: na, nb, k
 
     do nb = 1, size(gradient, 2)
       half = a(:, :, :, 1)*gradient(1, nb) + a(:, :, :, 2)*gradient(2, nb) &
         + a(:, :, :, 3)*gradient(3, nb)
       do na = 1, size(gradient, 2)
         do k = 1, 3
-          do i = 1, 3
-            s(3*na - 3 + i, 3*nb - 3 + k) = s(3*na - 3 + i, 3*nb - 3 + k) &
-              + dot_product(half(i, :, k), gradient(:, na))
-          end do
+          s(3*na - 2:3*na, 3*nb - 3 + k) = s(3*na - 2:3*na, 3*nb - 3 + k) &
+            + (half(:, 1, k)*gradient(1, na) + half(:, 2, k)*gradient(2, na) &
+               + half(:, 3, k)*gradient(3, na))
         end do
       end do
     end do

@@ -6,7 +6,8 @@ module quadratic_facet
   use vectors, only: cross
   implicit none
   private
-  public :: facet_shapes_t, facet_shapes, projection_t, project_quadratic, place_on_quadratic
+  public :: facet_shapes_t, facet_shapes, projection_t, project_quadratic, project_on_quadratic
+  public :: place_on_quadratic
   public :: facet_flat, facet_bent, facet_round
 
   !> What a facet is: the plane of its corners, the surface through six nodes, or a part of a sphere
@@ -122,7 +123,8 @@ contains
       p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/det
       step = matmul(p%inverse, matmul(d, p%t))
       p%xi = p%xi + step
-      if (kind /= facet_flat .and. max(maxval(abs(p%xi)), abs(sum(p%xi))) > farthest) return
+      if (kind /= facet_flat .and. (any(abs(p%xi) > farthest) .or. abs(sum(p%xi)) > farthest)) &
+        return
       p%found = maxval(abs(step)) <= last_step .and. i > first_steps
       if (kind == facet_flat .and. i > first_steps) p%found = .true.
       if (p%found) exit
@@ -139,6 +141,21 @@ contains
     p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/(a(1, 1)*a(2, 2) &
       - a(1, 2)*a(2, 1))
   end function project_quadratic
+
+  !> Projection and gap of a point; where the facet has none, those of the plane of its corners.
+  pure subroutine project_on_quadratic(x, kind, y, xi, gap)
+    real(wp), intent(in) :: x(3, 6) !! nodes [length]
+    integer, intent(in) :: kind !! bent or round
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: xi(2) !! (xi, eta)
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+    type(projection_t) :: p
+
+    p = project_quadratic(x, y, kind)
+    if (.not. p%found) p = project_quadratic(x, y, facet_flat)
+    xi = p%xi
+    gap = p%gap
+  end subroutine project_on_quadratic
 
   !> A_ij = t_i.t_j - d.x_,ij.
   pure subroutine bend(d, bent, a)

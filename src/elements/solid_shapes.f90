@@ -32,7 +32,11 @@ contains
     real(wp) :: slope(3, nel), j(3, 3), cofactor(3, 3), determinant
     integer :: q, a
 
-    call place_points(nel, x, rule)
+    if (nel == 4) then
+      call flat_rule(x, rule)
+      return
+    end if
+    call place_points(x, rule)
     do q = 1, rule%n
       slope = shape_slopes(nel, rule%l(:, q))
       j = sum_products(x, slope)
@@ -48,19 +52,36 @@ contains
     end do
   end subroutine solid_rule
 
-  !> Volume coordinates of the points.
-  pure subroutine place_points(nel, x, rule)
-    integer, intent(in) :: nel !! nodes of the element
-    real(wp), intent(in) :: x(3, nel) !! reference coordinates [length]
+  !> The one point of four nodes.
+  pure subroutine flat_rule(x, rule)
+    real(wp), intent(in) :: x(3, 4) !! reference coordinates [length]
+    type(solid_rule_t), intent(inout) :: rule !! point, gradients, weight
+    real(wp) :: a(3), b(3), c(3), determinant
+
+    a = x(:, 2) - x(:, 1)
+    b = x(:, 3) - x(:, 1)
+    c = x(:, 4) - x(:, 1)
+    rule%n = 1
+    rule%l(:, 1) = 0.25_wp
+    rule%gradient(:, 2, 1) = cross(b, c)
+    rule%gradient(:, 3, 1) = cross(c, a)
+    rule%gradient(:, 4, 1) = cross(a, b)
+    determinant = dot_product(a, rule%gradient(:, 2, 1))
+    rule%gradient(:, 2:4, 1) = rule%gradient(:, 2:4, 1)/determinant
+    rule%gradient(:, 1, 1) = -rule%gradient(:, 2, 1) - rule%gradient(:, 3, 1) &
+      - rule%gradient(:, 4, 1)
+    rule%weight(1) = determinant/6.0_wp
+  end subroutine flat_rule
+
+  !> Volume coordinates of the points of ten nodes.
+  pure subroutine place_points(x, rule)
+    real(wp), intent(in) :: x(3, 10) !! reference coordinates [length]
     type(solid_rule_t), intent(out) :: rule !! gets n, l
     real(wp), parameter :: s4 = 1.0_wp/sqrt(5.0_wp)
     real(wp) :: sum_s, product_s, root
     integer :: i
 
-    if (nel == 4) then
-      rule%n = 1
-      rule%l(:, 1) = 0.25_wp
-    else if (is_straight(x)) then
+    if (is_straight(x)) then
       rule%n = 4
       do i = 1, 4
         rule%l(:, i) = point_towards(i, s4)

@@ -10,7 +10,8 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use friction_laws, only: cone_laws, acts
-  use contact_types, only: pair_t, penalty_area, penalty_nodal, form_quadrature_to_surface
+  use contact_types, only: pair_t, pair_points_t, penalty_area, penalty_nodal, &
+    form_quadrature_to_surface
   use contact_parameters, only: is_round_off, has_field
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
   use contact_cells, only: prepare_cells
@@ -197,8 +198,6 @@ contains
     character(:), allocatable :: name
 
     name = 'pair '//pair%name//': '
-    if (pair%segmented) call report_error(diagnostics, at, name//'SEGMent cannot cut '//facets// &
-      ' in this version', 'write GTOS with a number of points in place of SEGMent')
     if (pair%smooth) call report_error(diagnostics, at, name//'SMOOth bends flat facets, and '// &
       facets//' are curved by themselves', 'delete SMOOth')
     if (pair%fit%adjusted) call report_error(diagnostics, at, name//'ADJUst does not know '// &
@@ -235,8 +234,9 @@ contains
     call take_middles(mesh, facets, mesh%surfaces(index)%elements, middles)
     if (allocated(middles)) then
       call check_curved(pair, pair%slave_at, six_nodes, diagnostics)
-      if (pair%facet_points < least_points) call report_note(diagnostics, pair%slave_at, 'pair '// &
-        pair%name//': facets of six nodes have '//to_text(least_points)//' points each')
+      if (pair%facet_points < least_points .and. .not. pair%segmented) call report_note( &
+        diagnostics, pair%slave_at, 'pair '//pair%name//': facets of six nodes have '// &
+        to_text(least_points)//' points each')
       pair%facet_points = max(pair%facet_points, least_points)
       allocate (six(6, size(facets, 2)))
       six(1:3, :) = facets
@@ -244,8 +244,25 @@ contains
       call move_alloc(six, facets)
     end if
     call make_facet_points(facets, mesh%x, pair)
-    if (pair%segmented) pair%points%slave_facets = mesh%surfaces(index)%facets
+    if (pair%segmented) call keep_facets(mesh%x, mesh%surfaces(index)%facets, middles, pair%points)
   end subroutine take_slave_facets
+
+  !> The slave facets that are to be cut.
+  pure subroutine keep_facets(x, facets, middles, points)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(in) :: facets(:, :) !! (3, facets) corners
+    integer, allocatable, intent(in) :: middles(:, :) !! (3, facets) middles of the edges, if any
+    type(pair_points_t), intent(inout) :: points !! gets slave facets, middles, shape
+    integer :: f
+
+    points%slave_facets = facets
+    if (.not. allocated(middles)) return
+    points%slave_middles = middles
+    allocate (points%slave_shape(3, 6, size(facets, 2)), source=0.0_wp)
+    do f = 1, size(facets, 2)
+      if (middles(1, f) > 0) points%slave_shape(:, :, f) = x(:, [facets(:, f), middles(:, f)])
+    end do
+  end subroutine keep_facets
 
   !> Slave nodes and their tributary areas.
   subroutine take_slave(mesh, exterior, diagnostics, pair, found)

@@ -58,8 +58,8 @@ module result_types
     real(wp), allocatable :: slip(:, :) !! (3, points) displacement against the master [length]
     real(wp), allocatable :: area(:) !! (points) reference area, 1 for nodes
     integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
-    integer, allocatable :: node(:, :) !! (3, points) if segmented: nodes of the slave facet
-    real(wp), allocatable :: weight(:, :) !! (3, points) if segmented: their weights
+    integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
+    real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
   end type point_fields_t
 
   !> The fields of one end time; what is not allocated is not written.

@@ -105,11 +105,11 @@ contains
       call write_block(file, group//'/node', reshape(pair%points%point_nodes, &
         [count_points(pair)]), at_end, error)
     else if (pair%segmented) then
-      call make_series(file, group//'/node', stored_integer, [3, count_points(pair)], 1, '1', &
-        'corner nodes of the slave facet of each point', error)
+      call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves, &
+        count_points(pair)], 1, '1', 'nodes of the slave facet of each point', error)
       if (allocated(error)) return
-      call make_series(file, group//'/weight', stored_real, [3, count_points(pair)], 1, '1', &
-        'weights of the corners: a point is the weighted sum of its nodes', error)
+      call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves, &
+        count_points(pair)], 1, '1', 'weights of its nodes: a point is their weighted sum', error)
     else
       call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
         count_points(pair), &

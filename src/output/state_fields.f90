@@ -84,7 +84,7 @@ module state_fields
     field_t('slave', stored_integer, 1, over_points, '1', &
     'slave facet of the point, from 1, 0 while it is not in use', part_cells), &
     field_t('weight', stored_real, 3, over_points, '1', &
-    'weights of the corners of the slave facet', part_cells), &
+    'where in the slave facet: linear shape functions of its corners', part_cells), &
     field_t('area', stored_real, 1, over_points, 'length^2', 'reference area of the point', &
     part_cells), &
     field_t('place', stored_real, 2, over_points, '1', &

@@ -270,19 +270,22 @@ contains
   end function contact_force
 
   !> The tangent at hand once more, for another right-hand side: by its factor, or by GMRES.
-  subroutine solve_tangent(system, right, solution, outcome)
+  subroutine solve_tangent(system, right, solution, outcome, left)
     type(system_t), intent(inout) :: system !! tangent at hand; left alone but for room
     real(wp), intent(in) :: right(:) !! (equations) [force]
     real(wp), intent(inout) :: solution(:) !! (equations) [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
+    real(wp), intent(in), optional :: left !! share of the right-hand side that passes may leave
+    real(wp) :: share
     integer :: passes
     logical :: arrived
 
     if (system%condensed%preconditions) then
       outcome = solver_done
-      call run_gmres(system, right, max(inner_accuracy*norm2(right), &
-        1.0e-3_wp*system%scale%round_off), most_allowed(system%condensed), solution, passes, &
-        arrived)
+      share = inner_accuracy
+      if (present(left)) share = left
+      call run_gmres(system, right, max(share*norm2(right), 1.0e-3_wp*system%scale%round_off), &
+        most_allowed(system%condensed), solution, passes, arrived)
     else
       call solve_bordered(system, right, solution, outcome)
     end if

@@ -4,11 +4,11 @@ module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord
   use back_ends, only: solver_done
-  use rigid_border, only: solve_bordered
+  use bulk_preconditioner, only: solve_tangent
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm
   use line_search, only: take_trial
-  use bulk_term, only: form_bulk_change
+  use bulk_term, only: form_bulk_change, bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
   use equation_values, only: spread_direction
   use model_types, only: model_t
@@ -31,6 +31,8 @@ module chord_steps
   real(wp), parameter :: contraction = 0.2_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
   real(wp), parameter :: chord_accuracy = 1.0e-4_wp
+  !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
+  real(wp), parameter :: rough_accuracy = 1.0e-2_wp
 
 contains
 
@@ -61,7 +63,8 @@ contains
         after = residual_norm(system)
         chords%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
           all(status == system%contact%status)
-        found = after <= contraction*before .or. (after <= before .and. chords%settled)
+        found = (after <= contraction*before .or. (after <= before .and. chords%settled)) .and. &
+          system%inner%inverted == 0
       end if
       if (.not. found) then
         call stay(model, system)
@@ -95,16 +98,20 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
     logical, intent(out) :: found !! there is one
+    real(wp) :: share
     integer :: outcome
 
     if (system%condensed%active) then
       call find_chord(system, found)
     else
       system%whole%solver%accuracy = chord_accuracy
-      call solve_bordered(system, system%right, system%solution, outcome)
+      system%condensed%norm_before = norm2(system%right)
+      call solve_tangent(system, system%right, system%solution, outcome, left=rough_accuracy)
       found = outcome == solver_done
       if (found) call spread_direction(system)
       if (found) call form_bulk_change(system)
+      if (found) call bulk_step(model%mesh%x, system, share)
+      if (found) found = share >= 1.0_wp
     end if
     if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
   end subroutine find_direction_again

@@ -26,6 +26,9 @@ module condensed_direction
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
+  !! anyway, unless multipliers go with it.
+  real(wp), parameter :: of_chord = 1.0e-2_wp
   !> And of the answers that multipliers ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
@@ -75,7 +78,8 @@ contains
     real(wp) :: y(system%condensed%alive%n_live), floor
 
     associate (condensed => system%condensed)
-      floor = max(coarsest*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
+      floor = max(merge(coarsest, of_chord, system%motion%active)*residual_size(condensed), &
+        1.0e-3_wp*system%scale%round_off)
       call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)

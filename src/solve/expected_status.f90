@@ -10,6 +10,7 @@ module expected_status
   use contact_points, only: count_points, point_position
   use contact_parameters, only: point_shift
   use contact_overlap, only: withheld_gap
+  use slave_places, only: cell_position
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
   use system_types, only: system_t
@@ -97,8 +98,7 @@ contains
           facet%closed = facet%closed .and. point%status > status_open
           facet%slips = facet%slips .and. point%status == status_slip
           if (.not. facet%closed) cycle
-          call project_on_master(pair, point%host, x, &
-            matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight), xi, gap)
+          call project_on_master(pair, point%host, x, cell_position(pair, cell, x), xi, gap)
           facet%area = facet%area + cell%area
           facet%gap = facet%gap + (gap - facet%gap)*cell%area/facet%area
         end associate

@@ -13,6 +13,7 @@ module first_touch
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
+  use slave_places, only: cell_position
   use smooth_normals, only: project_on_master, renew_patches
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
@@ -92,9 +93,7 @@ contains
     real(wp) :: y(3)
 
     if (pair%segmented) then
-      y = matmul(system%position%x_old(:, pair%points%slave_facets(:, &
-        pair%history%old_cells(p)%slave)), &
-        pair%history%old_cells(p)%weight)
+      y = cell_position(pair, pair%history%old_cells(p), system%position%x_old)
     else
       y = point_position(pair, p, system%position%x_old)
     end if

@@ -156,7 +156,7 @@ contains
     type(chords_t) :: chords
 
     if (progress%energy_met .or. progress%length < 1.0_wp) return
-    if (system%contact%n == 0 .or. system%tools%border%n > 0 .or. .not. system%bulk%linear) return
+    if (system%contact%n == 0 .or. system%tools%border%n > 0) return
     if (system%body%drag > 0.0_wp .or. any(system%body%grounded) .or. &
       any(system%contact%hold)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &

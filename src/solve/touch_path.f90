@@ -3,6 +3,8 @@ module touch_path
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t
   use facet_geometry, only: project_on_facet, barycentric
+  use master_facets, only: is_quadratic, facet_kind, all_nodes
+  use quadratic_facet, only: project_on_quadratic
   use smooth_patch, only: project_on_patch, patch_from_values
   implicit none
   private
@@ -141,7 +143,7 @@ contains
     before = 0
     first = point%host
     do step = 1, longest_walk
-      call project(pair, places_at(touch, start, x_old, pair%surface%facets(:, point%host), t), &
+      call project(pair, places_at(touch, start, x_old, all_nodes(pair, point%host), t), &
         point%host, start, t, y, point%tip, gap)
       if (pair%segmented) return
       next = across(pair, point%host, point%tip)
@@ -152,9 +154,9 @@ contains
   end subroutine meet
 
   !> Projection on a facet or its patch.
-  pure subroutine project(pair, corners, facet, start, t, y, xi, gap)
+  pure subroutine project(pair, nodes, facet, start, t, y, xi, gap)
     type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: corners(3, 3) !! of the facet [length]
+    real(wp), intent(in) :: nodes(:, :) !! (3, 3 or 6) of the facet [length]
     integer, intent(in) :: facet !! the facet
     real(wp), intent(in) :: start !! the first touch of the body, share of the increment
     real(wp), intent(in) :: t !! share of the increment
@@ -162,13 +164,15 @@ contains
     real(wp), intent(out) :: xi(2) !! (xi, eta)
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
-    if (pair%smooth) then
+    if (is_quadratic(pair, facet)) then
+      call project_on_quadratic(nodes, facet_kind(pair, facet), y, xi, gap)
+    else if (pair%smooth) then
       associate (way => pair%surface%patch_way(:, facet, :))
-        call project_on_patch(corners, patch_from_values(between(way(:, 1), way(:, 2), way(:, 3), &
+        call project_on_patch(nodes, patch_from_values(between(way(:, 1), way(:, 2), way(:, 3), &
           start, t)), y, xi, gap)
       end associate
     else
-      call project_on_facet(corners, y, xi, gap)
+      call project_on_facet(nodes, y, xi, gap)
     end if
   end subroutine project
 

@@ -2,6 +2,7 @@
 import math
 
 TETRAHEDRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of the middle nodes of ten
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
@@ -138,6 +139,24 @@ class Deck:
         """Increments of the given number over a duration."""
         self.batch.append(f'DT,,{number(duration/count)}')
         self.batch.append(f'STEP,,{count}')
+
+    def add_middles(self, material, place):
+        """Gives the elements of a material a node in the middle of each edge, at place(end, end);
+        it joins the sets that hold both ends."""
+        middles, at_end = {}, len(self.x)
+        for n, (number_of, nodes) in enumerate(self.elements):
+            if number_of != material:
+                continue
+            edges = [tuple(sorted((nodes[a], nodes[b]))) for a, b in EDGES]
+            for edge in edges:
+                if edge not in middles:
+                    at_end += 1
+                    middles[edge] = at_end
+                    self.x.append(place(self.x[edge[0] - 1], self.x[edge[1] - 1]))
+            self.elements[n] = (material, nodes + [middles[edge] for edge in edges])
+        for k, (name, nodes) in enumerate(self.sets):
+            held = set(nodes)
+            self.sets[k] = (name, nodes + [m for (a, b), m in middles.items() if a in held and b in held])
 
     def text(self):
         """The deck."""

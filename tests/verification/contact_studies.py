@@ -2,6 +2,7 @@
 import math
 
 import meshing
+import quadratic_studies as quadratic
 import unstructured
 
 EXACT = 'exact'
@@ -14,8 +15,9 @@ WHOLE = ('NTOS hands the force of a slave node to one facet, which is not the in
 NOT_MATCHING = ((3, 2), (2, 3), (4, 3), (6, 4), (7, 5), (5, 8))
 
 
-def patch_error(bench, slave, master, form='NTOS', augmented=False):
-    """Relative L2 error of the stress; form: NTOS or GTOS, and what follows the surfaces."""
+def patch_error(bench, slave, master, form='NTOS', augmented=False, ten=''):
+    """Relative L2 error of the stress; form: NTOS or GTOS, and what follows the surfaces; ten: the
+    blocks of elements of ten nodes, of 'upper', 'lower'."""
     drawn = bench.drawn[bench.case]
     young, nu, eps, depth = drawn['E'], drawn['nu'], 100*drawn['E'], 0.01
     modulus = young*(1 - nu)/((1 + nu)*(1 - 2*nu))
@@ -28,6 +30,12 @@ def patch_error(bench, slave, master, form='NTOS', augmented=False):
         raise ValueError('the deck has no pair to change')
     text = text.replace('NTOS    under track', f'{keyword} under track {points}' +
                         augmented*'\n    AUGMent 1e-9 40')
+    for block, cells in (('upper', 'ns'), ('lower', 'nm')):
+        plain = f'CART {cells} {cells} {cells}  MATErial 1  TET4'
+        if text.count(plain) != 1:
+            raise ValueError(f'the deck has no block {block} to change')
+        if block in ten:
+            text = text.replace(plain, plain.replace('TET4', 'TET10'))
     tables = bench.run_text('contact_patch', text, ns=slave, nm=master, young=young, nu=nu, eps=eps)
     return stress_error(tables, slave, master, (side, side, -p, 0.0, 0.0, 0.0))
 
@@ -47,7 +55,7 @@ def square(a, b):
     return sum((x - y)**2*(1 if i < 3 else 2) for i, (x, y) in enumerate(zip(a, b)))
 
 
-def loaded_patch(bench, slave, master, form, slope, shear, augmented=False):
+def loaded_patch(bench, slave, master, form, slope, shear, augmented=False, ten=False):
     """Relative L2 error of the stress where two blocks meet in the plane z = slope x and stick.
 
     The stress is -1 along z, and a shear in the xz plane. The sides carry its tractions as nodal
@@ -59,7 +67,7 @@ def loaded_patch(bench, slave, master, form, slope, shear, augmented=False):
     exact = (0.0, 0.0, -1.0, 0.0, 0.0, shear)
     traction = (-slope*exact[0] + shear, 0.0, -slope*shear - 1.0)
     gap = tuple((not augmented)*value/(eps*math.hypot(1.0, slope)) for value in traction)
-    mesh, parts = sloping_blocks(slave, master, slope)
+    mesh, parts = sloping_blocks(slave, master, slope, ten)
     strain = {'x': nu/young, 'z': -1/young, 'xz': (1 + nu)/young*shear}
 
     def displacement(node):
@@ -71,11 +79,11 @@ def loaded_patch(bench, slave, master, form, slope, shear, augmented=False):
     upper = set(parts['upper'])
     forces = {}
     for end, sign in (('left', -1.0), ('right', 1.0)):
-        for node, area in mesh.shares(parts[end]).items():
+        for node, area in quadratic.shares(mesh, parts[end]).items():
             forces[node] = (0.0, 0.0, sign*shear*area)
     held = {n: displacement(n) for n in parts['top'] + parts['bottom']}
     sets = ''.join(meshing.node_set(name, parts[name]) for name in ('sole', 'face'))
-    text = ('MFEC * * Patch\n\n' + meshing.solid(1, young, nu) + mesh.records() + sets +
+    text = ('MFEC * * Patch\n\n' + meshing.solid(1, young, nu) + quadratic.records(mesh) + sets +
             'SURFace under FROM sole\nSURFace track FROM face\n\n' +
             meshing.vectors('BOUNdary', {n: (1, 1, 1) for n in held}) +
             meshing.vectors('DISPlacement', held) + meshing.vectors('FORCe', forces) +
@@ -102,7 +110,7 @@ STOP
     return stress_error(tables, slave, master, exact)
 
 
-def sloping_blocks(slave, master, slope):
+def sloping_blocks(slave, master, slope, ten=False):
     """Two blocks of section 1 from z = -1 to 1 that meet in z = slope x, and their parts."""
     mesh = meshing.Mesh()
 
@@ -113,12 +121,14 @@ def sloping_blocks(slave, master, slope):
         return place
 
     mesh.box((slave,)*3, between(slave, lambda x: slope*x, lambda x: 1.0))
-    last = len(mesh.nodes)
     mesh.box((master,)*3, between(master, lambda x: -1.0, lambda x: slope*x))
+    if ten:
+        mesh = quadratic.ten_nodes(mesh)
+    above = {n for e in mesh.elements[:6*slave**3] for n in e[1:]}
     joint = mesh.where(lambda x, y, z: abs(z - slope*x) < 1e-9)
     return mesh, {
-        'upper': list(range(1, last + 1)),
-        'sole': [n for n in joint if n <= last], 'face': [n for n in joint if n > last],
+        'upper': sorted(above),
+        'sole': [n for n in joint if n in above], 'face': [n for n in joint if n not in above],
         'top': mesh.where(lambda x, y, z: z > 1 - 1e-9),
         'bottom': mesh.where(lambda x, y, z: z < -1 + 1e-9),
         'left': mesh.where(lambda x, y, z: x < 1e-9),
@@ -143,6 +153,15 @@ def matching_patch(bench):
         bench.compare(f'inclined{text}, sticking, 3 on 2', EXACT, 0.0,
                       loaded_patch(bench, 3, 2, SEGMENTED, slope, shear), 1e-9, scale=1.0,
                       form=SEGMENTED)
+    for text, blocks in (('ten nodes', 'upper lower'), ('ten nodes on four', 'upper'),
+                         ('four nodes on ten', 'lower')):
+        bench.compare(f'{text}: L2 error of the stress, 3 on 2', EXACT, 0.0,
+                      patch_error(bench, 3, 2, SEGMENTED, ten=blocks), 1e-10, scale=1.0,
+                      form=SEGMENTED)
+    for text, shear in (('inclined', 0.0), ('inclined, sheared', drawn)):
+        bench.compare(f'ten nodes: {text}, sticking, 3 on 2', EXACT, 0.0,
+                      loaded_patch(bench, 3, 2, SEGMENTED, slope, shear, ten=True), 1e-10,
+                      scale=1.0, form=SEGMENTED)
     bench.compare('L2 error of the stress, 3 on 2', EXACT, 0.0,
                   patch_error(bench, 3, 2, 'GTOS'), 0.025, scale=1.0, form='GTOS')
     bench.compare('the same, inclined, sticking', EXACT, 0.0,

@@ -2,6 +2,7 @@
 import math
 
 import meshing
+import quadratic_studies as quadratic
 import unstructured
 
 FORMS = ('NTOS', 'GTOS', 'GTOS SEGMent', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
@@ -71,7 +72,7 @@ class Scene:
 
     young, nu, radii, thickness = (2000.0, 700.0), (0.3, 0.2), (1.0, 1.5, 2.2), 0.25
 
-    def __init__(self, k, size, way):
+    def __init__(self, k, size, way, ten=False):
         a, c, b = self.radii
         if k == 1:
             bodies = [unstructured.quarter_ring(*ends, self.thickness, h)
@@ -84,11 +85,22 @@ class Scene:
             first = len(self.mesh.nodes)
             self.mesh.nodes += body.nodes
             self.mesh.elements += [(material, *(n + first for n in e)) for e in body.elements]
-        self.last = len(bodies[0].nodes)
+        if ten:
+            self.mesh = quadratic.ten_nodes(self.mesh, self.middle)
+        self.below = {n for e in self.mesh.elements[:self.counts[0]] for n in e[1:]}
 
-    def shell(self, radius, above=0, below=10**9):
-        """Nodes of a radius whose numbers lie between two."""
-        return [n for n, x in enumerate(self.mesh.nodes, 1) if above < n <= below
+    def middle(self, p, q):
+        """The middle of an edge: on the circle or sphere that both ends lie on, if there is one."""
+        half = [(a + b)/2 for a, b in zip(p, q)]
+        ends = [math.hypot(*x[:self.k + 1]) for x in (p, q)]
+        grown = 1.0
+        if abs(ends[0] - ends[1]) < 1e-6 and min(abs(ends[0] - r) for r in self.radii) < 1e-6:
+            grown = ends[0]/math.hypot(*half[:self.k + 1])
+        return tuple(grown*v if m <= self.k else v for m, v in enumerate(half))
+
+    def shell(self, radius, bodies=(True, False)):
+        """Nodes of a radius, of the inner body (True) or the outer one."""
+        return [n for n, x in enumerate(self.mesh.nodes, 1) if (n in self.below) in bodies
                 and abs(math.sqrt(sum(v*v for v in x[:self.k + 1])) - radius) < 1e-6]
 
     def deck(self, form):
@@ -104,9 +116,9 @@ class Scene:
                           for m, v in enumerate(self.mesh.nodes[n - 1])) for n in bore}
         pair = self.pair(form) if form else self.held(codes, moves)
         return ('MFEC * * Concentric bodies\n\n' + meshing.solid(1, self.young[0], self.nu[0]) +
-                meshing.solid(2, self.young[1], self.nu[1]) + self.mesh.records() +
-                meshing.node_set('under', self.shell(c, below=self.last)) +
-                meshing.node_set('over', self.shell(c, above=self.last)) +
+                meshing.solid(2, self.young[1], self.nu[1]) + quadratic.records(self.mesh) +
+                meshing.node_set('under', self.shell(c, (True,))) +
+                meshing.node_set('over', self.shell(c, (False,))) +
                 'SURFace inner FROM under\nSURFace outer FROM over\n\n' + meshing.vectors('BOUNdary', codes) +
                 meshing.vectors('DISPlacement', moves) + 'PROPortional 1\n  0 0\n  1 1\n\n' + pair +
                 '\nOUTPut\n  FIELds stress\n  STATe NONE\n\nEND\nBATCh\n  DT,,1\n  STEP,,1\nEND\nSTOP\n')
@@ -123,7 +135,7 @@ class Scene:
         c, exact = self.radii[1], self.exact('+AUGM')
         for n in self.shell(c):
             codes[n] = tuple(int(m <= self.k or code) for m, code in enumerate(codes.get(n, (0, 0, 0))))
-            way = exact.way(int(n > self.last), c)/c
+            way = exact.way(int(n not in self.below), c)/c
             moves[n] = tuple(way*v if m <= self.k else 0.0 for m, v in enumerate(self.mesh.nodes[n - 1]))
         return ''
 

@@ -53,8 +53,8 @@ class Mesh:
                            u[2]*(v[0]*w[1] - v[1]*w[0]))/6)
         return result
 
-    def shares(self, numbers):
-        """Thirds of the areas of the exterior facets around nodes whose corners are all listed."""
+    def outer_facets(self, numbers):
+        """Corners and areas of the exterior facets whose corners are all listed."""
         inside, count = set(numbers), {}
         for _, *e in self.elements:
             for facet in ((e[0], e[1], e[2]), (e[0], e[1], e[3]), (e[0], e[2], e[3]),
@@ -62,12 +62,16 @@ class Mesh:
                 if inside.issuperset(facet):
                     key = tuple(sorted(facet))
                     count[key] = count.get(key, 0) + 1
-        result = dict.fromkeys(numbers, 0.0)
         for facet in (key for key, often in count.items() if often == 1):
             a, b, c = (self.nodes[n - 1] for n in facet)
             u, v = ([p - q for p, q in zip(x, a)] for x in (b, c))
-            area = math.sqrt((u[1]*v[2] - u[2]*v[1])**2 + (u[2]*v[0] - u[0]*v[2])**2 +
-                             (u[0]*v[1] - u[1]*v[0])**2)/2
+            yield facet, math.sqrt((u[1]*v[2] - u[2]*v[1])**2 + (u[2]*v[0] - u[0]*v[2])**2 +
+                                   (u[0]*v[1] - u[1]*v[0])**2)/2
+
+    def shares(self, numbers):
+        """Thirds of the areas of the exterior facets around nodes whose corners are all listed."""
+        result = dict.fromkeys(numbers, 0.0)
+        for facet, area in self.outer_facets(numbers):
             for n in facet:
                 result[n] += area/3
         return result

@@ -38,6 +38,25 @@ def records(mesh):
     return '\n'.join(lines) + '\n\n'
 
 
+def shares(mesh, numbers):
+    """What an even pressure gives to nodes, of plane facets: thirds of areas to the corners, or all
+    of it to the middles of edges."""
+    if all(len(e) < 6 for e in mesh.elements):
+        return mesh.shares(numbers)
+    straight, middles = meshing.Mesh(), {}
+    straight.nodes, straight.elements = mesh.nodes, [e[:5] for e in mesh.elements]
+    for _, *nodes in mesh.elements:
+        middles.update({frozenset((nodes[a], nodes[b])): nodes[4 + k] for k, (a, b) in enumerate(EDGES)})
+    inside, result = set(numbers), dict.fromkeys(numbers, 0.0)
+    for facet, area in straight.outer_facets(numbers):
+        for k in range(3):
+            middle = middles[frozenset((facet[k], facet[k - 1]))]
+            if middle not in inside:
+                raise ValueError('an edge without its middle')
+            result[middle] += area/3
+    return result
+
+
 def shapes(barycentric, nodes):
     """Shape functions at a point."""
     if nodes == 4:
