@@ -28,8 +28,8 @@ module increments
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
-  !> Changes of the shape of smooth surfaces after which an increment is solved once more: those
-  !! that follow a solve with all its digits. In rough solves the shape has not begun to settle.
+  !> Changes of the shape of smooth surfaces after which an increment is solved once more, counted
+  !! from where the iterations are small: before that the shape has not begun to settle.
   integer, parameter :: most_renewals = 8
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
   !! the solves and passes.
@@ -245,13 +245,12 @@ contains
         progress%outcome = outcome_converged
       end if
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
-      if (rough) then
-        rough = .not. is_fine(system, settings, progress)
-        if (.not. rough) renewals = 0
-      end if
+      if (rough) rough = .not. is_fine(system, settings, progress)
       if (.not. rough) budget = settings
+      if (rough .and. progress%energy > rough_energy**2*progress%first_energy) &
+        renewals = min(renewals, 1)
       before = renewals
-      call follow_solution(model, system, budget, monitor, renewals, settled, rough)
+      call follow_solution(model, system, budget, monitor, renewals, settled)
       if (settled .and. .not. rough) then
         call settle_touches(model, system, monitor, settled)
         if (settled) return
@@ -292,24 +291,20 @@ contains
   end function is_fine
 
   !> After a solve: hosts follow the tips, and smooth surfaces take the shape of their facets.
-  subroutine follow_solution(model, system, settings, monitor, renewals, settled, rough)
+  subroutine follow_solution(model, system, settings, monitor, renewals, settled)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
     type(system_t), intent(inout) :: system !! converged with the hosts and patches so far
     type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
     class(monitor_t), intent(inout) :: monitor !! hears of changes
     integer, intent(inout) :: renewals !! changes of shape in this increment that counted
     logical, intent(out) :: settled !! nothing has changed; else it is to be solved again
-    logical, intent(in), optional :: rough !! the solve has few digits: any number of changes goes
-    logical :: is_last
     integer :: changes
 
     if (system%condensed%active) call refresh_candidates(system)
     system%position%x_now = model%mesh%x + system%u
     call move_hosts(model, system, settings%extrapolation, changes)
     call renew_surfaces(model, system, patch_tolerance, settled)
-    is_last = renewals == most_renewals
-    if (present(rough)) is_last = is_last .and. .not. rough
-    if (is_last) settled = .true.
+    if (renewals == most_renewals) settled = .true.
     if (.not. settled) renewals = renewals + 1
     if (changes > 0) then
       call monitor%detail('  '//to_text(changes)//' contact points moved to another facet')
