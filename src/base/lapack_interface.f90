@@ -3,7 +3,7 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, dtrsm
+  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, dtrsm
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -16,6 +16,17 @@ module lapack_interface
       real(wp), intent(in) :: rcond
       integer, intent(out) :: rank, info
     end subroutine dgelss
+
+    !> Singular values and vectors.
+    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: jobu, jobvt
+      integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+      real(wp), intent(inout) :: a(lda, *), work(*)
+      real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *)
+      integer, intent(out) :: info
+    end subroutine dgesvd
 
     !> Eigenvalues and eigenvectors of a symmetric matrix.
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)

@@ -16,8 +16,8 @@ module bulk_preconditioner
   use condensation, only: reduce_body, complete_body
   use bulk_factors, only: renew_factors
   use condensed_direction, only: is_worth_trying, answer, most_allowed, most_stale
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
-    add_leading, take_shares
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest
+  use contact_sums, only: add_leading, take_shares
   use system_types, only: system_t
   implicit none
   private

@@ -10,7 +10,8 @@ module condensed_direction
   use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
-    answer_leading, add_leading
+    answer_leading
+  use contact_sums, only: add_leading
   use system_types, only: system_t
   implicit none
   private
@@ -168,12 +169,17 @@ contains
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
-  !! element has changed its status; none, where blocks are cheaply formed anew.
+  !! element has changed its status; none, where blocks are cheaply formed anew. A drag or
+  !! grounding in it would hold the bodies for as long as it serves.
   pure logical function is_worth_trying(system) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
     integer :: most
 
     worth = allocated(system%condensed%tangent%status)
+    if (.not. worth) return
+    worth = system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    if (system%condensed%rigid%modes > 0) worth = worth .and. &
+      .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
     associate (tangent => system%condensed%tangent)
       most = max(most_changes, tangent%elements/changes_share)

@@ -36,7 +36,6 @@ module condensed_types
     integer, allocatable :: pin_node(:), pin_direction(:) !! (motions) where springs stop them
     real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
-    real(wp) :: drag = 0.0_wp !! stiffness against its motions in this iteration [force/length]
     integer :: turns_about = turns_not !! what its mean rotation may be, where it is followed
     real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
     real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to that of this iteration
@@ -128,6 +127,8 @@ module condensed_types
     real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]
     real(wp), allocatable :: imbalance(:) !! (modes) contact forces less loads on them [force]
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
+    real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
+    !! times the compliance of their bodies
   end type carried_t
 
   !> The candidates that elements or forces touch at present, and the unknowns there.

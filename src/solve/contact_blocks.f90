@@ -277,14 +277,7 @@ contains
     do k = 1, tangent%modes
       call apply_blocks(tangent, risen(:, k), tangent%parts%raised(:, k))
     end do
-    tangent%parts%border = matmul(tangent%parts%pushed, tangent%parts%raised)
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        do k = body%first_mode + 1, body%first_mode + body%motions%n
-          tangent%parts%border(k, k) = tangent%parts%border(k, k) + body%softness*body%drag
-        end do
-      end associate
-    end do
+    tangent%parts%border = matmul(tangent%parts%pushed, tangent%parts%raised) + condensed%rigid%hold
     call dgetrf(tangent%modes, tangent%modes, tangent%parts%border, tangent%modes, &
       tangent%parts%border_pivot, info)
     outcome = merge(solver_done, solver_singular, info == 0)

@@ -7,7 +7,8 @@ module contact_iteration
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: push_live, add_live_motion
   use contact_blocks, only: precondition
-  use contact_tangent, only: apply_rest, add_leading, take_shares
+  use contact_sums, only: add_leading, take_shares
+  use contact_tangent, only: apply_rest
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   implicit none
   private
@@ -84,7 +85,6 @@ contains
     real(wp), intent(out) :: y(:) !! (live) U z + q [force]
     real(wp), intent(out) :: t(:) !! (live) b - C y + R a [length]
     real(wp), intent(out) :: r(:) !! (rank+modes+live)
-    integer :: k
 
     associate (tangent => condensed%tangent, n => condensed%tangent%rank, &
       last => condensed%tangent%rank + condensed%rigid%modes)
@@ -97,12 +97,7 @@ contains
         call add_live_motion(condensed, x(n + 1:last), t)
         call push_live(condensed, y, r(n + 1:last))
         r(n + 1:last) = push - r(n + 1:last)
-        do k = 1, size(condensed%bodies)
-          associate (body => condensed%bodies(k), first => n + condensed%bodies(k)%first_mode + 1, &
-            end => n + condensed%bodies(k)%first_mode + condensed%bodies(k)%motions%n)
-            r(first:end) = r(first:end) - body%softness*body%drag*x(first:end)
-          end associate
-        end do
+        r(n + 1:last) = r(n + 1:last) - matmul(condensed%rigid%hold, x(n + 1:last))
       end if
       call take_shares(tangent, t, r(:n))
       r(:n) = r(:n) - x(:n)

@@ -7,7 +7,8 @@ module contact_sums
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
   implicit none
   private
-  public :: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, take_held
+  public :: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, take_held, &
+    take_shares, add_leading, is_loose
 
 contains
 
@@ -165,6 +166,22 @@ contains
     end do
   end function live_roots
 
+  !> Live candidates of bodies that supports do not hold: a rigid motion has no compliance against
+  !! which a contact point could be too soft to count.
+  pure elemental logical function is_loose(condensed, candidate) result(loose)
+    type(condensed_t), intent(in) :: condensed !! bodies with their motions
+    integer, intent(in) :: candidate !! live candidate, 0 for none
+    integer :: b
+
+    loose = .false.
+    do b = 1, size(condensed%bodies)
+      associate (first => condensed%bodies(b)%first_live, n => condensed%bodies(b)%n_live)
+        if (candidate > first .and. candidate <= first + n) loose = &
+          condensed%bodies(b)%motions%n > 0
+      end associate
+    end do
+  end function is_loose
+
   !> The leading columns of the sum: at each node those of its directions, on principal axes, in
   !! which contact resists by more than the tolerance, each entry weighed with the roots of the
   !! compliances of its row and column.
@@ -173,9 +190,11 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! sum given; gets rank, lead, held, hold
     real(wp), intent(in) :: tolerance !! weighed columns below this do not count
     real(wp) :: root(condensed%alive%n_live)
+    logical :: loose(condensed%alive%n_live)
     integer :: first, last
 
     root = live_roots(condensed)
+    loose = is_loose(condensed, [(first, first=1, condensed%alive%n_live)])
     associate (sum => tangent%sum, node => condensed%node(condensed%alive%live(tangent%sum%column)))
       tangent%rank = 0
       tangent%held = reshape([integer ::], [3, sum%n], [0])
@@ -188,7 +207,7 @@ contains
           if (node(last + 1) /= node(first)) exit
           last = last + 1
         end do
-        call peel_node(first, last, root, tolerance, tangent)
+        call peel_node(first, last, root, loose, tolerance, tangent)
         first = last + 1
       end do
       tangent%lead%n = tangent%rank
@@ -197,14 +216,15 @@ contains
   end subroutine peel_nodes
 
   !> The leading columns of one node; all of them as they are, if all count.
-  subroutine peel_node(first, last, root, tolerance, tangent)
+  subroutine peel_node(first, last, root, loose, tolerance, tangent)
     integer, intent(in) :: first, last !! its columns of the sum, at most 3
     real(wp), intent(in) :: root(:) !! (live) root of the compliance [(length/force)^1/2]
+    logical, intent(in) :: loose(:) !! (live) of bodies that supports do not hold
     real(wp), intent(in) :: tolerance !! weighed columns below this do not count
     type(contact_tangent_t), intent(inout) :: tangent !! sum given; rank, lead, held, hold grow
     integer, allocatable :: row(:)
     real(wp), allocatable :: column(:, :), weighed(:, :)
-    real(wp) :: axes(3, 3), square(3), scale(last - first + 1), work(20)
+    real(wp) :: axes(3, 3), square(3), scale(last - first + 1), work(20), least
     integer :: n, k, info
 
     n = last - first + 1
@@ -213,13 +233,15 @@ contains
       weighed = column*spread(root(row), 2, n)*spread(root(mine), 1, size(row))
       axes(:n, :n) = matmul(transpose(weighed), weighed)
       call dsyev('V', 'U', n, axes, 3, square, work, size(work), info)
+      least = tolerance**2
+      if (any(loose(row))) least = least*min(1.0_wp, square(n))
       scale = root(mine)
-      if (minval(square(:n)) > tolerance**2) then
+      if (minval(square(:n)) > least) then
         scale = 1.0_wp
         axes = identity
       end if
       do k = 1, n
-        if (square(k) <= tolerance**2) cycle
+        if (square(k) <= least) cycle
         tangent%rank = tangent%rank + 1
         tangent%held(:n, tangent%rank) = mine
         tangent%hold(:n, tangent%rank) = axes(:n, k)/scale
@@ -288,4 +310,45 @@ contains
     call take_held(tangent, x, z)
     call add_product(tangent%lead, -z, y)
   end subroutine add_whole_rest
+
+  !> z = V^T d.
+  pure subroutine take_shares(tangent, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank)
+    integer :: j, i
+
+    if (tangent%whole) then
+      call take_held(tangent, d, z)
+      return
+    end if
+    do j = 1, tangent%rank
+      z(j) = 0.0_wp
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
+        end do
+      end associate
+    end do
+  end subroutine take_shares
+
+  !> Adds U z to y.
+  pure subroutine add_leading(tangent, z, y)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: z(:) !! (rank)
+    real(wp), intent(inout) :: y(:) !! (live) [force]
+    integer :: j, i
+
+    if (tangent%whole) then
+      call add_product(tangent%lead, z(:tangent%rank), y)
+      return
+    end if
+    do j = 1, tangent%rank
+      associate (dofs => tangent%dofs(:, tangent%owner(j)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
+        end do
+      end associate
+    end do
+  end subroutine add_leading
 end module contact_sums

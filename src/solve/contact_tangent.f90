@@ -6,24 +6,24 @@ module contact_tangent
   use element_types, only: task_tangent, status_open
   use elmlib, only: routine_none
   use lapack_interface, only: dgetrf, dgetrs, dgemv
-  use low_rank, only: peel
+  use low_rank, only: peel, largest_weighed
   use assembly, only: assemble
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
-    take_held
+    take_shares, is_loose
   use condensed_system, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
   use body_turns, only: turn_elements
-  use whole_tangent, only: drag_bodies, is_better_whole, form_whole, make_small, combine
+  use condensed_ground, only: hold_motions
+  use whole_tangent, only: is_better_whole, form_whole, make_small, combine
   use system_types, only: system_t
   implicit none
   private
-  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading, &
-    add_leading, take_shares
+  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading
 
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
@@ -91,7 +91,6 @@ contains
     call begin_cost(system%costs, cost_dense_factor)
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call gather_compliance(condensed)
-      call drag_bodies(system)
       tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
       tangent%whole = is_better_whole(condensed, tangent)
@@ -102,6 +101,7 @@ contains
           tangent%whole = .false.
       end if
       if (.not. tangent%whole) call peel_elements(condensed, tangent)
+      if (tangent%modes > 0) call hold_motions(system)
       tangent%parts%iterated = .not. (tangent%whole .or. tangent%parts%dense) .and. tangent%rank > &
         tangent%parts%most_dense
       if (tangent%parts%iterated) then
@@ -126,7 +126,7 @@ contains
   subroutine peel_elements(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
-    real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live)
+    real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live), tolerance
     integer :: e, i, rank
 
     if (.not. allocated(tangent%owner)) then
@@ -142,7 +142,10 @@ contains
         do i = 1, size(tangent%dofs, 1)
           if (dofs(i) > 0) weight(i) = root(dofs(i))
         end do
-        call peel(tangent%s(:, :, tangent%element(e)), weight, negligible, &
+        tolerance = negligible
+        if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
+          largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
+        call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, &
           tangent%u(:, n + 1:n + most_columns), tangent%v(:, n + 1:n + most_columns), rank)
         tangent%owner(n + 1:n + rank) = tangent%element(e)
         n = n + rank
@@ -176,7 +179,7 @@ contains
 
     associate (n => tangent%rank)
       tangent%cu(:, n + 1:n + tangent%modes) = 0.0_wp
-      tangent%small(n + 1:n + tangent%modes, :n + tangent%modes) = 0.0_wp
+      tangent%small(n + 1:n + tangent%modes, :n) = 0.0_wp
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           do j = 1, body%motions%n
@@ -200,10 +203,10 @@ contains
         associate (body => condensed%bodies(b))
           do j = n + body%first_mode + 1, n + body%first_mode + body%motions%n
             tangent%small(j, :n) = body%softness*tangent%small(j, :n)
-            tangent%small(j, j) = body%softness*body%drag
           end do
         end associate
       end do
+      tangent%small(n + 1:n + tangent%modes, n + 1:n + tangent%modes) = condensed%rigid%hold
     end associate
   end subroutine border_with_motions
 
@@ -341,45 +344,4 @@ contains
       end if
     end associate
   end subroutine answer_leading
-
-  !> z = V^T d.
-  pure subroutine take_shares(tangent, d, z)
-    type(contact_tangent_t), intent(in) :: tangent !! its columns
-    real(wp), intent(in) :: d(:) !! (live) [length]
-    real(wp), intent(out) :: z(:) !! (rank)
-    integer :: j, i
-
-    if (tangent%whole) then
-      call take_held(tangent, d, z)
-      return
-    end if
-    do j = 1, tangent%rank
-      z(j) = 0.0_wp
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
-        end do
-      end associate
-    end do
-  end subroutine take_shares
-
-  !> Adds U z to y.
-  pure subroutine add_leading(tangent, z, y)
-    type(contact_tangent_t), intent(in) :: tangent !! its columns
-    real(wp), intent(in) :: z(:) !! (rank)
-    real(wp), intent(inout) :: y(:) !! (live) [force]
-    integer :: j, i
-
-    if (tangent%whole) then
-      call add_product(tangent%lead, z(:tangent%rank), y)
-      return
-    end if
-    do j = 1, tangent%rank
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + tangent%u(i, j)*z(j)
-        end do
-      end associate
-    end do
-  end subroutine add_leading
 end module contact_tangent

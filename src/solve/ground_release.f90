@@ -10,7 +10,7 @@ module ground_release
   use system_types, only: system_t
   implicit none
   private
-  public :: release_ground
+  public :: release_ground, unresisted
 
   !> Motions that contact resists by less than this share of the stiffest one are not resisted.
   real(wp), parameter :: unresisted = 1.0e-9_wp

@@ -3,7 +3,7 @@ module low_rank
   use kinds, only: wp
   implicit none
   private
-  public :: peel
+  public :: peel, largest_weighed
 
 contains
 
@@ -42,4 +42,12 @@ contains
       end do
     end do
   end subroutine peel
+
+  !> The largest entry of a matrix, weighed with the compliance of its row and column.
+  pure real(wp) function largest_weighed(s, weight) result(largest)
+    real(wp), intent(in) :: s(:, :) !! (n, n) the matrix [force/length]
+    real(wp), intent(in) :: weight(:) !! (n) root of the compliance [(length/force)^1/2]
+
+    largest = maxval(abs(s)*spread(weight, 1, size(weight))*spread(weight, 2, size(weight)))
+  end function largest_weighed
 end module low_rank

@@ -160,7 +160,7 @@ contains
     integer :: k, n, last
 
     if (system%condensed%active) then
-      terms = norm2(system%condensed%bulk%force)
+      terms = hypot(norm2(system%condensed%bulk%force), carried_terms(system))
     else
       call multiply_absolute(system%whole%bulk_matrix, system%u, system%trial)
       where (system%equation == 0) system%trial = 0.0_wp
@@ -180,6 +180,22 @@ contains
     end do
     system%scale%round_off = machine_epsilon*terms
   end subroutine estimate_round_off
+
+  !> Terms of the defects of bodies that their motions carry along: they are differences of
+  !! displacements, and there need be no force beside which these are small.
+  pure real(wp) function carried_terms(system) result(terms)
+    type(system_t), intent(in) :: system !! u given
+    real(wp) :: farthest
+    integer :: i
+
+    farthest = 0.0_wp
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) == 0) cycle
+      if (.not. system%body%weak(system%body%node_body(i))) cycle
+      if (system%condensed%candidate(i)) farthest = max(farthest, maxval(abs(system%u(:, i))))
+    end do
+    terms = system%scale%stiffest*farthest
+  end function carried_terms
 
   !> A body of a contact element is not held by its supports alone.
   pure logical function is_weak(system, k)

@@ -6,11 +6,9 @@ module whole_tangent
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use condensed_motions, only: push_live, add_live_motion
   use contact_sums, only: take_held
-  use supports, only: grounding
-  use system_types, only: system_t
   implicit none
   private
-  public :: drag_bodies, is_better_whole, form_whole, make_small, combine
+  public :: is_better_whole, form_whole, make_small, combine
 
   !> Rows that a closed point gives, mostly.
   integer, parameter :: rows_of_point = 3
@@ -18,21 +16,6 @@ module whole_tangent
   real(wp), parameter :: stiffest_whole = 1.0e4_wp
 
 contains
-
-  !> How much the rigid motions of each body are held in the tangent alone: as the increment asks
-  !! for, and where contact does not hold it.
-  pure subroutine drag_bodies(system)
-    type(system_t), intent(inout) :: system !! grounded, drag; compliance gathered
-    integer :: b
-
-    do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
-        body%drag = system%body%drag
-        if (system%body%grounded(b)) body%drag = body%drag &
-          + grounding*real(size(body%node), wp)/body%softness
-      end associate
-    end do
-  end subroutine drag_bodies
 
   !> There are more rows of contact than degrees of freedom they touch, as where facets have many
   !! points; and the penalty is no stiffer than displacements can tell.
@@ -129,12 +112,12 @@ contains
   end subroutine form_rows
 
   !> The border of the whole form: -V^T R beside it, and below it R^T U in the unit of the
-  !! compliance; a grounded body has springs there.
+  !! compliance; what holds the motions stands there.
   subroutine border_whole(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! motions of the bodies
     type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets the border of small
     real(wp) :: moved(condensed%alive%n_live), force(condensed%alive%n_live), alpha(tangent%modes)
-    integer :: b, j, n
+    integer :: j, n
 
     n = tangent%rank
     do j = 1, tangent%modes
@@ -144,20 +127,13 @@ contains
       call add_live_motion(condensed, alpha, moved)
       call take_held(tangent, -moved, tangent%small(:n, n + j))
     end do
-    tangent%small(n + 1:n + tangent%modes, n + 1:n + tangent%modes) = 0.0_wp
+    tangent%small(n + 1:n + tangent%modes, n + 1:n + tangent%modes) = condensed%rigid%hold
     do j = 1, n
       force = 0.0_wp
       associate (first => tangent%lead%start(j), last => tangent%lead%start(j + 1) - 1)
         force(tangent%lead%row(first:last)) = tangent%lead%value(first:last)
       end associate
       call push_live(condensed, force, tangent%small(n + 1:n + tangent%modes, j))
-    end do
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        do j = n + body%first_mode + 1, n + body%first_mode + body%motions%n
-          tangent%small(j, j) = body%softness*body%drag
-        end do
-      end associate
     end do
   end subroutine border_whole
 

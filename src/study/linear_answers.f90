@@ -9,7 +9,8 @@ module linear_answers
     subtract_yield, subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
-    apply_rest, add_leading, take_shares
+    apply_rest
+  use contact_sums, only: add_leading, take_shares
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use system_types, only: system_t
   implicit none

@@ -8,6 +8,7 @@ a sideward force.
 import math
 
 import meshing
+import quadratic_studies as quadratic
 
 COARSER = 1.2
 REACH = 1.3
@@ -41,13 +42,16 @@ class Pair:
     """The mesh of both bodies and its sets; mirrored: whether x = 0 and y = 0 are mirrors."""
 
     def __init__(self, radius, a, cell, mirrored, outer, growth=1.5, coarser=COARSER,
-                 reach=REACH):
+                 reach=REACH, ten=False):
         self.radius, self.a, self.mirrored, self.outer = radius, a, mirrored, outer
         self.mesh, self.parts, self.lower_from = meshing.Mesh(), {}, 0
         self.cell, self.reach = cell, reach*a
         self.add('upper', 1, cell, growth)
         self.lower_from = len(self.mesh.nodes) + 1
+        self.upper = range(1, self.lower_from)
         self.add('lower', -1, cell*coarser, growth)
+        if ten:
+            self.add_middles()
         for axis in (0, 1):
             if mirrored[axis]:
                 self.parts[f'mirror{axis + 1}'] = [
@@ -81,10 +85,35 @@ class Pair:
                         far_nodes.append(number(i, j, k))
         self.parts[name], self.parts[name + '_far'] = face, far_nodes
 
+    def add_middles(self):
+        """Ten nodes an element: the middles of edges lie where the mesh is mapped to, and belong to
+        what both ends belong to."""
+        corners, last = self.mesh, self.lower_from
+
+        def rise(x):
+            return min(x[0]**2 + x[1]**2, 4*self.a**2)/(2*self.radius)
+
+        def place(p, q):
+            # which body: the lower one has no node above its paraboloid, the upper none below
+            sign = 1 if p[2] + q[2] > 0 or p[2] + q[2] == 0 and max(p[2], q[2]) > 0 else -1
+            depth = sum((sign*x[2] - rise(x))/(1 - rise(x)/self.outer) for x in (p, q))/2
+            x, y = ((a + b)/2 for a, b in zip(p[:2], q[:2]))
+            high = rise((x, y))
+            return x, y, sign*(depth + high*(1 - depth/self.outer))
+        upper = {n for e in corners.elements if e[1] < last for n in e[1:]}
+        self.mesh = quadratic.ten_nodes(corners, place)
+        ends = {}
+        for _, *nodes in self.mesh.elements:
+            ends.update({nodes[4 + k]: (nodes[a], nodes[b]) for k, (a, b) in enumerate(quadratic.EDGES)})
+        self.upper = upper | {n for n, pair in ends.items() if upper.issuperset(pair)}
+        for name, numbers in self.parts.items():
+            inside = set(numbers)
+            self.parts[name] = numbers + [n for n, pair in ends.items() if inside.issuperset(pair)]
+
     def local(self, node):
         """Place of a node in the frame of its half-space, z inwards, and the sign of z."""
         x, y, z = self.mesh.nodes[node - 1]
-        sign = 1 if node < self.lower_from else -1
+        sign = 1 if node in self.upper else -1
         return x, y, sign*z, sign
 
     def sets(self):
@@ -109,8 +138,10 @@ def deck(pair, young, nu, form, mu, moves, tables, batch):
     """The deck; form: a key of FORMS; moves: records of DISPlacement and FPROportional."""
     words, *options = form.split(' +')
     side, *points = words.split()
-    penalty = 'AUTO' if 'AUGM' in options else f'AREA {50*young/pair.cell!r}'
-    return ('MFEC * * Two paraboloids\n\n' + meshing.solid(1, young, nu) + pair.mesh.records() +
+    # of ten nodes 10 E/h with half the facet for h: a stiffer one makes the points scatter
+    stiff = 20 if len(pair.mesh.elements[0]) > 5 else 50
+    penalty = 'AUTO' if 'AUGM' in options else f'AREA {stiff*young/pair.cell!r}'
+    return ('MFEC * * Two paraboloids\n\n' + meshing.solid(1, young, nu) + quadratic.records(pair.mesh) +
             pair.sets() + pair.held() + moves + tables +
             f'CONTact\n  PAIR 1 caps\n    {side} above below ' + ' '.join(points) +
             f'\n    PENAlty {penalty}\n' +
@@ -149,6 +180,40 @@ class Traction:
         """(r, mu p - q, area) of each point, q being the traction along x."""
         return [(r, (mu*f[2] - abs(f[0]))/area, area)
                 for r, area, f in zip(self.radii, self.areas, self.forces[when])]
+
+
+def projected(pair, tables):
+    """(r, pressure, area) of each corner on the slave, of linear functions whose integrals are those of
+    the points' forces: ten nodes leave none at a corner by itself (h5py)."""
+    import numpy
+    nodes, weights, forces = tables.points()[-1]
+    facets = {}
+    for facet, area in pair.mesh.outer_facets(pair.parts['upper']):
+        facets[facet] = area
+    corners = sorted({n for facet in facets for n in facet})
+    place = {n: k for k, n in enumerate(corners)}
+    mass, right, areas = numpy.zeros([len(corners)]*2), numpy.zeros(len(corners)), numpy.zeros(len(corners))
+    for facet, area in facets.items():
+        at = [place[n] for n in facet]
+        mass[numpy.ix_(at, at)] += area/12*(1 + numpy.eye(3))
+        areas[at] += area/3
+    for numbers, share, force in zip(nodes, weights, forces):
+        for k in range(3):
+            # linear: a corner's weight and half of those of the edges at it
+            linear = share[k] + (share[3 + k] + share[3 + (k + 2) % 3])/2
+            right[place[numbers[k]]] += linear*force[2]
+    found = numpy.linalg.solve(mass, right)
+    return [(math.hypot(*pair.mesh.nodes[n - 1][:2]), abs(p), area) for n, p, area in zip(corners, found, areas)]
+
+
+def spread_of(pair, tables):
+    """Radius of the half-ellipsoid from the moments of the points' forces themselves (h5py)."""
+    whole = moment = 0.0
+    for numbers, share, force in zip(*tables.points()[-1]):
+        x, y = (sum(w*pair.mesh.nodes[n - 1][k] for n, w in zip(numbers, share)) for k in (0, 1))
+        whole += force[2]
+        moment += force[2]*(x*x + y*y)
+    return math.sqrt(2.5*moment/whole)
 
 
 def straight_line(points):

@@ -152,8 +152,8 @@ class Scene:
         """L2 error of the stress over that of the solution."""
         error = whole = 0.0
         for k, ((_, *corners), volume, found) in enumerate(
-                zip(self.mesh.elements, self.mesh.volumes(), tables.stresses())):
-            middle = [sum(self.mesh.nodes[n - 1][m] for n in corners)/4 for m in range(3)]
+                zip(self.mesh.elements, quadratic.meshing_volumes(self.mesh), tables.stresses())):
+            middle = [sum(self.mesh.nodes[n - 1][m] for n in corners)/len(corners) for m in range(3)]
             wanted = exact.stress(int(k >= self.counts[0]), middle)
             error += volume*square(found, wanted)
             whole += volume*square(wanted, (0.0,)*6)
@@ -192,6 +192,18 @@ def concentric(bench, k, size, known):
 def rings(bench):
     """A quarter of two rings, plane strain."""
     concentric(bench, 1, 0.066, (0.03, 0.1))
+
+
+def rings_of_ten(bench):
+    """The same rings of elements of ten nodes, whose facets are curved on both sides."""
+    scene = Scene(1, bench.draw('facet', 0.9*0.066, 0.066), bench.draw('way of the bore', 0.04, 0.06), ten=True)
+    for form in ('GTOS', 'GTOS 12', 'GTOS SEGMent', 'GTOS 6 +AUGM'):
+        tables = bench.run_text('concentric', scene.deck(form))
+        exact = scene.exact(form)
+        bench.compare('force of the interface, ten nodes', 'exact (Lame)', exact.pressure*scene.area(),
+                      tables.contact('fit')[-1]['Fn'], 1e-3, form=form)
+        bench.compare('L2 error of the stress, ten nodes', 'exact (Lame)', 0.0, scene.stress_error(tables, exact),
+                      0.059, scale=1.0, form=form)
 
 
 def shells(bench):

@@ -14,6 +14,10 @@ RING = ('at a small twist the ring that slips is thinner than a facet; the error
         'and 3.1 % with 0.1 a')
 STIFF = ('the error of linear tetrahedra, which are too stiff: it falls with the facet, and with the ratio of the '
          'two meshes, which is drawn')
+DRAWN = ('with some radii and Poisson ratios that are drawn (seed 1: -0.9 %, -0.6 % with AUGMent, so it is not the penalty; '
+         'seeds 2 and 3: -0.1 and -0.3 %). The cause is not known; four nodes are off by 7 % there')
+ROUGH = ('the points of facets of six nodes scatter; their projection on the corners keeps some of it, more on some '
+         'ratios of the two meshes than on others. It falls with the facet')
 CALCULIX = ((0.3, 0.08), (0.15, 0.025), (0.075, 0.002))
 
 
@@ -39,7 +43,7 @@ def growth(size):
 class Hertz:
     """One run: quarter bodies, the far field of the elastic half-space on their outer faces."""
 
-    def __init__(self, bench, size, form, coarser=None):
+    def __init__(self, bench, size, form, coarser=None, ten=False):
         drawn = bench.drawn[bench.case]
         self.radius, self.nu, self.a = drawn['R'], drawn['nu'], drawn['a/R']*drawn['R']
         self.young, coarser = drawn['E'], coarser or drawn['master over slave']
@@ -49,7 +53,7 @@ class Hertz:
         self.target = 4*stiff*self.a**3/(3*self.radius/2)
         cell = size*self.a*drawn['facet over its nominal size']
         pair = half_spaces.Pair(self.radius, self.a, cell, (True, True), 8*self.a,
-                                growth(size), coarser)
+                                growth(size), coarser, ten=ten)
         moves = {}
         for node in pair.parts['upper_far'] + pair.parts['lower_far']:
             x, y, z, sign = pair.local(node)
@@ -63,9 +67,12 @@ class Hertz:
         self.force = 4*abs(tables.contact('caps')[-1]['F3'])
         self.p0 = (6*self.force*stiff**2/(math.pi**3*(self.radius/2)**2))**(1/3)
         self.width = (3*self.force*self.radius/2/(4*stiff))**(1/3)
-        self.points = [(r, abs(p), area) for r, p, area in half_spaces.Traction(pair, tables).pressures()]
+        if ten:
+            self.points = half_spaces.projected(pair, tables)
+        else:
+            self.points = [(r, abs(p), area) for r, p, area in half_spaces.Traction(pair, tables).pressures()]
         self.top = half_spaces.top_of(self.points, self.width)
-        self.reach = half_spaces.radius_of(self.points)
+        self.reach = half_spaces.spread_of(pair, tables) if ten else half_spaces.radius_of(self.points)
         self.pole = min(self.points)[1]/self.p0 - 1
         self.worst = max(abs(p - self.p0*math.sqrt(1 - (r/self.width)**2))/self.p0
                          for r, p, _ in self.points if r < 0.8*self.width)
@@ -127,6 +134,29 @@ def hertz(bench):
     ellipse = [k/100 for k in range(101)]
     bench.picture('hertz_pressure', ('r/a', 'p/p0', 'Hertz: pressure, facets of 0.15 a'),
                   profile + [('Hertz', 'k-', ellipse, [math.sqrt(1 - x*x) for x in ellipse])])
+
+
+def ten_nodes(bench):
+    """Elements of ten nodes on facets of 0.3 a, beside those of four."""
+    bodies(bench, 0.02, 0.04)
+    bench.draw('nu', 0.0, 0.4)
+    found = {}
+    for form, ten in (('GTOS SEGMent', True), ('GTOS SEGMent +AUGM', True), ('GTOS 6', True),
+                      ('GTOS SEGMent', False)):
+        run = Hertz(bench, 0.3, form, ten=ten)
+        found[form, ten] = run
+        if not ten:
+            continue
+        source = 'exact (Hertz)'
+        bench.compare('F of the approach, ten nodes, facet 0.3 a', source, run.target, run.force, 0.005,
+                      known=0.013, form=form, why=DRAWN)
+        bench.compare('radius of contact of the computed force', source, run.width, run.reach, 0.01, form=form)
+        bench.compare('worst pressure of a corner over p0', source, 0.0, run.worst, 0.1, scale=1.0,
+                      known=0.15, form=form, why=ROUGH)
+    bench.remark('; '.join(
+        f'{form}, {10 if ten else 4} nodes: {run.nodes} nodes, F {100*(run.force/run.target - 1):+.2f} %, radius '
+        f'{100*(run.reach/run.width - 1):+.2f} %, p0 {100*(run.top/run.p0 - 1):+.1f} %, worst {100*run.worst:.1f} %'
+        for (form, ten), run in found.items()))
 
 
 def worst_node(bench):
