@@ -28,8 +28,7 @@ module increments
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-11_wp
-  !> Changes of the shape of smooth surfaces after which an increment is solved once more, counted
-  !! from where the iterations are small: before that the shape has not begun to settle.
+  !> Changes of the shape of smooth surfaces after which an increment is solved once more.
   integer, parameter :: most_renewals = 8
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
   !! the solves and passes.
@@ -247,8 +246,6 @@ contains
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
       if (rough) rough = .not. is_fine(system, settings, progress)
       if (.not. rough) budget = settings
-      if (rough .and. progress%energy > rough_energy**2*progress%first_energy) &
-        renewals = min(renewals, 1)
       before = renewals
       call follow_solution(model, system, budget, monitor, renewals, settled)
       if (settled .and. .not. rough) then
