@@ -150,9 +150,9 @@ contains
 
     yes = closed_points(system, body) > 0
     do p = 1, system%contact%n
-      if (.not. is_of_body(system, p, body)) cycle
-      if (system%contact%status(p) > status_open .and. system%contact%status(p) /= status_slip) &
-        yes = .false.
+      if (system%contact%status(p) <= status_open) cycle
+      if (system%contact%status(p) == status_slip) cycle
+      if (is_of_body(system, p, body)) yes = .false.
     end do
   end function all_slip
 

@@ -169,8 +169,15 @@ contains
     real(wp), intent(in) :: value !! the quantity
     real(wp), intent(in) :: slope !! its derivative
     real(wp), intent(inout) :: range !! largest change
+    logical :: nearer
 
-    if (abs(value) < range*abs(slope)) range = abs(value/slope)
+    if (abs(slope) <= 1.0_wp) then
+      nearer = abs(value) < range*abs(slope)
+    else
+      ! the range may be as large as numbers go
+      nearer = abs(value)/abs(slope) < range
+    end if
+    if (nearer) range = abs(value/slope)
   end subroutine narrow
 
   !> Derivatives of the new tips; open points follow their projection.
