@@ -34,9 +34,11 @@ module matching
 
 contains
 
-  !> Checks and evaluates a record; every error is reported.
+  !> Checks and evaluates a record; every error is reported. The record is cut off before an item that
+  !! cannot stand where it does.
   subroutine match_record(record, signature, match, parameters, diagnostics, good)
-    type(record_t), intent(inout) :: record !! the record; its numbers are evaluated
+    type(record_t), intent(inout) :: record !! the record; its numbers are evaluated, and it may
+    !! become shorter
     type(signature_t), intent(in) :: signature !! what it takes
     type(match_t), intent(in) :: match !! which record this is
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
@@ -64,6 +66,7 @@ contains
       end do
       if (all(accepted(:n) == accept_not)) then
         call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
+        record%items = record%items(:k - 1)
         good = .false.
         return
       end if
@@ -78,7 +81,10 @@ contains
         call report_problem(record%items(k), problem, parameters, words, diagnostics)
       end if
       good = good .and. sound
-      if (.not. sound .and. record%items(k)%kind /= item_number) return
+      if (.not. sound .and. record%items(k)%kind /= item_number) then
+        record%items = record%items(:k - 1)
+        return
+      end if
     end do
     call check_complete(record, signature, alive(:n), match, diagnostics, good)
   end subroutine match_record

@@ -129,7 +129,9 @@ contains
       end if
       call match_head(reading, command, record, diagnostics, good)
       reading%open = number
+      reading%set%complete = good
       reading%keep = good
+      if (.not. good) reading%keep = is_head(reading, command, record)
       select case (command%key)
       case ('para')
         reading%in_parameters = .true.
@@ -193,6 +195,17 @@ contains
     call match_record(record, command%head, match, reading%parameters(:reading%n_parameters), &
                       diagnostics, good)
   end subroutine match_head
+
+  !> What is left of a refused record would do: its set is kept as one that is not complete, so that
+  !! others that name what it defines are not refused for that, too.
+  logical function is_head(reading, command, record) result(good)
+    type(reading_t), intent(in) :: reading !! holds the parameters
+    type(keyword_t), intent(in) :: command !! the command
+    type(record_t), intent(inout) :: record !! its record, cut off where it was wrong
+    type(diagnostics_t) :: unheard
+
+    call match_head(reading, command, record, unheard, good)
+  end function is_head
 
   !> Obeys a blank line: it ends the open set.
   subroutine read_blank_line(reading)
