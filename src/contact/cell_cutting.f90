@@ -148,7 +148,7 @@ contains
     real(wp), intent(out) :: gaps(cell_points) !! positive outside [length]
     integer :: k
 
-    if (is_quadratic(pair, host)) then
+    if (is_quadratic(pair, host) .or. pair%smooth) then
       do k = 1, cell_points
         call project_on_master(pair, host, x, y(:, k), place(:, k), gaps(k))
       end do

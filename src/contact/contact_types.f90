@@ -125,6 +125,7 @@ module contact_types
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
     real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
+    type(master_surface_t) :: side !! GTOS with SMOOth: the slave's facets, bent as the master's
   end type pair_points_t
 
   !> What the contact points of a pair remember, and where the search has them.

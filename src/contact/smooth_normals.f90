@@ -11,7 +11,7 @@ module smooth_normals
   use quadratic_facet, only: project_on_quadratic
   implicit none
   private
-  public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
+  public :: find_corners, renew_patches, patch_change, project_on_master, carry_over, place_on_master
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
   real(wp), parameter :: sharp_cosine = 0.866024_wp
@@ -26,7 +26,7 @@ contains
 
   !> Sharp edges of the master, and the corners of its facets that share a normal: those that are
   !! around one node without a sharp edge between them.
-  subroutine find_corners(pair, x)
+  recursive subroutine find_corners(pair, x)
     type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, at_end, patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, n, facets
@@ -95,11 +95,12 @@ contains
     k = 3
   end function corner_of
 
-  !> The patches of all facets at the positions x.
-  subroutine renew_patches(pair, x)
+  !> The patches of all facets at the positions x, of the slave as well if it is bent.
+  recursive subroutine renew_patches(pair, x)
     type(pair_t), intent(inout) :: pair !! gets patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: normal(3, size(pair%surface%at_rim))
+    type(pair_t) :: slave
     integer :: f
 
     call average_normals(pair, x, normal)
@@ -108,6 +109,15 @@ contains
       pair%surface%patch(:, f) = patch_values(patch_of(corners(x, pair%surface%facets(:, f)), &
                                                normal(:, pair%surface%corner(:, f))))
     end do
+    if (.not. allocated(pair%points%side%facets)) return
+    slave%smooth = .true.
+    slave%surface = pair%points%side
+    if (allocated(slave%surface%patch)) then
+      call renew_patches(slave, x)
+    else
+      call find_corners(slave, x)
+    end if
+    pair%points%side = slave%surface
   end subroutine renew_patches
 
   !> Angle of one corner of a facet.
@@ -322,17 +332,27 @@ contains
     integer, intent(in) :: to !! facet that is entered
     real(wp), intent(in) :: xi_from(2) !! (xi, eta) on the patch that is left
     real(wp), intent(out) :: xi_to(2) !! (xi, eta) on the other
-    type(patch_point_t) :: point
-    real(wp) :: y(3), gap
+    real(wp) :: gap
 
-    if (is_quadratic(pair, from)) then
-      call project_on_master(pair, to, x, field_on_facet(pair, from, x, x, xi_from), xi_to, gap)
-      return
-    end if
-    associate (corners => pair%surface%facets(:, from))
-      point = patch_at(patch_from_values(pair%surface%patch(:, from)), xi_from)
-      y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)
-    end associate
-    call project_on_master(pair, to, x, y, xi_to, gap)
+    call project_on_master(pair, to, x, place_on_master(pair, from, x, xi_from), xi_to, gap)
   end subroutine carry_over
+
+  !> A place on a facet of the master, be it flat, quadratic or a patch.
+  pure function place_on_master(pair, facet, x, xi) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: y(3)
+    type(patch_point_t) :: point
+
+    if (is_quadratic(pair, facet) .or. .not. pair%smooth) then
+      y = field_on_facet(pair, facet, x, x, xi)
+    else
+      associate (nodes => pair%surface%facets(:, facet))
+        point = patch_at(patch_from_values(pair%surface%patch(:, facet)), xi)
+        y = x(:, nodes(3)) + matmul(patch_frame(x(:, nodes)), point%x)
+      end associate
+    end if
+  end function place_on_master
 end module smooth_normals

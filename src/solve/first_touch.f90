@@ -13,6 +13,7 @@ module first_touch
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
+  use contact_overlap, only: slave_height
   use slave_places, only: cell_position
   use smooth_normals, only: project_on_master, renew_patches
   use facet_geometry, only: corners, facet_frame, facet_size
@@ -82,7 +83,7 @@ contains
     call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
       old_place(pair, system, p), xi, &
                            gap)
-    barely = abs(gap) <= least
+    barely = abs(gap - slave_height(pair, p)) <= least
   end function barely
 
   !> Where a point was at the last converged state.

@@ -2,6 +2,7 @@
 module touch_path
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t
+  use contact_overlap, only: slave_height
   use facet_geometry, only: project_on_facet, barycentric
   use master_facets, only: is_quadratic, facet_kind, all_nodes
   use quadratic_facet, only: project_on_quadratic
@@ -145,6 +146,7 @@ contains
     do step = 1, longest_walk
       call project(pair, places_at(touch, start, x_old, all_nodes(pair, point%host), t), &
         point%host, start, t, y, point%tip, gap)
+      gap = gap - slave_height(pair, p)
       if (pair%segmented) return
       next = across(pair, point%host, point%tip)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
