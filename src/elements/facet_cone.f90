@@ -45,10 +45,13 @@ contains
     c%slave = c%s + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
     c%at = project_quadratic(c%x, c%s, c%shape)
     found = c%at%found
-    if (.not. found) return
     c%xi = c%at%xi
     c%n = c%at%normal
     c%g_n = c%at%gap
+    if (.not. found) then
+      call leave_open(c%contact_cone_t, e)
+      return
+    end if
     call place_shift(e%shift, c%cone_t)
     c%g = gap_to(c, e%h1)
     if (c%h_n <= 0.0_wp) then

@@ -45,9 +45,8 @@ contains
             call start_pair(record, deck%mesh(i)%complete, drafts, n)
             no_pair = .false.
           else if (no_pair) then
-            if (deck%mesh(i)%complete) call report_error(diagnostics, record%at, &
+            if (k == 1 .and. deck%mesh(i)%complete) call report_error(diagnostics, record%at, &
               'no PAIR is open here', 'write PAIR and its number first')
-            exit
           else
             call read_word(record, diagnostics, drafts(n))
           end if

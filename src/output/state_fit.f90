@@ -1,5 +1,6 @@
 !> Whether a file of states is one of this deck: the same nodes, elements, pairs, points and facets.
 module state_fit
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
@@ -51,6 +52,12 @@ contains
     call read_block(file, root//'coordinates', x, 1, error)
     if (allocated(error)) return
     here = defined_coordinates(model%mesh)
+    i = findloc(all(ieee_is_finite(x), 1), .false., 1)
+    if (i > 0) then
+      call raise_other(file, 'a coordinate of node '//to_text(i)//' that is no number', &
+        place(here(:, i)), error)
+      return
+    end if
     i = maxloc(maxval(abs(x - here), 1), 1)
     if (maxval(abs(x(:, i) - here(:, i))) > same_place*maxval(maxval(here, 2) - minval(here, 2))) &
       then

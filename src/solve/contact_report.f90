@@ -2,7 +2,7 @@
 module contact_report
   use kinds, only: wp
   use text, only: to_text
-  use element_types, only: status_open, status_stick
+  use element_types, only: status_open, status_slip, status_stick
   use facet_geometry, only: project_on_facet
   use facet_tree, only: facet_tree_t, fit_tree, nearest_facet
   use element_lists, only: master_nodes
@@ -12,7 +12,7 @@ module contact_report
   use system_types, only: system_t
   implicit none
   private
-  public :: worst_contact, restless_point, closed_points, has_friction
+  public :: worst_contact, restless_point, closed_points, all_slip, has_friction
 
 contains
 
@@ -141,6 +141,20 @@ contains
       if (is_of_body(system, p, body)) n = n + 1
     end do
   end function closed_points
+
+  !> The body has closed contact points, and all of them slip.
+  pure logical function all_slip(system, body) result(yes)
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: body !! the body
+    integer :: p
+
+    yes = closed_points(system, body) > 0
+    do p = 1, system%contact%n
+      if (system%contact%status(p) <= status_open) cycle
+      if (system%contact%status(p) == status_slip) cycle
+      if (is_of_body(system, p, body)) yes = .false.
+    end do
+  end function all_slip
 
   !> Some pair of the body has friction.
   pure logical function has_friction(model, system, body) result(yes)

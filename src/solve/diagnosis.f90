@@ -11,7 +11,7 @@ module diagnosis
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
     outcome_inverted
-  use contact_report, only: worst_contact, restless_point, closed_points, has_friction
+  use contact_report, only: worst_contact, restless_point, closed_points, all_slip, has_friction
   use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried
   use statics_report, only: motion_text, reserve_text
   use remedies, only: what_may_help, settle_advice
@@ -20,6 +20,9 @@ module diagnosis
   implicit none
   private
   public :: explain_failure, unrestrained_bodies, check_supports, tell_free_bodies, body_name
+
+  !> Friction below this share of what there is cannot be used up, however it is pressed.
+  real(wp), parameter :: least_used = 0.1_wp
 
 contains
 
@@ -75,7 +78,8 @@ contains
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
     if (verdict%kind == statics_carried) text = text//nl// &
-      reserve_text(body_name(model, system, max(verdict%body, 1)), verdict)
+      reserve_text(body_name(model, system, max(verdict%body, 1)), verdict, &
+      verdict%friction >= least_used .and. all_slip(system, max(verdict%body, 1)))
   end subroutine explain_failure
 
   !> Which element has no answer, and what may help.

@@ -10,14 +10,17 @@ module statics_report
 contains
 
   !> What is left of friction where contact could carry the loads.
-  function reserve_text(name, verdict) result(t)
+  function reserve_text(name, verdict, slips) result(t)
     character(*), intent(in) :: name !! of the body that would move first
     type(verdict_t), intent(in) :: verdict !! what statics says
+    logical, intent(in) :: slips !! all of its closed contact points do
     character(:), allocatable :: t
 
     t = '  statics: contact can carry the loads with '//to_text(100.0_wp*verdict%friction, 3)// &
       ' % of its friction, pressed where that helps'
-    if (verdict%friction < 0.5_wp) then
+    if (slips) t = t//new_line('a')//'  but all its closed contact points slip: as they are '// &
+      'pressed now, friction is used up'
+    if (verdict%friction < 0.5_wp .and. .not. slips) then
       t = t//new_line('a')//'  friction is not what is missing: try a softer penalty (PENAlty '// &
         'AUTO 1), or let the bodies touch before they are loaded (ADJUst)'
       return
@@ -26,7 +29,8 @@ contains
       ' slides along '//axis_text(verdict%motion(1:3))
     if (verdict%next == statics_turns) t = t//new_line('a')//'  with less '//name// &
       ' turns about '//axis_text(verdict%motion(4:6))
-    t = t//new_line('a')//'  friction may be used up: lower the load, raise the coefficient '// &
+    if (.not. slips) t = t//new_line('a')//'  friction may be used up'
+    t = t//new_line('a')//'  lower the load, raise the coefficient '// &
       'of FRICtion, or restrain the body with BOUNdary'
   end function reserve_text
 

@@ -23,7 +23,7 @@ contains
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(inout) :: system !! condensed
     real(wp), intent(in) :: time !! end of the increment
-    type(sensitivity_t), intent(inout) :: s !! gets iterations
+    type(sensitivity_t), intent(inout) :: s !! gets answers
     type(work_t), intent(in) :: work !! elements, causes
     real(wp), intent(inout) :: du(:, :, :) !! (3, nodes, n) prescribed; gets the candidates [length]
     character(:), allocatable, intent(inout) :: trouble !! not solved
@@ -39,7 +39,7 @@ contains
       call collect_right(model, system, time, s, work, du, u, c)
       call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
       if (outcome /= solver_done) exit
-      call answer_all(system%condensed, c, u, arrived, s%iterations)
+      call answer_all(system%condensed, c, u, arrived, s%answers)
       if (arrived) exit
     end do
     if (.not. arrived) then

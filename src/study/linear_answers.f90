@@ -5,20 +5,26 @@ module linear_answers
   use lapack_interface, only: dgetrs
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use touched_candidates, only: touched_t, gather_touched, add_product, add_times, &
-    subtract_yield, subtract_yield_of_all
+  use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
+    subtract_touched, subtract_yield, subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest
   use contact_sums, only: add_leading, take_shares
-  use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
+  use block_gmres, only: block_gmres_t, begin_block, add_images, block_shares
   use system_types, only: system_t
   implicit none
   private
-  public :: prepare_answers, answer_all
+  public :: answers_t, prepare_answers, answer_all
 
-  !> Vectors of GMRES for one right-hand side.
-  integer, parameter :: most_vectors = 40
+  !> What the last answers have left for the next ones.
+  type :: answers_t
+    type(touched_t) :: touched !! candidates and their compliances
+    type(block_gmres_t) :: iteration !! room of GMRES
+  end type answers_t
+
+  !> Steps of GMRES with all columns.
+  integer, parameter :: most_blocks = 40
   !> A factor serves again if no more than this share of the elements have changed their status.
   integer, parameter :: changes_share = 20
   !> What is left of a force, over the force.
@@ -52,43 +58,44 @@ contains
   end subroutine prepare_answers
 
   !> Forces f = c + k u of contact and displacements u = w - C f, for each column.
-  subroutine answer_all(condensed, c, u, arrived, iterations)
+  subroutine answer_all(condensed, c, u, arrived, course)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
     real(wp), intent(inout) :: c(:, :) !! (candidates, columns) forces at fixed candidates; gets
     !! all forces [force]
     real(wp), intent(inout) :: u(:, :) !! (candidates, columns) displacements without contact; gets
     !! those with it [length]
     logical, intent(out) :: arrived !! all of them
-    integer, intent(inout) :: iterations !! of GMRES: counts on
-    type(touched_t) :: touched
-    real(wp), allocatable :: b(:, :), y(:, :)
+    type(answers_t), intent(inout) :: course !! of the last answers
+    real(wp), allocatable :: b(:, :), y(:, :), f(:, :)
 
     if (condensed%tangent%parts%iterated) then
       b = u(condensed%alive%live, :)
       call subtract_yield(condensed%bodies, c(condensed%alive%live, :), b)
       allocate (y, mold=b)
-      call answer_by_turns(condensed, b, y, arrived, iterations)
+      call answer_by_turns(condensed, b, y, arrived)
       c(condensed%alive%live, :) = c(condensed%alive%live, :) + y
+      if (arrived) call subtract_yield_of_all(condensed%bodies, c, u)
     else
-      call gather_touched(condensed, touched)
-      associate (rows => condensed%alive%live(touched%rows))
-        b = u(rows, :)
-        call add_product(touched, -1.0_wp, c(rows, :), b)
+      call gather_touched(condensed, course%touched)
+      associate (rows => course%touched%rows)
+        b = transpose(u(rows, :))
+        f = transpose(c(rows, :))
+        call add_product(course%touched, -f, b)
         allocate (y, mold=b)
-        call answer_block(condensed%tangent, touched, b, y, arrived, iterations)
-        c(rows, :) = c(rows, :) + y
+        call answer_block(condensed%tangent, course%touched, b, course%iteration, y, arrived)
+        f = f + y
+        c(rows, :) = transpose(f)
       end associate
+      if (arrived) call subtract_touched(condensed%bodies, course%touched, f, u)
     end if
-    if (arrived) call subtract_yield_of_all(condensed%bodies, c, u)
   end subroutine answer_all
 
   !> Column after column where blocks take the place of the factor.
-  subroutine answer_by_turns(condensed, b, y, arrived, iterations)
+  subroutine answer_by_turns(condensed, b, y, arrived)
     type(condensed_t), intent(inout) :: condensed !! tangent with its blocks
     real(wp), intent(in) :: b(:, :) !! (live, columns) displacements without the answer [length]
     real(wp), intent(out) :: y(:, :) !! (live, columns) answers of contact [force]
     logical, intent(out) :: arrived !! all of them
-    integer, intent(inout) :: iterations !! of GMRES: counts on
     real(wp) :: push(condensed%rigid%modes), t(size(b, 1)), floor
     integer :: j
     logical :: there
@@ -98,7 +105,6 @@ contains
     do j = 1, size(b, 2)
       call take_scale(condensed, b(:, j), floor)
       call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t, there)
-      iterations = iterations + condensed%tangent%course%iterations
       arrived = arrived .and. there
     end do
   end subroutine answer_by_turns
@@ -116,108 +122,74 @@ contains
     floor = max(accuracy*1.0e-2_wp*norm2(y), tiny(1.0_wp))
   end subroutine take_scale
 
-  !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns in
-  !! step: products with matrices are made for all at once.
-  subroutine answer_block(tangent, touched, b, y, arrived, iterations)
+  !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns
+  !! together: products with matrices are made for all at once, and each column finds its answer
+  !! among the vectors of all.
+  subroutine answer_block(tangent, touched, b, iteration, y, arrived)
     type(contact_tangent_t), intent(in) :: tangent !! with its factor
     type(touched_t), intent(in) :: touched !! rows and their compliance
-    real(wp), intent(in) :: b(:, :) !! (rows, columns) displacements [length]
-    real(wp), intent(out) :: y(:, :) !! (rows, columns) [force]
+    real(wp), intent(in) :: b(:, :) !! (columns, rows) displacements [length]
+    type(block_gmres_t), intent(inout) :: iteration !! its room is used again
+    real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
     logical, intent(out) :: arrived !! all columns
-    integer, intent(inout) :: iterations !! counts on
-    type(gmres_t) :: iteration(size(b, 2))
-    real(wp), allocatable :: shares(:, :, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:)
-    real(wp) :: floor(size(b, 2))
-    integer :: j, k, i
-    logical :: going(size(b, 2))
+    real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:, :)
+    real(wp) :: floor(size(b, 1))
 
-    associate (n => size(b, 1), columns => size(b, 2))
-      allocate (z(tangent%rank, columns), r(n, columns), x(n, columns), t(n, columns))
-      call answer_leading_block(tangent, touched, b, z, t)
+    associate (columns => size(b, 1), n => size(b, 2), most => (most_blocks + 1)*size(b, 1))
+      allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most))
+      t = b
+      call answer_leading_block(tangent, touched, t, z)
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      do k = 1, columns
-        floor(k) = accuracy*norm2(y(:, k))
-        call begin_gmres(r(:, k), most_vectors, iteration(k))
-        going(k) = iteration(k)%rest > floor(k)
+      floor = accuracy*norm2(y, 2)
+      call begin_block(transpose(r), most, iteration)
+      do while (any(iteration%rest > floor) .and. iteration%m + columns <= most .and. &
+        iteration%m > iteration%n)
+        associate (old => iteration%n + 1, new => iteration%m)
+          x = transpose(iteration%base(:, old:new))
+          t = 0.0_wp*x
+          call add_product(touched, x, t)
+          call answer_leading_block(tangent, touched, t, shares(:, old:new))
+          r = t
+          call apply_rest_block(tangent, touched, t, r)
+          call add_images(transpose(r + x), iteration)
+        end associate
       end do
-      allocate (shares(tangent%rank, columns, 0))
-      j = 0
-      do while (any(going) .and. j < most_vectors)
-        j = j + 1
-        call widen(shares, j)
-        do k = 1, columns
-          x(:, k) = merge(1.0_wp, 0.0_wp, going(k))*iteration(k)%base(:, iteration(k)%n + 1)
-        end do
-        r = 0.0_wp
-        call add_product(touched, 1.0_wp, x, r)
-        call answer_leading_block(tangent, touched, r, shares(:, :, j), t)
-        call apply_rest_block(tangent, touched, t, r)
-        do k = 1, columns
-          if (.not. going(k)) cycle
-          call add_image(r(:, k) + x(:, k), iteration(k))
-          going(k) = iteration(k)%rest > floor(k)
-        end do
-      end do
-      iterations = iterations + j
-      arrived = .not. any(going)
-      do k = 1, columns
-        share = gmres_shares(iteration(k))
-        y(:, k) = 0.0_wp
-        do i = iteration(k)%n, 1, -1
-          y(:, k) = y(:, k) + share(i)*iteration(k)%base(:, i)
-          z(:, k) = z(:, k) - share(i)*shares(:, k, i)
-        end do
-      end do
+      arrived = all(iteration%rest <= floor)
+      share = block_shares(iteration)
+      y = transpose(matmul(iteration%base(:, :iteration%n), share))
+      z = z - matmul(shares(:, :iteration%n), share)
       call add_leading_block(tangent, touched, z, y)
     end associate
   end subroutine answer_block
 
-  !> Room for one vector more of each column.
-  subroutine widen(vectors, n)
-    real(wp), allocatable, intent(inout) :: vectors(:, :, :) !! (rows, columns, vectors)
-    integer, intent(in) :: n !! vectors wanted
-    real(wp), allocatable :: more(:, :, :)
-    integer :: have
-
-    have = size(vectors, 3)
-    if (have >= n) return
-    allocate (more(size(vectors, 1), size(vectors, 2), max(n, have + 4)))
-    more(:, :, :have) = vectors
-    call move_alloc(more, vectors)
-  end subroutine widen
-
   !> What displacements d become when the leading part of contact answers them.
-  subroutine answer_leading_block(tangent, touched, d, z, t)
+  subroutine answer_leading_block(tangent, touched, d, z)
     type(contact_tangent_t), intent(in) :: tangent !! with its factor
     type(touched_t), intent(in) :: touched !! rows, C U
-    real(wp), intent(in) :: d(:, :) !! (rows, columns) [length]
+    real(wp), intent(inout) :: d(:, :) !! (columns, rows) in and out [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
-    real(wp), intent(out) :: t(:, :) !! (rows, columns) [length]
-    real(wp) :: force(size(d, 1), size(d, 2)), turned(size(d, 2), size(d, 1))
+    real(wp), allocatable :: force(:, :)
     integer :: k, info
 
-    t = d
-    associate (n => tangent%rank, columns => size(d, 2))
+    associate (n => tangent%rank, columns => size(d, 1))
       if (n == 0) return
       if (tangent%whole) then
         do k = 1, columns
-          call take_shares(tangent, d(:, k), z(:, k))
+          call take_shares(tangent, d(k, :), z(:, k))
         end do
       else
-        call take_shares_block(tangent, touched%place, transpose(d), z)
+        call take_shares_block(tangent, touched%place, d, z)
       end if
       call dgetrs('N', n, columns, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, &
         info)
       if (tangent%whole) then
-        force = 0.0_wp
+        allocate (force(columns, size(d, 2)), source=0.0_wp)
         call add_leading_block(tangent, touched, z, force)
-        call add_product(touched, -1.0_wp, force, t)
+        call add_product(touched, -force, d)
       else
-        turned = transpose(t)
-        call add_times(columns, n, size(t, 1), -transpose(z), touched%cu, turned)
-        t = transpose(turned)
+        call subtract_leading(touched, columns, z, d)
       end if
     end associate
   end subroutine answer_leading_block
@@ -243,23 +215,23 @@ contains
   end subroutine take_shares_block
 
   !> Adds U z to y for all columns.
-  subroutine add_leading_block(tangent, touched, z, y)
+  pure subroutine add_leading_block(tangent, touched, z, y)
     type(contact_tangent_t), intent(in) :: tangent !! its columns
     type(touched_t), intent(in) :: touched !! rows
     real(wp), intent(in) :: z(:, :) !! (rank, columns)
-    real(wp), intent(inout) :: y(:, :) !! (rows, columns) [force]
+    real(wp), intent(inout) :: y(:, :) !! (columns, rows) [force]
     integer :: i, j
 
     if (tangent%whole) then
-      do j = 1, size(y, 2)
-        call add_leading(tangent, z(:, j), y(:, j))
+      do j = 1, size(y, 1)
+        call add_leading(tangent, z(:, j), y(j, :))
       end do
       return
     end if
     do j = 1, tangent%rank
       associate (dofs => tangent%dofs(:, tangent%owner(j)))
         do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) y(touched%place(dofs(i)), :) = y(touched%place(dofs(i)), :) &
+          if (dofs(i) > 0) y(:, touched%place(dofs(i))) = y(:, touched%place(dofs(i))) &
             + tangent%u(i, j)*z(j, :)
         end do
       end associate
@@ -270,33 +242,31 @@ contains
   subroutine apply_rest_block(tangent, touched, x, y)
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
     type(touched_t), intent(in) :: touched !! rows
-    real(wp), intent(in) :: x(:, :) !! (rows, columns) [length]
-    real(wp), intent(out) :: y(:, :) !! (rows, columns) [force]
-    real(wp) :: turned(size(x, 2), size(x, 1)), force(size(x, 2), size(x, 1))
-    real(wp) :: local(size(x, 2))
+    real(wp), intent(in) :: x(:, :) !! (columns, rows) [length]
+    real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
+    real(wp) :: local(size(x, 1)), near(size(x, 1), size(tangent%dofs, 1))
     integer :: e, i, k
 
     if (tangent%whole) then
-      do k = 1, size(x, 2)
-        call apply_rest(tangent, x(:, k), y(:, k))
+      do k = 1, size(x, 1)
+        call apply_rest(tangent, x(k, :), y(k, :))
       end do
       return
     end if
-    turned = transpose(x)
-    force = 0.0_wp
+    y = 0.0_wp
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)), s => tangent%s(:, :, &
         tangent%element(e)))
-        do i = 1, size(tangent%dofs, 1)
+        near = 0.0_wp
+        do k = 1, size(dofs)
+          if (dofs(k) > 0) near(:, k) = x(:, touched%place(dofs(k)))
+        end do
+        do i = 1, size(dofs)
           if (dofs(i) == 0) cycle
-          local = 0.0_wp
-          do k = 1, size(tangent%dofs, 1)
-            if (dofs(k) > 0) local = local + s(i, k)*turned(:, touched%place(dofs(k)))
-          end do
-          force(:, touched%place(dofs(i))) = force(:, touched%place(dofs(i))) + local
+          local = matmul(near, s(i, :))
+          y(:, touched%place(dofs(i))) = y(:, touched%place(dofs(i))) + local
         end do
       end associate
     end do
-    y = transpose(force)
   end subroutine apply_rest_block
 end module linear_answers

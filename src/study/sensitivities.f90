@@ -169,8 +169,15 @@ contains
     real(wp), intent(in) :: value !! the quantity
     real(wp), intent(in) :: slope !! its derivative
     real(wp), intent(inout) :: range !! largest change
+    logical :: nearer
 
-    if (abs(value) < range*abs(slope)) range = abs(value/slope)
+    if (abs(slope) <= 1.0_wp) then
+      nearer = abs(value) < range*abs(slope)
+    else
+      ! the range may be as large as numbers go
+      nearer = abs(value)/abs(slope) < range
+    end if
+    if (nearer) range = abs(value/slope)
   end subroutine narrow
 
   !> Derivatives of the new tips; open points follow their projection.
@@ -233,10 +240,11 @@ contains
         s%total(k, i) = sum(state%reaction*s%lever(:, :, k, i), system%equation == 0)
       end do
     end do
-    j = size(s%slopes)
-    s%euler = 0.0_wp
-    if (any(abs(s%total) > 0.0_wp)) s%euler = maxval(abs(s%reaction(:, :, j - 1) &
-      + s%reaction(:, :, j) - s%total))/maxval(abs(s%total))
-    s%worst = max(s%worst, s%euler)
+    associate (euler => s%euler)
+      euler%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &
+        euler%factor(1)*s%reaction(:, :, euler%slope(1)) &
+        + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - s%total))/maxval(abs(s%total))
+    end associate
   end subroutine add_reactions
 end module sensitivities

@@ -21,6 +21,8 @@ module sensitivity_reader
   !> Words that name a parameter of contact.
   character(7), parameter :: words(6) = [character(7) :: 'mu1', 'mu2', 'mu', 'phi', 'slip', &
     'penalty']
+  !> Shares that differ by less are the same.
+  real(wp), parameter :: same = 1.0e-14_wp
 
 contains
 
@@ -64,14 +66,57 @@ contains
   !> The two columns that Euler's sum is made of: all penalties; all moduli and forces.
   subroutine add_check(model, s)
     type(model_t), intent(in) :: model !! the problem
-    type(sensitivity_t), intent(inout) :: s !! gets two slopes more
+    type(sensitivity_t), intent(inout) :: s !! gets euler, and slopes that are not there yet
+    type(slope_t) :: penalties, moduli
 
-    call add_slope(new_slope('penalties', model), s)
-    s%slopes(s%shown + 1)%penalty = 1.0_wp
-    call add_slope(new_slope('moduli', model), s)
-    s%slopes(s%shown + 2)%modulus = 1.0_wp
-    s%slopes(s%shown + 2)%forces = 1.0_wp
+    penalties = new_slope('penalties', model)
+    penalties%penalty = 1.0_wp
+    moduli = new_slope('moduli', model)
+    moduli%modulus = 1.0_wp
+    moduli%forces = 1.0_wp
+    call add_column(1, penalties)
+    call add_column(2, moduli)
+
+  contains
+
+    !> Finds a slope among those that are shown, or adds it.
+    subroutine add_column(i, slope)
+      integer, intent(in) :: i !! which of the two
+      type(slope_t), intent(in) :: slope !! what it changes
+      integer :: j
+
+      do j = 1, s%shown
+        s%euler%slope(i) = j
+        s%euler%factor(i) = times_slope(model, slope, s%slopes(j))
+        if (s%euler%factor(i) > 0.0_wp) return
+      end do
+      call add_slope(slope, s)
+      s%euler%slope(i) = size(s%slopes)
+      s%euler%factor(i) = 1.0_wp
+    end subroutine add_column
   end subroutine add_check
+
+  !> How many times a slope of penalties, moduli and forces is what is wanted; 0 if it is not.
+  pure real(wp) function times_slope(model, wanted, slope) result(factor)
+    type(model_t), intent(in) :: model !! materials, loads
+    type(slope_t), intent(in) :: wanted !! what is wanted
+    type(slope_t), intent(in) :: slope !! what there is
+    real(wp) :: share
+    logical :: elastic(size(model%materials))
+
+    factor = 0.0_wp
+    if (size(slope%loads) + size(slope%variants) > 0 .or. any(abs(slope%mu) > 0.0_wp) .or. &
+      any(abs(slope%rule) > 0.0_wp) .or. any(abs(slope%angle) > 0.0_wp)) return
+    elastic = .not. model%materials%rigid
+    share = sum(slope%penalty) + sum(slope%modulus, elastic)
+    if (share <= 0.0_wp) return
+    share = (sum(wanted%penalty) + sum(wanted%modulus, elastic))/share
+    if (any(abs(share*slope%penalty - wanted%penalty) > same)) return
+    if (any(abs(share*slope%modulus - wanted%modulus) > same .and. elastic)) return
+    if (any(model%conditions%loads%force%n > 0) .and. &
+      abs(share*slope%forces - wanted%forces) > same) return
+    factor = share
+  end function times_slope
 
   !> One record: words with or without a pair, a material, a load, a way, parameters of the deck.
   subroutine read_record(deck, record, reading, diagnostics, model, s)

@@ -142,18 +142,16 @@ contains
     end do
   end subroutine find_stiffness
 
-  !> Levers of the reaction sets, and displacements for unit changes of loads.
+  !> Levers of the reaction sets, and displacements for unit changes of loads: all of them with one
+  !! pass over the factors.
   subroutine start_scene(model, system, s)
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
     type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
     type(load_t), allocatable :: loads(:)
-    real(wp), allocatable :: u(:, :, :)
-    integer :: j, k, n
+    real(wp), allocatable :: u(:, :, :), force(:, :, :)
+    integer :: j, k, n, levers, own
 
-    call find_levers(model, system, s%sets, s%lever, s%hold)
-    allocate (s%pushed(3, model%mesh%nodes, size(model%conditions%loads)))
-    call load_bodies(system, model%conditions%loads, .false., s%pushed)
     allocate (loads(sum([(size(s%slopes(j)%loads), j=1, size(s%slopes))])))
     n = 0
     do j = 1, size(s%slopes)
@@ -162,9 +160,19 @@ contains
         loads(n) = s%slopes(j)%loads(k)
       end do
     end do
-    allocate (u(3, model%mesh%nodes, n))
-    call load_bodies(system, loads, .true., u)
-    n = 0
+    levers = 3*size(s%sets)
+    own = size(model%conditions%loads)
+    allocate (u(3, model%mesh%nodes, levers + own + n), force(3, model%mesh%nodes, levers + own + &
+      n), source=0.0_wp)
+    call move_sets(model, system, s%sets, u(:, :, :levers))
+    call apply_loads(system, model%conditions%loads, .false., u(:, :, levers + 1:levers + own), &
+      force(:, :, levers + 1:levers + own))
+    call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
+      force(:, :, levers + own + 1:))
+    call find_displacements(system, force, u)
+    call take_levers(system, u(:, :, :levers), s%lever, s%hold)
+    s%pushed = u(:, :, levers + 1:levers + own)
+    n = levers + own
     do j = 1, size(s%slopes)
       associate (slope => s%slopes(j))
         slope%influence = u(:, :, n + 1:n + size(slope%loads))
@@ -182,28 +190,52 @@ contains
     real(wp), allocatable, intent(out) :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements
     real(wp), allocatable, intent(out) :: hold(:, :, :, :) !! (3, nodes, 3, sets) and forces at the
     !! supports
-    real(wp), allocatable :: force(:, :, :)
+    real(wp), allocatable :: force(:, :, :), u(:, :, :)
+
+    allocate (u(3, model%mesh%nodes, 3*size(sets)), force(3, model%mesh%nodes, 3*size(sets)), &
+      source=0.0_wp)
+    call move_sets(model, system, sets, u)
+    call find_displacements(system, force, u)
+    call take_levers(system, u, lever, hold)
+  end subroutine find_levers
+
+  !> Unit motions of sets, where they are held.
+  subroutine move_sets(model, system, sets, u)
+    type(model_t), intent(in) :: model !! sets
+    type(system_t), intent(in) :: system !! equations
+    type(string_t), intent(in) :: sets(:) !! names
+    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, 3*sets) in: 0; out: the motions
     integer, allocatable :: nodes(:)
     integer :: i, k
     logical :: found
 
-    allocate (lever(3, model%mesh%nodes, 3, size(sets)), hold(3, model%mesh%nodes, 3, &
-      size(sets)), source=0.0_wp)
-    allocate (force(3, model%mesh%nodes, 3))
     do i = 1, size(sets)
       call find_nodes(model%mesh, sets(i)%s, nodes, found)
-      force = 0.0_wp
       do k = 1, 3
-        lever(k, nodes, k, i) = 1.0_wp
-        where (system%equation > 0) lever(:, :, k, i) = 0.0_wp
-      end do
-      call find_displacements(system, force, lever(:, :, :, i))
-      do k = 1, 3
-        call multiply(system%whole%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
-        where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
+        u(k, nodes, 3*i + k - 3) = 1.0_wp
+        where (system%equation > 0) u(:, :, 3*i + k - 3) = 0.0_wp
       end do
     end do
-  end subroutine find_levers
+  end subroutine move_sets
+
+  !> Levers from the displacements, and the forces at the supports.
+  subroutine take_levers(system, u, lever, hold)
+    type(system_t), intent(in) :: system !! bulk matrix, equations
+    real(wp), intent(in) :: u(:, :, :) !! (3, nodes, 3*sets) displacements
+    real(wp), allocatable, intent(out) :: lever(:, :, :, :), hold(:, :, :, :) !! see find_levers
+    integer :: i, k
+
+    associate (nodes => size(u, 2), sets => size(u, 3)/3)
+      lever = reshape(u, [3, nodes, 3, sets])
+      allocate (hold(3, nodes, 3, sets))
+      do i = 1, sets
+        do k = 1, 3
+          call multiply(system%whole%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
+          where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
+        end do
+      end do
+    end associate
+  end subroutine take_levers
 
   !> Nodes with a direction that is prescribed.
   pure function supported_nodes(system) result(nodes)
@@ -253,42 +285,58 @@ contains
     end do
   end subroutine sum_by_levers
 
-  !> Displacements of all bodies for a unit of each load.
-  subroutine load_bodies(system, loads, whole, u)
+  !> Displacements of all bodies for a unit of each load, prescribed values and forces.
+  subroutine load_bodies(system, loads, u)
     type(system_t), intent(in) :: system !! factors of the bodies
     type(load_t), intent(in) :: loads(:) !! the loads
-    logical, intent(in) :: whole !! prescribed values and forces, not the forces alone
     real(wp), intent(out) :: u(:, :, :) !! (3, nodes, loads) [length]
     real(wp), allocatable :: force(:, :, :)
-    integer :: k
 
     u = 0.0_wp
     allocate (force(3, size(u, 2), size(loads)), source=0.0_wp)
+    call apply_loads(system, loads, .true., u, force)
+    call find_displacements(system, force, u)
+  end subroutine load_bodies
+
+  !> A unit of each load.
+  subroutine apply_loads(system, loads, whole, u, force)
+    type(system_t), intent(in) :: system !! equations
+    type(load_t), intent(in) :: loads(:) !! the loads
+    logical, intent(in) :: whole !! prescribed values and forces, not the forces alone
+    real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, loads) grow by prescribed values [length]
+    real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, loads) grow by theirs [force]
+    integer :: k
+
     do k = 1, size(loads)
       if (whole) call add_displacement(loads(k), 1.0_wp, u(:, :, k))
       where (system%equation > 0) u(:, :, k) = 0.0_wp
       call add_force(loads(k), 1.0_wp, force(:, :, k))
     end do
-    call find_displacements(system, force, u)
-  end subroutine load_bodies
+  end subroutine apply_loads
 
   !> Displacements of all bodies under forces and prescribed values, for all columns.
   subroutine find_displacements(system, force, u)
     type(system_t), intent(in) :: system !! factors of the bodies
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
-    real(wp), allocatable :: internal(:, :)
-    integer :: b, k
+    real(wp), allocatable :: internal(:, :), b(:, :, :), x(:, :, :)
+    integer, allocatable :: columns(:)
+    integer :: i, k
 
-    if (all(abs(u) <= 0.0_wp) .and. all(abs(force) <= 0.0_wp)) return
+    columns = pack([(k, k=1, size(u, 3))], [(any(abs(u(:, :, k)) > 0.0_wp) .or. &
+      any(abs(force(:, :, k)) > 0.0_wp), k=1, size(u, 3))])
+    if (size(columns) == 0) return
     allocate (internal(3, size(u, 2)))
-    do k = 1, size(u, 3)
-      call multiply(system%whole%bulk_matrix, u(:, :, k), internal)
-      force(:, :, k) = force(:, :, k) - internal
+    do k = 1, size(columns)
+      call multiply(system%whole%bulk_matrix, u(:, :, columns(k)), internal)
+      force(:, :, columns(k)) = force(:, :, columns(k)) - internal
     end do
-    do b = 1, system%body%bodies
-      if (.not. allocated(system%condensed%bodies(b)%node)) cycle
-      call solve_condensed_body(system%condensed%bodies(b), force, u)
+    b = force(:, :, columns)
+    x = u(:, :, columns)
+    do i = 1, system%body%bodies
+      if (.not. allocated(system%condensed%bodies(i)%node)) cycle
+      call solve_condensed_body(system%condensed%bodies(i), b, x)
     end do
+    u(:, :, columns) = x
   end subroutine find_displacements
 end module sensitivity_start

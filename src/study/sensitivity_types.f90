@@ -4,6 +4,7 @@ module sensitivity_types
   use text, only: string_t
   use deck_types, only: location_t
   use model_types, only: model_t, load_t, load_table_t
+  use linear_answers, only: answers_t
   implicit none
   private
   public :: sensitivity_t, slope_t, tables_t, new_slope, add_slope
@@ -30,11 +31,18 @@ module sensitivity_types
     real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
   end type slope_t
 
+  !> Euler's sum: derivatives by all penalties, and by all moduli and forces, make the reactions.
+  type :: euler_t
+    integer :: slope(2) = 0 !! columns that they are multiples of
+    real(wp) :: factor(2) = 0.0_wp !! and by what
+    real(wp) :: error = 0.0_wp !! of the sum, over the reactions
+  end type euler_t
+
   !> Parameters, and the derivatives of the state by them.
   type :: sensitivity_t
     logical :: active = .false. !! derivatives are asked for
     logical :: started = .false. !! what belongs to the scene has been found
-    integer :: shown = 0 !! parameters in the table; two more check them
+    integer :: shown = 0 !! parameters in the table; others check them
     type(slope_t), allocatable :: slopes(:) !! (n) what they change
     integer, allocatable :: host(:) !! (points of all pairs) facet at the last state, 0 for none
     integer, allocatable :: status(:) !! (points) at the last state
@@ -54,9 +62,8 @@ module sensitivity_types
     integer, allocatable :: kinks(:) !! (pairs) points whose status is at its border
     integer :: lost = 0 !! points whose way to their host has not been found again
     integer :: touched = 0 !! points that have touched first within an increment
-    real(wp) :: euler = 0.0_wp !! error of Euler's sum, over the reactions
-    real(wp) :: worst = 0.0_wp !! the largest so far
-    integer :: iterations = 0 !! of GMRES, so far
+    type(euler_t) :: euler !! check of all of them
+    type(answers_t) :: answers !! what the last ones have left
   end type sensitivity_t
 contains
 

@@ -6,38 +6,47 @@ module touched_candidates
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: touched_t, gather_touched, add_product, add_times, subtract_yield, &
-    subtract_yield_of_all
+  public :: touched_t, gather_touched, add_product, subtract_leading, subtract_touched, &
+    subtract_yield, subtract_yield_of_all
 
   !> Columns of a matrix that are multiplied at once, and rows times columns of both factors: for so
   !! small a product BLAS does not copy the matrix first, which took longer than the product.
   integer, parameter :: most_columns = 64, small_product = 900000
+  !> Rows of a block of a symmetric matrix that stay in the cache for its second product.
+  integer, parameter :: most_rows = 512
+  !> Rows over those that are not needed, at least.
+  integer, parameter :: most_idle = 10
 
-  !> The live candidates that closed elements touch: forces of contact act there alone.
+  !> The live candidates that closed elements touch: forces of contact act there alone. Matrices of
+  !! many right-hand sides are turned here: (columns, rows).
   type :: touched_t
-    integer, allocatable :: rows(:) !! (n) live candidates
+    integer, allocatable :: rows(:) !! (n) candidates
+    integer, allocatable :: live_rows(:) !! (n) the same as live candidates, 0 for none
     integer, allocatable :: place(:) !! (live) place in rows, 0 for none
     integer, allocatable :: first(:) !! (bodies+1) rows before each body
     type(part_t), allocatable :: bodies(:) !! their compliances
-    real(wp), allocatable :: cu(:, :) !! (rank, n) C U, turned
+    real(wp), allocatable :: cu(:, :) !! (n, rank) C U [length]
   end type touched_t
 
   !> Compliance of one body.
   type :: part_t
-    real(wp), allocatable :: c(:, :) !! (rows, rows) [length/force]
+    integer, allocatable :: order(:) !! (m) its candidates: the touched ones first
+    real(wp), allocatable :: c(:, :) !! (touched, m) [length/force]; of its first part, which is
+    !! symmetric, the lower triangle counts
   end type part_t
 
 contains
 
-  !> The live candidates of elements with a part in the tangent, and what belongs to these.
+  !> The live candidates of elements with a part in the tangent, and what belongs to these. What the
+  !! last call has left serves again where it is the same.
   subroutine gather_touched(condensed, touched)
-    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
-    type(touched_t), intent(out) :: touched !! all of it
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
+    type(touched_t), intent(inout) :: touched !! all of it
     logical :: marked(condensed%alive%n_live)
-    integer :: k, i, j, b
+    integer :: i, k
 
     marked = .false.
-    associate (tangent => condensed%tangent)
+    associate (tangent => condensed%tangent, live => condensed%alive%live)
       if (tangent%whole) then
         marked = .true.
       else
@@ -48,26 +57,17 @@ contains
           call mark(tangent%dofs(:, tangent%owner(k)))
         end do
       end if
-      touched%rows = pack([(i, i=1, condensed%alive%n_live)], marked)
+      if (.not. serves(touched, pack(live, marked), tangent%whole)) then
+        touched%rows = pack(live, marked)
+        call gather_bodies(condensed, touched)
+      end if
+      touched%live_rows = condensed%alive%live_place(touched%rows)
       touched%place = spread(0, 1, condensed%alive%n_live)
-      touched%place(touched%rows) = [(i, i=1, size(touched%rows))]
-      if (.not. tangent%whole) touched%cu = &
-        transpose(tangent%cu(touched%rows, :tangent%rank))
+      do i = 1, size(touched%rows)
+        if (touched%live_rows(i) > 0) touched%place(touched%live_rows(i)) = i
+      end do
+      if (.not. tangent%whole) call gather_columns(tangent%cu(:, :tangent%rank), touched)
     end associate
-    allocate (touched%first(size(condensed%bodies) + 1), source=0)
-    allocate (touched%bodies(size(condensed%bodies)))
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => touched%first(b))
-        touched%first(b + 1) = first + count(touched%rows > body%first_live .and. &
-          touched%rows <= body%first_live + body%n_live)
-        associate (mine => touched%rows(first + 1:touched%first(b + 1)) - body%first_live)
-          allocate (touched%bodies(b)%c(size(mine), size(mine)))
-          do j = 1, size(mine)
-            touched%bodies(b)%c(:, j) = body%live(mine, mine(j))
-          end do
-        end associate
-      end associate
-    end do
 
   contains
 
@@ -79,26 +79,181 @@ contains
     end subroutine mark
   end subroutine gather_touched
 
-  !> y = y + factor C x on the rows.
-  subroutine add_product(touched, factor, x, y)
-    type(touched_t), intent(in) :: touched !! rows, compliances
-    real(wp), intent(in) :: factor !! of the product
-    real(wp), intent(in) :: x(:, :) !! (rows, columns) [force]
-    real(wp), intent(inout) :: y(:, :) !! (rows, columns) [length]
-    real(wp) :: turned(size(x, 2), size(x, 1)), change(size(x, 2), size(x, 1))
-    integer :: b
+  !> The rows of the last call hold what is wanted, and not many more; or exactly that.
+  pure logical function serves(touched, wanted, exactly)
+    type(touched_t), intent(in) :: touched !! rows, if there are any
+    integer, intent(in) :: wanted(:) !! candidates, ascending
+    logical, intent(in) :: exactly !! no others
+    integer :: i, k
 
-    turned = factor*transpose(x)
-    change = transpose(y)
-    do b = 1, size(touched%bodies)
-      associate (first => touched%first(b) + 1, last => touched%first(b + 1), &
-        n => touched%first(b + 1) - touched%first(b))
-        call add_times(size(x, 2), n, n, turned(:, first:last), touched%bodies(b)%c, &
-          change(:, first:last))
+    serves = .false.
+    if (.not. allocated(touched%rows)) return
+    if (size(touched%rows) > merge(0, size(wanted)/most_idle, exactly) + size(wanted)) return
+    k = 1
+    do i = 1, size(touched%rows)
+      if (k > size(wanted)) exit
+      if (touched%rows(i) == wanted(k)) k = k + 1
+    end do
+    serves = k > size(wanted)
+  end function serves
+
+  !> C U of the rows; nothing at those that no live candidate has.
+  subroutine gather_columns(cu, touched)
+    real(wp), intent(in) :: cu(:, :) !! (live, rank) [length]
+    type(touched_t), intent(inout) :: touched !! live_rows given; gets cu
+    integer :: i, j
+
+    if (allocated(touched%cu)) then
+      if (any(shape(touched%cu) /= [size(touched%live_rows), size(cu, 2)])) deallocate (touched%cu)
+    end if
+    if (.not. allocated(touched%cu)) allocate (touched%cu(size(touched%live_rows), size(cu, 2)))
+    do j = 1, size(cu, 2)
+      do i = 1, size(touched%live_rows)
+        touched%cu(i, j) = 0.0_wp
+        if (touched%live_rows(i) > 0) touched%cu(i, j) = cu(touched%live_rows(i), j)
+      end do
+    end do
+  end subroutine gather_columns
+
+  !> y = y - C U z, block by block: few columns of C U at a time, which lie far apart.
+  subroutine subtract_leading(touched, few, z, y)
+    type(touched_t), intent(in) :: touched !! C U
+    integer, intent(in) :: few !! columns
+    real(wp), intent(in) :: z(:, :) !! (rank, columns)
+    real(wp), intent(inout) :: y(few, *) !! (columns, rows) [length]
+    real(wp) :: turned(few, size(z, 1))
+    integer :: row, column, n
+
+    n = size(touched%cu, 1)
+    if (few == 0) return
+    turned = transpose(z)
+    do row = 1, n, most_rows
+      do column = 1, size(z, 1), most_columns
+        call dgemm('N', 'T', few, min(most_rows, n - row + 1), min(most_columns, size(z, 1) &
+          - column + 1), -1.0_wp, turned(1, column), few, touched%cu(row, column), n, 1.0_wp, &
+          y(1, row), few)
+      end do
+    end do
+  end subroutine subtract_leading
+
+  !> Compliances of all candidates and the touched ones, body by body.
+  subroutine gather_bodies(condensed, touched)
+    type(condensed_t), intent(in) :: condensed !! compliances, whose lower triangles count
+    type(touched_t), intent(inout) :: touched !! rows given; gets first, bodies
+    integer, allocatable :: place(:), at(:)
+    integer :: b, i, j, k, first_row
+
+    touched%first = spread(0, 1, size(condensed%bodies) + 1)
+    if (.not. allocated(touched%bodies)) allocate (touched%bodies(size(condensed%bodies)))
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), first => touched%first(b), part => touched%bodies(b))
+        touched%first(b + 1) = first + count(touched%rows > body%first .and. &
+          touched%rows <= body%first + body%m)
+        place = spread(0, 1, body%m)
+        place(body%gathered(:body%n_live)) = [(i, i=1, body%n_live)]
+        associate (mine => touched%rows(first + 1:touched%first(b + 1)) - body%first)
+          part%order = touched_first(mine, body%m)
+          if (allocated(part%c)) then
+            if (size(part%c, 1) /= size(mine)) deallocate (part%c)
+          end if
+          if (.not. allocated(part%c)) allocate (part%c(size(mine), body%m))
+          at = place(mine)
+          do j = 1, body%m
+            k = place(part%order(j))
+            first_row = 1
+            if (j <= size(mine)) first_row = j - mod(j - 1, most_columns)
+            do i = first_row, size(mine)
+              if (k > 0 .and. at(i) > 0) then
+                part%c(i, j) = body%live(at(i), k)
+              else
+                part%c(i, j) = body%compliance(max(mine(i), part%order(j)), &
+                  min(mine(i), part%order(j)))
+              end if
+            end do
+          end do
+        end associate
       end associate
     end do
-    y = transpose(change)
+  end subroutine gather_bodies
+
+  !> The numbers 1 to m, some of them first.
+  pure function touched_first(mine, m) result(order)
+    integer, intent(in) :: mine(:) !! those that go first
+    integer, intent(in) :: m !! how many
+    integer :: order(m), i
+    logical :: other(m)
+
+    other = .true.
+    other(mine) = .false.
+    order(:size(mine)) = mine
+    order(size(mine) + 1:) = pack([(i, i=1, m)], other)
+  end function touched_first
+
+  !> y = y + x C on the rows. C is symmetric: some columns of its lower triangle after the other
+  !! serve for both sides, so that half of it is read.
+  subroutine add_product(touched, x, y)
+    type(touched_t), intent(in) :: touched !! rows, compliances
+    real(wp), intent(in) :: x(:, :) !! (columns, rows) [force]
+    real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
+    integer :: b
+
+    do b = 1, size(touched%bodies)
+      associate (first => touched%first(b) + 1, last => touched%first(b + 1))
+        if (last >= first) call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), &
+          touched%bodies(b)%c, y(:, first:last))
+      end associate
+    end do
   end subroutine add_product
+
+  !> The same for one body.
+  subroutine add_symmetric(few, n, x, c, y)
+    integer, intent(in) :: few !! rows of x
+    integer, intent(in) :: n !! columns of x
+    real(wp), intent(in) :: x(few, n) !! first factor
+    real(wp), intent(in) :: c(n, *) !! symmetric on its first n columns
+    real(wp), intent(inout) :: y(few, n) !! grows by the product
+    integer :: first, width, row, rows, under
+
+    if (few == 0) return
+    do first = 1, n, most_columns
+      width = min(most_columns, n - first + 1)
+      do row = first, n, most_rows
+        rows = min(most_rows, n - row + 1)
+        call dgemm('N', 'N', few, width, rows, 1.0_wp, x(1, row), few, c(row, first), n, 1.0_wp, &
+          y(1, first), few)
+        under = max(row, first + width)
+        rows = row + rows - under
+        if (rows > 0) call dgemm('N', 'T', few, rows, width, 1.0_wp, x(1, first), few, &
+          c(under, first), n, 1.0_wp, y(1, under), few)
+      end do
+    end do
+  end subroutine add_symmetric
+
+  !> u = u - C f on all candidates for forces on the rows.
+  subroutine subtract_touched(bodies, touched, f, u)
+    type(condensed_body_t), intent(in) :: bodies(:) !! where their candidates begin
+    type(touched_t), intent(in) :: touched !! rows, compliances
+    real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
+    real(wp), intent(inout) :: u(:, :) !! (candidates, columns) [length]
+    real(wp), allocatable :: change(:, :)
+    integer :: b
+
+    do b = 1, size(bodies)
+      associate (first => touched%first(b) + 1, last => touched%first(b + 1), part => &
+        touched%bodies(b))
+        if (last < first) cycle
+        allocate (change(size(f, 1), size(part%order)), source=0.0_wp)
+        call add_symmetric(size(f, 1), last - first + 1, f(:, first:last), part%c, &
+          change(:, :last - first + 1))
+        call add_times(size(f, 1), last - first + 1, size(part%order) - (last - first + 1), &
+          f(:, first:last), part%c(:, last - first + 2:), change(:, last - first + 2:))
+        associate (all_of_it => bodies(b)%first + part%order)
+          u(all_of_it, :) = u(all_of_it, :) - transpose(change)
+        end associate
+        deallocate (change)
+      end associate
+    end do
+  end subroutine subtract_touched
 
   !> y = y + x C for an x of few rows, some columns of C after the other.
   subroutine add_times(few, rows, n, x, c, y)

@@ -91,7 +91,7 @@ contains
     associate (condensed => system%condensed)
       deallocate (condensed%outer%influence, condensed%outer%pushes)
       call begin_influence(model, system)
-      call load_bodies(system, model%conditions%loads, .true., condensed%outer%influence)
+      call load_bodies(system, model%conditions%loads, condensed%outer%influence)
     end associate
   end subroutine change_influence
 
