@@ -4,7 +4,6 @@ module contact_gaps
   use text, only: to_text, count_noun
   use contact_types, only: pair_t
   use contact_points, only: used_points, point_position, point_text
-  use contact_overlap, only: slave_height
   use smooth_normals, only: project_on_master
   implicit none
   private
@@ -34,7 +33,6 @@ contains
     do p = 1, n
       if (pair%history%old(p)%host == 0) cycle
       call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
-      gap = gap - slave_height(pair, p)
       over = over + 1
       if (gap < -touching*pair%search_radius) below = below + 1
       if (gap < least) deepest = p

@@ -3,14 +3,13 @@
 module contact_overlap
   use kinds, only: wp
   use contact_types, only: pair_t
-  use contact_points, only: point_position, count_points, corner_weights
-  use smooth_patch, only: patch_point_t, patch_from_values, patch_at
+  use contact_points, only: point_position
   use slave_places, only: slave_nodes, slave_weights
   use facet_tree, only: nearest_facet
   use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: measure_overlap, withheld_gap, overlap_of, slave_height
+  public :: measure_overlap, withheld_gap, overlap_of
 
 contains
 
@@ -41,7 +40,7 @@ contains
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%host == 0) cycle
       call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
-      pair%shrinking%overlap(1, p) = slave_height(pair, p) - gap
+      pair%shrinking%overlap(1, p) = -gap
     end do
   end subroutine measure_overlap
 
@@ -75,35 +74,12 @@ contains
     end if
   end function overlap_of
 
-  !> How high a bent slave stands over its facet at a point (doc/theory, "Smooth surfaces").
-  pure real(wp) function slave_height(pair, p) result(height)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point
-    type(patch_point_t) :: place
-    real(wp) :: l(3)
-    integer :: f
-
-    height = 0.0_wp
-    if (.not. allocated(pair%points%side%patch)) return
-    if (pair%segmented) then
-      f = pair%history%cells(p)%slave
-      if (f == 0) return
-    else
-      f = 1 + mod(p - 1, count_points(pair)/pair%points%slots)/pair%facet_points
-    end if
-    l = corner_weights(pair, p)
-    place = patch_at(patch_from_values(pair%points%side%patch(:, f)), l(1:2))
-    height = place%x(3)
-  end function slave_height
-
-  !> What is added to the gap of a point over a flat facet: the share of its overlap that is not
-  !! taken up yet, less the height of a bent slave.
+  !> What is added to the gap of a point: the share of its overlap that is not taken up yet.
   pure real(wp) function withheld_gap(pair, p) result(gap)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
 
-    gap = -slave_height(pair, p)
-    if (abs(pair%shrinking%withheld) > 0.0_wp) gap = gap + &
-      pair%shrinking%withheld*overlap_of(pair, p)
+    gap = 0.0_wp
+    if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
   end function withheld_gap
 end module contact_overlap
