@@ -81,7 +81,7 @@ contains
     end if
   end function cell_position
 
-  !> How high a bent slave facet stands over its flat one at a place (doc/theory, "Smooth surfaces").
+  !> How high a bent slave facet stands over its flat one (doc/theory, "Smooth surfaces").
   pure real(wp) function slave_lift(pair, f, xi) result(lift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! its slave facet

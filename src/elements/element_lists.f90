@@ -49,7 +49,7 @@ module element_lists
   type, extends(node_list_t) :: element_list_t
     integer, allocatable :: slaves(:) !! (n) its first nodes, the slaves
     real(wp), allocatable :: weight(:, :) !! (most slaves, n) of the slaves, in lists that have it
-    real(wp), allocatable :: lift(:) !! (n) height of S over its slave facet [length], if a list has it
+    real(wp), allocatable :: lift(:) !! (n) height of S over its slave facet, likewise [length]
     real(wp), allocatable :: d(:, :) !! (n_parameters, n) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
