@@ -252,6 +252,8 @@ contains
         call settle_touches(model, system, monitor, settled)
         if (settled) return
         pass = 0
+        renewals = 0
+        rough = any(model%pairs%smooth)
         settings%most_solves = progress%solves + given%most_solves
         cycle
       end if
