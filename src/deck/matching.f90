@@ -34,8 +34,8 @@ module matching
 
 contains
 
-  !> Checks and evaluates a record; every error is reported. The record is cut off before an item that
-  !! cannot stand where it does.
+  !> Checks and evaluates a record; every error is reported. The record is cut off before an item
+  !! that cannot stand where it does.
   subroutine match_record(record, signature, match, parameters, diagnostics, good)
     type(record_t), intent(inout) :: record !! the record; its numbers are evaluated, and it may
     !! become shorter
