@@ -63,7 +63,7 @@ class Press:
     Cells of one size go down to 0.45 and grow slowly: with cells that grow by 1.35 below 0.2 the
     radial sum tends to a value 1.3 % too small, whatever the facets and the increments are. A
     penalty of 10 E/h takes another 1.2 %, one of 100 E/h 0.1 %. Elements of ten nodes have cells of
-    twice the size: those of four take 1 to 3.6 % with cells of 0.04 to 0.056, whatever the form.
+    twice the size: those of four take 0.4 to 3.6 % with cells of 0.04 to 0.056, whatever the form.
     """
 
     radius, approach, height = 200.0, 6e-4, 0.6
@@ -165,6 +165,8 @@ def indentation(bench):
     for mu, press, forms in cases:
         for form in forms:
             for steps, wanted in WANTED.items():
+                if bench.reduced and steps > 16 and press is four:
+                    continue
                 known, why = misses(form, mu, steps)
                 bench.compare(f'radial sum, mu {mu}, {steps} increments', 'axisymmetric elements',
                               SCENE[mu], press.shear(bench, form, mu, steps), wanted, form=form,
