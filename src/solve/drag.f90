@@ -7,7 +7,7 @@ module drag
   use system_types, only: system_t
   implicit none
   private
-  public :: begin_drag, settle_drag, let_free
+  public :: begin_drag, settle_drag, count_way, let_free
 
   !> An Euler step is solved for when this share of the drag's force is left.
   real(wp), parameter :: solved = 0.1_wp
@@ -47,7 +47,7 @@ contains
     real(wp) :: norm
 
     hopeless = .false.
-    rests = system%body%euler%iterations == 0
+    rests = system%body%drag <= 0.0_wp .or. system%body%euler%iterations == 0
     if (rests) return
     norm = residual_norm(system)
     associate (euler => system%body%euler)
@@ -72,6 +72,17 @@ contains
     end associate
     if (rests) call form_residual(system, x)
   end subroutine settle_drag
+
+  !> Counts an iteration of the step that is under way.
+  subroutine count_way(system, length)
+    type(system_t), intent(inout) :: system !! solution given; gets euler
+    real(wp), intent(in) :: length !! share of the direction that was gone
+
+    associate (euler => system%body%euler)
+      euler%iterations = euler%iterations + 1
+      euler%gone = euler%gone + length*system%solution(system%equations + 1:)
+    end associate
+  end subroutine count_way
 
   !> The undamped residual is that of the iterate: the drag is measured from here.
   subroutine note_center(system)
@@ -114,6 +125,7 @@ contains
     system%body%drag = 0.0_wp
     system%body%first_drag = 0.0_wp
     system%body%adrift = .false.
+    system%body%euler%iterations = 0
     if (system%condensed%active) call set_center(system%condensed, 0.0_wp)
   end subroutine let_free
 
