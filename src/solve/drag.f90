@@ -1,5 +1,5 @@
-!> The drag on bodies that contact alone holds, where Newton's method has failed without it: steps of
-!! implicit Euler of bodies in honey, each of them solved for (doc/theory, "Drag").
+!> The drag on bodies that contact alone holds, where Newton's method has failed without it: steps
+!! of implicit Euler of bodies in honey (doc/theory, "Bodies that contact holds").
 module drag
   use kinds, only: wp
   use residuals, only: form_residual, residual_norm, drag_norm, round_off_factor
@@ -27,8 +27,8 @@ module drag
 
 contains
 
-  !> The drag at the start of a solve: the first one, unless the last solve was left while a body was
-  !! on its way.
+  !> The drag at the start of a solve: the first one, unless the last solve was left while a body
+  !! was on its way.
   subroutine begin_drag(system)
     type(system_t), intent(inout) :: system !! gets drag, the place it is measured from
 
@@ -60,9 +60,7 @@ contains
         system%body%drag = max(growth(euler%iterations)*system%body%drag, euler%too_small, &
           least_drag*system%scale%stiffest)
         call note_center(system)
-      else if (euler%iterations == most_iterations .or. way_of(system) > longest_way* &
-        system%scale%facet_size .or. (euler%iterations > 1 .and. norm > getting_worse*euler%first)) &
-        then
+      else if (is_lost(system, norm)) then
         euler%too_small = safety*system%body%drag
         system%body%drag = failed_growth*system%body%drag
         hopeless = system%body%drag > most_growth*system%body%first_drag
@@ -72,6 +70,18 @@ contains
     end associate
     if (rests) call form_residual(system, x)
   end subroutine settle_drag
+
+  !> The step takes too long, goes too far or leads away from its goal.
+  pure logical function is_lost(system, norm) result(lost)
+    type(system_t), intent(in) :: system !! euler, u
+    real(wp), intent(in) :: norm !! of the residual
+
+    associate (euler => system%body%euler)
+      lost = euler%iterations == most_iterations .or. &
+        way_of(system) > longest_way*system%scale%facet_size .or. &
+        (euler%iterations > 1 .and. norm > getting_worse*euler%first)
+    end associate
+  end function is_lost
 
   !> Counts an iteration of the step that is under way.
   subroutine count_way(system, length)

@@ -47,7 +47,7 @@ module system_types
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
   end type outer_t
 
-  !> A step of implicit Euler of bodies in honey: where it began, and how long it has been solved for.
+  !> A step of implicit Euler of bodies in honey: where it began, how long it has been solved for.
   type :: euler_t
     integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
     real(wp) :: first = 0.0_wp !! residual after the first of them [force]
