@@ -9,7 +9,7 @@ module element_types
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: task_shift_tangent, task_stick_shift_tangent, task_reach
   public :: status_off, status_open, status_stick, status_slip
-  public :: make_room, max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
+  public :: make_room, max_slaves, max_dofs, n_element_history, n_element_stress
 
   !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
   integer, parameter :: task_tangent = 3 !! matrix s and vector r
