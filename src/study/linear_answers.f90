@@ -133,19 +133,16 @@ contains
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
     logical, intent(out) :: arrived !! all columns
     real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:, :)
-    real(wp) :: floor(size(b, 1))
 
-    associate (columns => size(b, 1), n => size(b, 2), most => (most_blocks + 1)*size(b, 1))
+    associate (columns => size(b, 1), n => size(b, 2), most => most_blocks*size(b, 1))
       allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most))
       t = b
       call answer_leading_block(tangent, touched, t, z)
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      floor = accuracy*norm2(y, 2)
-      call begin_block(transpose(r), most, iteration)
-      do while (any(iteration%rest > floor) .and. iteration%m + columns <= most .and. &
-        iteration%m > iteration%n)
+      call begin_block(transpose(r), accuracy*norm2(y, 2), most, iteration)
+      do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))
           t = 0.0_wp*x
@@ -156,7 +153,7 @@ contains
           call add_images(transpose(r + x), iteration)
         end associate
       end do
-      arrived = all(iteration%rest <= floor)
+      arrived = all(iteration%rest <= iteration%floor)
       share = block_shares(iteration)
       y = transpose(matmul(iteration%base(:, :iteration%n), share))
       z = z - matmul(shares(:, :iteration%n), share)
