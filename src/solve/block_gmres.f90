@@ -26,7 +26,7 @@ module block_gmres
   real(wp), parameter :: round_off = 1.0e-16_wp
   !> What a residual adds to the directions of the others, over its floor: at least this share of
   !! the largest residual over its own. What adds less can wait.
-  real(wp), parameter :: pressing = 1.0e-3_wp
+  real(wp), parameter :: pressing = 1.0e-6_wp
 
 contains
 

@@ -15,6 +15,9 @@ module increment_answers
   private
   public :: solve_all, factor_change
 
+  !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
+  real(wp), parameter :: share_left = 1.0e-12_wp, share_of_euler = 1.0e-13_wp
+
 contains
 
   !> Solves for the displacements of the candidates, all parameters at once:
@@ -32,6 +35,8 @@ contains
     logical :: arrived
 
     n = size(s%slopes)
+    s%answers%share_left = spread(share_left, 1, n)
+    s%answers%share_left(pack(s%euler%slope, s%euler%slope > 0)) = share_of_euler
     arrived = .false.
     do attempt = 1, 2
       u = spread(spread(0.0_wp, 1, system%condensed%n), 2, n)
