@@ -16,7 +16,7 @@ module increment_answers
   public :: solve_all, factor_change
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
-  real(wp), parameter :: share_left = 1.0e-12_wp, share_of_euler = 1.0e-13_wp
+  real(wp), parameter :: share_left = 5.0e-12_wp, share_of_euler = 1.0e-13_wp
 
 contains
 

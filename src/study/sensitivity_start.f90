@@ -160,17 +160,18 @@ contains
         loads(n) = s%slopes(j)%loads(k)
       end do
     end do
-    levers = 3*size(s%sets)
     own = size(model%conditions%loads)
+    levers = own + 3*size(s%sets)
     allocate (u(3, model%mesh%nodes, levers + own + n), force(3, model%mesh%nodes, levers + own + &
       n), source=0.0_wp)
-    call move_sets(model, system, s%sets, u(:, :, :levers))
+    call apply_loads(system, model%conditions%loads, .true., u(:, :, :own), force(:, :, :own))
+    call move_sets(model, system, s%sets, u(:, :, own + 1:levers))
     call apply_loads(system, model%conditions%loads, .false., u(:, :, levers + 1:levers + own), &
       force(:, :, levers + 1:levers + own))
     call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
       force(:, :, levers + own + 1:))
-    call find_displacements(system, force, u)
-    call take_levers(system, u(:, :, :levers), s%lever, s%hold)
+    call find_displacements(system, force, u, system%condensed%outer%influence)
+    call take_levers(system, u(:, :, own + 1:levers), s%lever, s%hold)
     s%pushed = u(:, :, levers + 1:levers + own)
     n = levers + own
     do j = 1, size(s%slopes)
@@ -314,18 +315,24 @@ contains
     end do
   end subroutine apply_loads
 
-  !> Displacements of all bodies under forces and prescribed values, for all columns.
-  subroutine find_displacements(system, force, u)
+  !> Displacements of all bodies under forces and prescribed values, for all columns; those that are
+  !! multiples of others are solved for once, and not at all where the first ones are known.
+  subroutine find_displacements(system, force, u, known)
     type(system_t), intent(in) :: system !! factors of the bodies
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
+    real(wp), optional, intent(in) :: known(:, :, :) !! (3, nodes, m) those of the first columns
     real(wp), allocatable :: internal(:, :), b(:, :, :), x(:, :, :)
     integer, allocatable :: columns(:)
-    integer :: i, k
+    integer :: like(size(u, 3)), i, k, first
+    real(wp) :: factor(size(u, 3))
 
-    columns = pack([(k, k=1, size(u, 3))], [(any(abs(u(:, :, k)) > 0.0_wp) .or. &
-      any(abs(force(:, :, k)) > 0.0_wp), k=1, size(u, 3))])
-    if (size(columns) == 0) return
+    first = 1
+    if (present(known)) first = size(known, 3) + 1
+    do k = 1, size(u, 3)
+      call find_like(force(:, :, :k), u(:, :, :k), like(:k - 1), like(k), factor(k))
+    end do
+    columns = pack([(k, k=first, size(u, 3))], like(first:) == [(k, k=first, size(u, 3))])
     allocate (internal(3, size(u, 2)))
     do k = 1, size(columns)
       call multiply(system%whole%bulk_matrix, u(:, :, columns(k)), internal)
@@ -333,10 +340,55 @@ contains
     end do
     b = force(:, :, columns)
     x = u(:, :, columns)
+    if (present(known)) u(:, :, :first - 1) = known
     do i = 1, system%body%bodies
       if (.not. allocated(system%condensed%bodies(i)%node)) cycle
       call solve_condensed_body(system%condensed%bodies(i), b, x)
     end do
     u(:, :, columns) = x
+    do k = 1, size(u, 3)
+      if (like(k) > 0 .and. like(k) < k) u(:, :, k) = factor(k)*u(:, :, like(k))
+    end do
   end subroutine find_displacements
+
+  !> The first column that the last one is a multiple of: itself, if there is none before it; 0 if
+  !! it is nothing.
+  pure subroutine find_like(force, u, like_before, like, factor)
+    real(wp), intent(in) :: force(:, :, :) !! (3, nodes, n) applied forces [force]
+    real(wp), intent(in) :: u(:, :, :) !! (3, nodes, n) prescribed values [length]
+    integer, intent(in) :: like_before(:) !! (n-1) the same of the others
+    integer, intent(out) :: like !! that column
+    real(wp), intent(out) :: factor !! by which
+    integer :: at(2), i, n
+    logical :: pushed
+
+    n = size(u, 3)
+    factor = 1.0_wp
+    pushed = any(abs(force(:, :, n)) > 0.0_wp)
+    like = merge(n, 0, pushed .or. any(abs(u(:, :, n)) > 0.0_wp))
+    if (like == 0) return
+    at = maxloc(abs(u(:, :, n)))
+    if (pushed) at = maxloc(abs(force(:, :, n)))
+    do i = 1, n - 1
+      if (like_before(i) /= i) cycle
+      factor = u(at(1), at(2), i)
+      if (pushed) factor = force(at(1), at(2), i)
+      if (abs(factor) <= 0.0_wp) cycle
+      factor = merge(force(at(1), at(2), n), u(at(1), at(2), n), pushed)/factor
+      like = i
+      if (is_multiple(force, factor, i) .and. is_multiple(u, factor, i)) return
+    end do
+    like = n
+    factor = 1.0_wp
+  end subroutine find_like
+
+  !> The last column of a is a factor times another one, to round-off.
+  pure logical function is_multiple(a, factor, i)
+    real(wp), intent(in) :: a(:, :, :) !! (3, nodes, n) columns
+    real(wp), intent(in) :: factor !! the factor
+    integer, intent(in) :: i !! the other one
+
+    is_multiple = all(abs(a(:, :, size(a, 3)) - factor*a(:, :, i)) <= &
+      4.0_wp*epsilon(1.0_wp)*abs(a(:, :, size(a, 3))))
+  end function is_multiple
 end module sensitivity_start

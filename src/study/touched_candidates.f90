@@ -24,8 +24,8 @@ module touched_candidates
     integer :: m = 0 !! candidates of the body
     integer, allocatable :: rows(:) !! (n) these, as candidates of the body, ascending
     logical :: whole = .false. !! all of them: the body's own matrix serves
-    real(wp), allocatable :: c(:, :) !! (n, n) else: its lower triangle and diagonal blocks count
-    !! [length/force]
+    real(wp), allocatable :: c(:, :) !! (n or more, n or more) else: the lower triangle and the
+    !! diagonal blocks count [length/force]
   end type part_t
 
   !> The live candidates that closed elements touch: forces of contact act there alone. Matrices of
@@ -36,7 +36,7 @@ module touched_candidates
     integer, allocatable :: place(:) !! (live) place in rows, 0 for none
     integer, allocatable :: first(:) !! (bodies+1) rows before each body
     type(part_t), allocatable :: bodies(:) !! their compliances
-    real(wp), allocatable :: cu(:, :) !! (rank, n) C U, turned [length]
+    real(wp), allocatable :: cu(:, :) !! (rank, n or more) C U, turned [length]
   end type touched_t
 
 contains
@@ -105,9 +105,11 @@ contains
     integer :: i, j, last
 
     if (allocated(touched%cu)) then
-      if (any(shape(touched%cu) /= [size(cu, 2), size(touched%live_rows)])) deallocate (touched%cu)
+      if (size(touched%cu, 1) /= size(cu, 2) .or. size(touched%cu, 2) < size(touched%live_rows)) &
+        deallocate (touched%cu)
     end if
-    if (.not. allocated(touched%cu)) allocate (touched%cu(size(cu, 2), size(touched%live_rows)))
+    if (.not. allocated(touched%cu)) allocate (touched%cu(size(cu, 2), size(touched%live_rows) &
+      + size(touched%live_rows)/most_idle))
     do j = 1, size(cu, 2), turned_columns
       last = min(size(cu, 2), j + turned_columns - 1)
       do i = 1, size(touched%live_rows)
@@ -127,7 +129,7 @@ contains
     real(wp), intent(in) :: z(:, :) !! (rank, columns)
     real(wp), intent(inout) :: y(few, *) !! (columns, rows) [length]
 
-    call add_times(few, size(z, 1), size(touched%cu, 2), -transpose(z), touched%cu, y)
+    call add_times(few, size(z, 1), size(touched%live_rows), -transpose(z), touched%cu, y)
   end subroutine subtract_leading
 
   !> The touched candidates body by body, and their compliances where those of the last call do not
@@ -169,9 +171,9 @@ contains
 
     associate (rows => part%rows, n => size(part%rows))
       if (allocated(part%c)) then
-        if (size(part%c, 1) /= n) deallocate (part%c)
+        if (size(part%c, 1) < n) deallocate (part%c)
       end if
-      if (.not. allocated(part%c)) allocate (part%c(n, n))
+      if (.not. allocated(part%c)) allocate (part%c(n + n/most_idle, n + n/most_idle))
       do j = 1, n
         do i = j, n
           part%c(i, j) = compliance(rows(i), rows(j))
@@ -197,22 +199,23 @@ contains
         touched%bodies(b))
         if (last < first) cycle
         if (part%whole) then
-          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), &
+          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), bodies(b)%m, &
             bodies(b)%compliance, y(:, first:last))
         else
-          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), part%c, &
-            y(:, first:last))
+          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), size(part%c, 1), &
+            part%c, y(:, first:last))
         end if
       end associate
     end do
   end subroutine add_product
 
   !> The same for one body.
-  subroutine add_symmetric(few, n, x, c, y)
+  subroutine add_symmetric(few, n, x, rows_of_c, c, y)
     integer, intent(in) :: few !! rows of x
     integer, intent(in) :: n !! columns of x
     real(wp), intent(in) :: x(few, n) !! first factor
-    real(wp), intent(in) :: c(n, *) !! symmetric on its first n columns
+    integer, intent(in) :: rows_of_c !! of the array
+    real(wp), intent(in) :: c(rows_of_c, *) !! symmetric on its first n columns
     real(wp), intent(inout) :: y(few, n) !! grows by the product
     integer :: first, width, row, rows, under
 
@@ -221,12 +224,12 @@ contains
       width = min(most_columns, n - first + 1)
       do row = first, n, most_rows
         rows = min(most_rows, n - row + 1)
-        call dgemm('N', 'N', few, width, rows, 1.0_wp, x(1, row), few, c(row, first), n, 1.0_wp, &
-          y(1, first), few)
+        call dgemm('N', 'N', few, width, rows, 1.0_wp, x(1, row), few, c(row, first), rows_of_c, &
+          1.0_wp, y(1, first), few)
         under = max(row, first + width)
         rows = row + rows - under
         if (rows > 0) call dgemm('N', 'T', few, rows, width, 1.0_wp, x(1, first), few, &
-          c(under, first), n, 1.0_wp, y(1, under), few)
+          c(under, first), rows_of_c, 1.0_wp, y(1, under), few)
       end do
     end do
   end subroutine add_symmetric
