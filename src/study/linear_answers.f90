@@ -145,7 +145,7 @@ contains
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      call begin_block(transpose(r), share_left*max(norm2(y, 2), norm2(r, 2)), most, iteration)
+      call begin_block(transpose(r), share_left*norm2(y, 2), most, iteration)
       do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))

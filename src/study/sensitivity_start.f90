@@ -11,13 +11,14 @@ module sensitivity_start
   use contact_parameters, only: is_stiff
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
+  use lever_sums, only: levers_t, supported_nodes, loaded_nodes
   use system_types, only: system_t
   use friction_laws, only: cone_laws, acts
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
   public :: begin_sensitivities, start_scene, find_levers, load_bodies, &
-    remember_points, supported_nodes, sum_by_levers
+    remember_points
 
 contains
 
@@ -147,7 +148,7 @@ contains
   subroutine start_scene(model, system, s)
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
-    type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
+    type(sensitivity_t), intent(inout) :: s !! gets levers, pushed, influence of slopes
     type(load_t), allocatable :: loads(:)
     real(wp), allocatable :: u(:, :, :), force(:, :, :)
     integer :: j, k, n, levers, own
@@ -171,7 +172,7 @@ contains
     call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
       force(:, :, levers + own + 1:))
     call find_displacements(system, force, u, system%condensed%outer%influence)
-    call take_levers(system, u(:, :, own + 1:levers), s%lever, s%hold)
+    call take_levers(model, system, loads, u(:, :, own + 1:levers), s%levers)
     s%pushed = u(:, :, levers + 1:levers + own)
     n = levers + own
     do j = 1, size(s%slopes)
@@ -184,20 +185,18 @@ contains
   end subroutine start_scene
 
   !> How supports answer to contact forces: displacements for a unit motion of each set.
-  subroutine find_levers(model, system, sets, lever, hold)
+  subroutine find_levers(model, system, sets, levers)
     type(model_t), intent(in) :: model !! sets
     type(system_t), intent(in) :: system !! factors of the bodies
     type(string_t), intent(in) :: sets(:) !! names
-    real(wp), allocatable, intent(out) :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements
-    real(wp), allocatable, intent(out) :: hold(:, :, :, :) !! (3, nodes, 3, sets) and forces at the
-    !! supports
+    type(levers_t), intent(out) :: levers !! of these
     real(wp), allocatable :: force(:, :, :), u(:, :, :)
 
     allocate (u(3, model%mesh%nodes, 3*size(sets)), force(3, model%mesh%nodes, 3*size(sets)), &
       source=0.0_wp)
     call move_sets(model, system, sets, u)
     call find_displacements(system, force, u)
-    call take_levers(system, u, lever, hold)
+    call take_levers(model, system, [load_t ::], u, levers)
   end subroutine find_levers
 
   !> Unit motions of sets, where they are held.
@@ -220,71 +219,27 @@ contains
   end subroutine move_sets
 
   !> Levers from the displacements, and the forces at the supports.
-  subroutine take_levers(system, u, lever, hold)
+  subroutine take_levers(model, system, others, u, levers)
+    type(model_t), intent(in) :: model !! pairs, loads
     type(system_t), intent(in) :: system !! bulk matrix, equations
+    type(load_t), intent(in) :: others(:) !! loads beside those of the model
     real(wp), intent(in) :: u(:, :, :) !! (3, nodes, 3*sets) displacements
-    real(wp), allocatable, intent(out) :: lever(:, :, :, :), hold(:, :, :, :) !! see find_levers
+    type(levers_t), intent(inout) :: levers !! all of it
     integer :: i, k
 
     associate (nodes => size(u, 2), sets => size(u, 3)/3)
-      lever = reshape(u, [3, nodes, 3, sets])
-      allocate (hold(3, nodes, 3, sets))
+      levers%u = reshape(u, [3, nodes, 3, sets])
+      allocate (levers%hold(3, nodes, 3, sets))
       do i = 1, sets
         do k = 1, 3
-          call multiply(system%whole%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
-          where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
+          call multiply(system%whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
+          where (system%equation > 0) levers%hold(:, :, k, i) = 0.0_wp
         end do
       end do
     end associate
+    levers%supports = supported_nodes(system%equation)
+    levers%loaded = loaded_nodes(model, others)
   end subroutine take_levers
-
-  !> Nodes with a direction that is prescribed.
-  pure function supported_nodes(system) result(nodes)
-    type(system_t), intent(in) :: system !! equations
-    integer, allocatable :: nodes(:)
-    integer :: i
-
-    nodes = pack([(i, i=1, size(system%equation, 2))], any(system%equation == 0, 1))
-  end function supported_nodes
-
-  !> Resultants of sets of supports by their levers: from forces, and from prescribed values. Nodes
-  !! that have neither, which are nearly all, are passed over.
-  pure subroutine sum_by_levers(system, lever, hold, supports, force, given, reaction)
-    type(system_t), intent(in) :: system !! equations
-    real(wp), intent(in) :: lever(:, :, :, :) !! (3, nodes, 3, sets) see find_levers
-    real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets) zero at free directions
-    integer, intent(in) :: supports(:) !! nodes with prescribed directions
-    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
-    real(wp), intent(in) :: given(:, :) !! (3, nodes) prescribed values at supports [length]
-    real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
-    integer :: pushed(size(force, 2)), n, node, i, j, k, m
-    real(wp) :: by_forces, by_ways
-
-    n = 0
-    do node = 1, size(force, 2)
-      if (all(abs(force(:, node)) <= 0.0_wp)) cycle
-      n = n + 1
-      pushed(n) = node
-    end do
-    do i = 1, size(lever, 4)
-      do k = 1, 3
-        by_forces = 0.0_wp
-        do j = 1, n
-          do m = 1, 3
-            by_forces = by_forces + lever(m, pushed(j), k, i)*force(m, pushed(j))
-          end do
-        end do
-        by_ways = 0.0_wp
-        do j = 1, size(supports)
-          do m = 1, 3
-            if (system%equation(m, supports(j)) == 0) by_ways = by_ways &
-              + hold(m, supports(j), k, i)*given(m, supports(j))
-          end do
-        end do
-        reaction(k, i) = by_forces + by_ways
-      end do
-    end do
-  end subroutine sum_by_levers
 
   !> Displacements of all bodies for a unit of each load, prescribed values and forces.
   subroutine load_bodies(system, loads, u)
