@@ -24,8 +24,8 @@ module block_gmres
   real(wp), parameter :: dependent = 1.0e-15_wp
   !> A residual of this share of its right-hand side is none.
   real(wp), parameter :: round_off = 1.0e-16_wp
-  !> What a residual adds to the directions of the others, over its floor: at least this share of
-  !! the largest residual over its own. What adds less can wait.
+  !> A residual is one of the next directions if what it has beside the others, over its floor, is
+  !! at least this share of the largest residual over its own. What has less can wait.
   real(wp), parameter :: pressing = 1.0e-6_wp
 
 contains
@@ -45,8 +45,6 @@ contains
     if (.not. allocated(iteration%base)) allocate (iteration%base(size(b, 1), most), &
       iteration%image(size(b, 1), most), iteration%h(most, most), iteration%g(most, size(b, 2)))
     iteration%n = 0
-    iteration%h = 0.0_wp
-    iteration%g = 0.0_wp
     iteration%left = b
     iteration%rest = norm2(b, 1)
     iteration%floor = max(floor, round_off*iteration%rest)
@@ -59,7 +57,7 @@ contains
     type(block_gmres_t), intent(inout) :: iteration !! gets m, base
     real(wp) :: beside(size(iteration%left, 1), size(iteration%rest))
     real(wp) :: excess(size(iteration%rest)), largest, share
-    integer :: j, turn, i
+    integer :: j, i
     logical :: wanting(size(iteration%rest))
 
     associate (base => iteration%base, m => iteration%m)
@@ -77,10 +75,8 @@ contains
         wanting(j) = .false.
         do i = 1, size(wanting)
           if (.not. wanting(i)) cycle
-          do turn = 1, 2
-            share = dot_product(base(:, m), beside(:, i))
-            beside(:, i) = beside(:, i) - share*base(:, m)
-          end do
+          share = dot_product(base(:, m), beside(:, i))
+          beside(:, i) = beside(:, i) - share*base(:, m)
           excess(i) = norm2(beside(:, i))/iteration%floor(i)
         end do
       end do
@@ -97,6 +93,7 @@ contains
 
     old = iteration%n
     left = images
+    iteration%h(:iteration%m, old + 1:iteration%m) = 0.0_wp
     associate (rows => size(images, 1), columns => size(images, 2), sides => size(iteration%rest))
       do turn = 1, 2
         if (old == 0) exit

@@ -126,7 +126,7 @@ contains
 
   !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns
   !! together: products with matrices are made for all at once, and each column finds its answer
-  !! among the vectors of all.
+  !! among the directions of all.
   subroutine answer_block(condensed, touched, b, share_left, iteration, y, arrived)
     type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
     type(touched_t), intent(in) :: touched !! rows and their compliance
