@@ -44,7 +44,7 @@ PROGRAM_debug := build/debug/mfec
 PROGRAM_coverage := build/coverage/mfec
 PROGRAM_sanitize := build/sanitize/mfec
 
-SOURCES := $(sort $(wildcard src/*/*.f90 src/engines/plain/*.f90))
+SOURCES := $(sort $(filter-out src/engines/petsc/%,$(shell find src -mindepth 2 -name '*.f90')))
 PETSC_SOURCES := $(sort $(wildcard src/engines/petsc/*.f90))
 MODULES := $(notdir $(SOURCES:.f90=)) version
 TESTS := $(notdir $(basename $(sort $(wildcard tests/unit/test_*.pf))))

@@ -1,7 +1,7 @@
 # Prints, for make, from what each object is made: its source first, then the objects of the
 # modules it uses. A file holds the module of its name, so nothing has to be compiled to know this.
 #
-#   awk -f .ci/depend.awk -v modes='release debug' src/*/*.f90 src/mfec.f90
+#   awk -f .ci/depend.awk -v modes='release debug' src/*/*.f90 src/*/*/*.f90 src/mfec.f90
 
 function stem(path) { sub(/^.*\//, "", path); sub(/\.f90$/, "", path); return path }
 

@@ -26,7 +26,7 @@ def arguments(text):
 
 def sources():
     """Text of the sources, continuation lines joined."""
-    paths = glob.glob(os.path.join(TOP, 'src', '*', '*.f90'))
+    paths = glob.glob(os.path.join(TOP, 'src', '*', '**', '*.f90'), recursive=True)
     for path in sorted(paths):
         with open(path, encoding='ascii') as stream:
             yield re.sub(r'&\n\s*', '', stream.read())

@@ -1,10 +1,11 @@
 # Lists every module with the first sentence of its comment, one Markdown table a folder:
-#   awk -f doc/modules.awk src/*/*.f90
+#   awk -f doc/modules.awk src/*/*.f90 src/*/*/*.f90
 FNR == 1 {
   n = split(FILENAME, part, "/")
   name = part[n]; sub(/\.f90$/, "", name)
-  if (part[n - 1] != folder) {
-    folder = part[n - 1]
+  here = FILENAME; sub(/^src\//, "", here); sub(/\/[^\/]*$/, "", here)
+  if (here != folder) {
+    folder = here
     printf "\n### %s\n\n| module | what it is for |\n|---|---|\n", folder
   }
   text = ""; open = 1

@@ -1,5 +1,6 @@
 !> Rows of the keyword table: solution commands.
 module batch_keywords
+  use linear_solver, only: solver_words, solver_list
   use keyword_types, only: keyword_table_t, table_batch, add_command, explain
   implicit none
   private
@@ -11,6 +12,7 @@ contains
   subroutine add_solution_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
     character(*), parameter :: iteration = '| LINE [1:solve] [r:v] | - [1:solve]'
+    integer :: k
 
     call add_command(t, table_batch, 'DT', '- q:v', 'time increment')
     call explain(t, 'Example: DT,,0.1')
@@ -37,15 +39,15 @@ contains
     call explain(t, 'Whether the tangent is unsymmetric is found out. In a deck with SOLV, TANG')
     call explain(t, 'without the 1 leaves the iteration to it. Example: TANG,,1')
     call add_command(t, table_batch, 'UTAN', iteration, 'the same as TANG')
-    call add_command(t, table_batch, 'SOLVer', '| LINE [r:v] | AUTO | UMFPack | CHOLmod '// &
-                     '| PETSc | REDUced', 'one iteration; or the linear solver')
+    call add_command(t, table_batch, 'SOLVer', '| LINE [r:v] | '//solver_list(' | ', ' | '), &
+                     'one iteration; or the linear solver')
     call explain(t, 'SOLV, SOLV,LINE: one Newton iteration with line search, with the tangent at')
     call explain(t, 'the present state, behind TANG and FORM. With a word: the linear solver.')
-    call explain(t, 'AUTO (the default) chooses by what the scene needs and says which. UMFPack')
-    call explain(t, 'factorises unsymmetric matrices, CHOLmod symmetric ones (no slip with')
-    call explain(t, 'friction), REDUced works on the contact forces, PETSc iterates (mfec-petsc')
-    call explain(t, 'alone has it). What cannot hold falls back and says so in the log. --solver')
-    call explain(t, 'on the command line comes first.')
+    do k = lbound(solver_words, 1), ubound(solver_words, 1)
+      call explain(t, '  '//solver_words(k)%word//'  '//trim(solver_words(k)%use))
+    end do
+    call explain(t, 'What cannot hold falls back and says so in the log. --solver on the command')
+    call explain(t, 'line comes first.')
     call add_command(t, table_batch, 'FORM', '| -', 'forms the residual and tells its norm')
     call explain(t, 'Example:')
     call explain(t, '  LOOP,,20')

@@ -1,5 +1,6 @@
 !> The text of --help and --help KEYWORD, from the keyword table.
 module keyword_help
+  use linear_solver, only: solver_list
   use deck_types, only: item_t, item_word
   use signatures, only: syntax_text, signature_t
   use hints, only: word_list_t, did_you_mean
@@ -76,7 +77,7 @@ contains
       '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
       '  --out DIR          writes the results to DIR'//nl// &
       '  --check            reads, meshes and reports without solving; writes deck.check.*'//nl// &
-      '  --solver S         AUTO, UMFPack, CHOLmod, PETSc or REDUced; goes before SOLVer'//nl// &
+      '  --solver S         '//solver_list(', ', ' or ')//'; goes before SOLVer'//nl// &
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart run.h5   goes on from the last state in a results file'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &

@@ -1,5 +1,6 @@
 !> Rows of the keyword table: mesh, supports, loads and what organises a deck.
 module mesh_keywords
+  use body_fields, only: field_words
   use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, explain
   implicit none
   private
@@ -164,7 +165,7 @@ contains
     call explain(t, 'Example: SURFace floor PLANe 0 0 0  0 0 1')
     call add_command(t, table_mesh, 'OUTPut', '', 'what is written')
     call add_word(t, 'REACtions', 'w:set...', 'sets of the reaction table, in its order')
-    call add_word(t, 'FIELds', 'NONE | c:displacement,reaction,stress,strain,contact,lay...', &
+    call add_word(t, 'FIELds', 'NONE | c:'//field_words()//'...', &
                   'fields of the result file')
     call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
     call add_word(t, 'STATe', 'ALL | LAST | NONE', 'states kept for a restart')

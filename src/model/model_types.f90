@@ -1,6 +1,7 @@
 !> What a problem is: materials, conditions, loads, contact pairs, and what is to be written.
 module model_types
   use kinds, only: wp
+  use body_fields, only: fields_of_bodies, n_body_fields
   use deck_types, only: location_t
   use text, only: string_t
   use mesh_types, only: mesh_t
@@ -107,12 +108,8 @@ module model_types
   !> What the OUTPut data set asks for.
   type :: output_request_t
     type(string_t), allocatable :: reactions(:) !! names of sets, in the order of the rows
-    logical :: displacement = .true. !! write the field
-    logical :: reaction = .true. !! write the field
-    logical :: stress = .true. !! write the field
-    logical :: strain = .false. !! write the field
+    logical :: field(n_body_fields) = fields_of_bodies%given !! write these fields of the bodies
     logical :: contact = .true. !! write the contact points
-    logical :: lay = .false. !! write the lay of the master surfaces
     logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts

@@ -3,6 +3,7 @@ module output_reader
   use text, only: string_t, to_text
   use hints, only: word_list_t, add_candidate, did_you_mean
   use deck_types, only: deck_t, record_t
+  use body_fields, only: fields_of_bodies, n_body_fields
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use tied_nodes, only: kept_node
@@ -109,27 +110,19 @@ contains
     call move_alloc(longer, output%reactions)
   end subroutine add_reactions
 
-  !> FIELds displacement reaction stress strain contact lay, or NONE: only what is named is written.
+  !> FIELds word word ..., or NONE: only what is named is written.
   pure subroutine read_fields(record, output)
     type(record_t), intent(in) :: record !! the record
     type(output_request_t), intent(inout) :: output !! receives the choice
-    integer :: i
+    integer :: i, k
 
-    output%displacement = .false.
-    output%reaction = .false.
-    output%stress = .false.
-    output%strain = .false.
+    output%field = .false.
     output%contact = .false.
-    output%lay = .false.
     do i = 2, item_count(record)
-      associate (item => record%items(i))
-        if (is_word(item, 'displacement')) output%displacement = .true.
-        if (is_word(item, 'reaction')) output%reaction = .true.
-        if (is_word(item, 'stress')) output%stress = .true.
-        if (is_word(item, 'strain')) output%strain = .true.
-        if (is_word(item, 'contact')) output%contact = .true.
-        if (is_word(item, 'lay')) output%lay = .true.
-      end associate
+      if (is_word(record%items(i), 'contact')) output%contact = .true.
+      do k = 1, n_body_fields
+        if (is_word(record%items(i), trim(fields_of_bodies(k)%word))) output%field(k) = .true.
+      end do
     end do
   end subroutine read_fields
 

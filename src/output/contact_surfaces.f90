@@ -8,7 +8,7 @@ module contact_surfaces
   use contact_types, only: pair_t, status_off, form_quadrature_to_surface
   use contact_points, only: corner_weights, count_points
   use surface_lay, only: add_surface_lay
-  use result_types, only: point_fields_t
+  use point_fields, only: point_fields_t
   implicit none
   private
   public :: contact_surface_t, find_slave_surface, find_master_surface, find_slave_fields, &

@@ -4,7 +4,7 @@ module point_rows
   use kinds, only: wp
   use contact_types, only: pair_t, form_quadrature_to_surface
   use contact_points, only: count_points
-  use result_types, only: point_fields_t
+  use point_fields, only: point_fields_t
   use contact_surfaces, only: contact_surface_t, find_slave_fields, n_columns, at_pressure, &
     at_shear, at_gap, at_status, at_slip
   implicit none

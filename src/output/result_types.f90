@@ -2,10 +2,11 @@
 module result_types
   use kinds, only: wp
   use contact_types, only: contact_point_t, cell_t
+  use body_fields, only: n_body_fields
+  use point_fields, only: point_fields_t
   implicit none
   private
-  public :: origin_t, end_row_t, contact_row_t, point_fields_t, frame_t, pair_history_t, &
-    saved_state_t
+  public :: origin_t, end_row_t, contact_row_t, frame_t, pair_history_t, saved_state_t
 
   !> What made the files of a run.
   type :: origin_t
@@ -41,34 +42,14 @@ module result_types
     !! there are such bodies
   end type end_row_t
 
-  !> The contact points of one pair at one time.
-  type :: point_fields_t
-    integer, allocatable :: host(:) !! (points) facet of the pair that holds the tip, 0 for none
-    integer, allocatable :: status(:) !! (points) one of the status constants
-    real(wp), allocatable :: traction(:, :) !! (3, points) contact force on the slave [force]
-    real(wp), allocatable :: gap(:) !! (points) normal gap g_N [length]
-    real(wp), allocatable :: tip(:, :) !! (2, points) (xi, eta) of the tip in the host facet
-    real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
-    real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
-    real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
-    real(wp), allocatable :: path(:) !! (points) way slipped since the touch, if a law asks [length]
-    real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
-    real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
-    real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master
-    real(wp), allocatable :: slip(:, :) !! (3, points) displacement against the master [length]
-    real(wp), allocatable :: area(:) !! (points) reference area, 1 for nodes
-    integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
-    integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
-    real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
-  end type point_fields_t
+  !> Values of one field of the bodies.
+  type :: body_values_t
+    real(wp), allocatable :: values(:, :) !! (components, nodes or elements)
+  end type body_values_t
 
   !> The fields of one end time; what is not allocated is not written.
   type :: frame_t
-    real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
-    real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
-    real(wp), allocatable :: lay(:, :) !! (3, nodes) axis of mu1 on master surfaces, else 0
-    real(wp), allocatable :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
-    real(wp), allocatable :: strain(:, :) !! (6, elements) xx yy zz xy yz zx, xy = half of gamma
+    type(body_values_t) :: body(n_body_fields) !! of the bodies, as fields_of_bodies lists them
     real(wp), allocatable :: motion(:, :) !! (3, nodes) displacement, for the contact surfaces
     type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair
   end type frame_t

@@ -143,14 +143,13 @@ contains
   end subroutine append_results
 
   !> Writes the bodies at one time without an end time of a run, to be looked at.
-  subroutine append_picture(results, model, time, frame, error)
+  subroutine append_picture(results, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
-    type(model_t), intent(in) :: model !! the problem
     real(wp), intent(in) :: time !! time [time]
     type(frame_t), intent(in) :: frame !! fields; those that are wanted are allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, time, frame, error)
     if (allocated(error)) return
     call end_vtk_frame(results%vtk, results%file, error)
   end subroutine append_picture
@@ -164,7 +163,7 @@ contains
     type(frame_t), intent(in) :: frame !! the fields
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call append_vtk_frame(results%vtk, results%file, model%mesh, time, frame, error)
+    call append_vtk_frame(results%vtk, results%file, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame

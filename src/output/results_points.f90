@@ -1,48 +1,21 @@
 !> The contact points of a results file: /contact, a group for each pair.
 module results_points
-  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use friction_laws, only: keeps_path, slip_path
+  use friction_laws, only: keeps_path
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_types, only: point_fields_t
-  use result_fields, only: field_t, create_field, over_points
+  use result_fields, only: field_t, create_field
+  use point_fields, only: point_fields_t, contact_fields, part_path, address_of
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   implicit none
   private
-  public :: contact_fields, address_of, create_contact_part, append_contact
-
-  !> When a field is there.
-  integer, parameter :: part_always = 0 !! always
-  integer, parameter :: part_path = 1 !! with `DECAy`
-
-  !> What is written of each point at each end time.
-  type(field_t), parameter :: contact_fields(*) = [ &
-    field_t('host', stored_integer, 1, over_points, '1', &
-    'master facet that holds the tip, from 1, 0 for none', part_always), &
-    field_t('status', stored_integer, 1, over_points, '1', '-1 off, 0 open, 1 stick, 2 slip', &
-    part_always), &
-    field_t('traction', stored_real, 3, over_points, 'force', &
-    'contact traction times tributary area: the force on the slave point', part_always), &
-    field_t('gap', stored_real, 1, over_points, 'length', 'normal gap g_N, negative in contact', &
-    part_always), &
-    field_t('tip', stored_real, 2, over_points, '1', &
-    '(xi, eta) of the tip of the friction cone in its facet', part_always), &
-    field_t('lay', stored_real, 3, over_points, '1', &
-    'unit principal axis of mu1 in the current facet', part_always), &
-    field_t('lay_traction', stored_real, 3, over_points, 'force', &
-    'traction along the axis of mu1, across it, and along the outward normal', part_always), &
-    field_t('elastic_slip', stored_real, 1, over_points, 'length', &
-    'length of the tangential part of the gap vector', part_always), &
-    field_t('dissipation', stored_real, 1, over_points, 'force length', &
-    'work that friction has taken up to now', part_always), &
-    field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
-    part_path)]
+  public :: create_contact_part, append_contact
 
 contains
 
@@ -185,35 +158,4 @@ contains
       end if
     end associate
   end subroutine append_field
-
-  !> Where the numbers of a field are: one run of them; null if they are not there.
-  function address_of(points, name) result(address)
-    type(point_fields_t), pointer, intent(in) :: points !! the points of a pair
-    character(*), intent(in) :: name !! the field
-    type(c_ptr) :: address
-
-    address = c_null_ptr
-    select case (name)
-    case ('host')
-      address = c_loc(points%host)
-    case ('status')
-      address = c_loc(points%status)
-    case ('traction')
-      address = c_loc(points%traction)
-    case ('gap')
-      address = c_loc(points%gap)
-    case ('tip')
-      address = c_loc(points%tip)
-    case ('lay')
-      address = c_loc(points%lay)
-    case ('lay_traction')
-      address = c_loc(points%lay_traction)
-    case ('elastic_slip')
-      address = c_loc(points%elastic_slip)
-    case ('dissipation')
-      address = c_loc(points%dissipation)
-    case (slip_path%name)
-      if (allocated(points%path)) address = c_loc(points%path)
-    end select
-  end function address_of
 end module results_points

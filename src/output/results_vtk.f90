@@ -5,12 +5,12 @@ module results_vtk
   use errors, only: error_t
   use cells, only: most_nodes, shape_t, shape_of
   use mesh_types, only: mesh_t
+  use body_fields, only: body_field_t, fields_of_bodies, n_body_fields
   use model_types, only: output_request_t
   use result_types, only: frame_t
   use hdf5_io, only: hdf5_file_t
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
     write_field, end_frame, on_points, on_cells
-  use nodal_stress, only: average_stress, von_mises
   implicit none
   private
   public :: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
@@ -20,11 +20,7 @@ module results_vtk
     type(vtk_grid_t) :: grid !! the grid
     integer, allocatable :: nodes(:) !! deck numbers of the points
     integer, allocatable :: elements(:) !! deck numbers of the cells
-    logical :: strain = .false. !! strain is among the fields
-    logical :: lay = .false. !! lay is among the fields
-    logical :: displacement = .true. !! displacement is among the fields
-    logical :: reaction = .true. !! reaction is among the fields
-    logical :: stress = .true. !! stress is among the fields
+    logical :: field(n_body_fields) = .false. !! these are among the fields
   end type vtk_part_t
 
 contains
@@ -40,11 +36,7 @@ contains
 
     part%nodes = pack([(i, i=1, mesh%nodes)], mesh%defined(:mesh%nodes))
     part%elements = pack([(i, i=1, mesh%elements)], mesh%ix(1, :mesh%elements) > 0)
-    part%displacement = request%displacement
-    part%reaction = request%reaction
-    part%stress = request%stress
-    part%strain = request%strain
-    part%lay = request%lay
+    part%field = request%field
     call write_geometry(part, file, mesh, error)
     if (allocated(error)) return
     call write_numbers(part, file, mesh, error)
@@ -132,95 +124,55 @@ contains
     type(vtk_part_t), intent(in) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: k
 
-    if (part%displacement) call add_field(part%grid, file, on_points, 'displacement', 3, &
-      'length', 'displacement', error)
-    if (allocated(error)) return
-    if (part%reaction) call add_field(part%grid, file, on_points, 'reaction', 3, 'force', &
-      'force that the support exerts on the structure', error)
-    if (allocated(error)) return
-    if (part%lay) call add_field(part%grid, file, on_points, 'lay', 3, '1', &
-      'unit axis of mu1 on master surfaces, zero elsewhere', error)
-    if (allocated(error)) return
-    if (part%stress) call make_stresses(part, file, error)
-    if (allocated(error)) return
-    if (part%strain) call add_field(part%grid, file, on_cells, 'strain', 6, '1', &
-      'strain xx yy zz xy yz zx; xy is half of the shear angle', error)
+    do k = 1, n_body_fields
+      if (.not. part%field(k)) cycle
+      associate (field => fields_of_bodies(k))
+        call add_field(part%grid, file, group_of(field), trim(field%name), field%components, &
+          trim(field%unit), trim(field%description), error)
+      end associate
+      if (allocated(error)) return
+    end do
   end subroutine make_fields
 
-  !> Makes the stresses of cells and points.
-  subroutine make_stresses(part, file, error)
-    type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(*), parameter :: unit = 'force/length^2'
+  !> Where a field stands.
+  pure function group_of(field) result(group)
+    type(body_field_t), intent(in) :: field !! the field
+    character(:), allocatable :: group
 
-    call add_field(part%grid, file, on_cells, 'stress', 6, unit, &
-      'Cauchy stress xx yy zz xy yz zx', error)
-    if (allocated(error)) return
-    call add_field(part%grid, file, on_cells, 'von_mises', 1, unit, &
-      'von Mises stress of the cell', error)
-    if (allocated(error)) return
-    call add_field(part%grid, file, on_points, 'nodal_stress', 6, unit, &
-      'mean stress of the cells around a node, weighted by volume', error)
-    if (allocated(error)) return
-    call add_field(part%grid, file, on_points, 'nodal_von_mises', 1, unit, &
-      'von Mises stress of nodal_stress', error)
-  end subroutine make_stresses
+    group = on_cells
+    if (field%at_nodes) group = on_points
+  end function group_of
 
   !> Writes the fields of one end time; it counts only after end_vtk_frame.
-  subroutine append_vtk_frame(part, file, mesh, time, frame, error)
+  subroutine append_vtk_frame(part, file, time, frame, error)
     type(vtk_part_t), intent(in) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(mesh_t), intent(in) :: mesh !! the mesh
     real(wp), intent(in) :: time !! its time [time]
     type(frame_t), intent(in) :: frame !! the fields; those that are wanted are allocated
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: k
 
     call begin_frame(part%grid, file, time, error)
-    if (allocated(error)) return
-    if (part%displacement) call append_field(part%grid, file, on_points, 'displacement', &
-      part%nodes, frame%displacement, error)
-    if (allocated(error)) return
-    if (part%reaction) call append_field(part%grid, file, on_points, 'reaction', part%nodes, &
-      frame%reaction, error)
-    if (allocated(error)) return
-    if (part%lay) call append_field(part%grid, file, on_points, 'lay', part%nodes, frame%lay, &
-      error)
-    if (allocated(error)) return
-    if (part%stress) call append_stresses(part, file, mesh, frame%stress, error)
-    if (allocated(error)) return
-    if (part%strain) call append_field(part%grid, file, on_cells, 'strain', part%elements, &
-      frame%strain, error)
+    do k = 1, n_body_fields
+      if (allocated(error)) return
+      if (.not. part%field(k)) cycle
+      associate (field => fields_of_bodies(k))
+        if (field%at_nodes) then
+          call append_field(part%grid, file, field, part%nodes, frame%body(k)%values, error)
+        else
+          call append_field(part%grid, file, field, part%elements, frame%body(k)%values, error)
+        end if
+      end associate
+    end do
   end subroutine append_vtk_frame
 
-  !> Writes the stresses of one end time.
-  subroutine append_stresses(part, file, mesh, stress, error)
-    type(vtk_part_t), intent(in) :: part !! what stands in the file
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    real(wp), intent(in) :: stress(:, :) !! (6, elements) stresses [force/length^2]
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    real(wp), allocatable :: nodal(:, :)
-
-    call append_field(part%grid, file, on_cells, 'stress', part%elements, stress, error)
-    if (allocated(error)) return
-    call append_field(part%grid, file, on_cells, 'von_mises', part%elements, von_mises(stress), &
-      error)
-    if (allocated(error)) return
-    call average_stress(mesh, stress, nodal)
-    call append_field(part%grid, file, on_points, 'nodal_stress', part%nodes, nodal, error)
-    if (allocated(error)) return
-    call append_field(part%grid, file, on_points, 'nodal_von_mises', part%nodes, &
-      von_mises(nodal), error)
-  end subroutine append_stresses
-
   !> Writes one field of one end time.
-  subroutine append_field(grid, file, group, name, list, values, error)
+  subroutine append_field(grid, file, field, list, values, error)
     type(vtk_grid_t), intent(in) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: group !! on_points or on_cells
-    character(*), intent(in) :: name !! name of the field
+    type(body_field_t), intent(in) :: field !! the field
     integer, intent(in) :: list(:) !! nodes or elements that are written
     real(wp), intent(in) :: values(:, :) !! (components, all nodes or elements) the field
     type(error_t), allocatable, intent(out) :: error !! file trouble
@@ -228,7 +180,7 @@ contains
 
     allocate (listed(size(values, 1), size(list)))
     listed(:, :) = values(:, list)
-    call write_field(grid, file, group, name, listed, error)
+    call write_field(grid, file, group_of(field), trim(field%name), listed, error)
   end subroutine append_field
 
   !> Makes the end time count, when all of it is on disk.

@@ -37,7 +37,7 @@ contains
     if (allocated(error)) return
     call create_results(results, base//'.check.h5', model, 0, origin, error)
     if (allocated(error)) return
-    call append_picture(results, model, 0.0_wp, frame, error)
+    call append_picture(results, 0.0_wp, frame, error)
     if (allocated(error)) return
     call close_results(results, costs, error)
     if (allocated(error) .or. size(model%pairs) == 0) return
@@ -53,12 +53,8 @@ contains
     type(model_t), intent(inout) :: model !! its output request is changed
 
     associate (output => model%output)
-      output%displacement = .false.
-      output%reaction = .false.
-      output%stress = .false.
-      output%strain = .false.
+      output%field = .false.
       output%contact = .false.
-      output%lay = .false.
       output%state = state_none
       deallocate (output%reactions)
       allocate (output%reactions(0))

@@ -3,7 +3,7 @@ module command_line
   use text, only: edit_distance
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
-  use linear_solver, only: solver_of, solver_unknown, refusal
+  use linear_solver, only: solver_of, solver_list, solver_unknown, refusal
   use run_log, only: log_normal, log_level
   implicit none
   private
@@ -200,7 +200,7 @@ contains
     solver = solver_of(value)
     if (solver == solver_unknown) call raise(error, exit_deck, &
       'command line: error: unknown solver '//value//new_line('a')// &
-      '  use --solver AUTO, UMFPACK, CHOLMOD, PETSC or REDUCED')
+      '  use --solver '//solver_list(', ', ' or '))
     if (allocated(error)) return
     obstacle = refusal(solver)
     if (len(obstacle) > 0) call raise(error, exit_deck, 'command line: error: --solver '//value// &

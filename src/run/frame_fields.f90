@@ -14,7 +14,10 @@ module frame_fields
   use master_facets, only: field_on_facet
   use solid_types, only: state_stress, state_strain
   use system_types, only: system_t, state_t
-  use result_types, only: frame_t, point_fields_t
+  use body_fields, only: fields_of_bodies, n_body_fields
+  use nodal_stress, only: average_stress, von_mises
+  use result_types, only: frame_t
+  use point_fields, only: point_fields_t
   implicit none
   private
   public :: fill_frame, fill_points, fill_first_frame
@@ -31,11 +34,10 @@ contains
     type(frame_t), intent(out) :: frame !! the fields
     integer :: k
 
-    if (model%output%displacement) frame%displacement = state%u
-    if (model%output%reaction) frame%reaction = state%reaction
-    if (model%output%stress) frame%stress = bulk_state(state_stress, :)
-    if (model%output%strain) frame%strain = bulk_state(state_strain, :)
-    if (model%output%lay) call fill_lay(model, state, frame%lay)
+    do k = 1, n_body_fields
+      if (model%output%field(k)) call fill_field(fields_of_bodies(k)%name, model, state, &
+        bulk_state, frame%body(k)%values)
+    end do
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
     if (size(model%pairs) > 0) frame%motion = state%u
@@ -45,6 +47,36 @@ contains
           frame%pairs(k))
     end do
   end subroutine fill_frame
+
+  !> One field of the bodies.
+  subroutine fill_field(name, model, state, bulk_state, values)
+    character(*), intent(in) :: name !! its name in fields_of_bodies
+    type(model_t), intent(in) :: model !! the problem
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_solid_state, elements)
+    real(wp), allocatable, intent(out) :: values(:, :) !! (components, nodes or elements)
+    real(wp), allocatable :: nodal(:, :)
+
+    select case (name)
+    case ('displacement')
+      values = state%u
+    case ('reaction')
+      values = state%reaction
+    case ('stress')
+      values = bulk_state(state_stress, :)
+    case ('von_mises')
+      values = von_mises(bulk_state(state_stress, :))
+    case ('nodal_stress')
+      call average_stress(model%mesh, bulk_state(state_stress, :), values)
+    case ('nodal_von_mises')
+      call average_stress(model%mesh, bulk_state(state_stress, :), nodal)
+      values = von_mises(nodal)
+    case ('strain')
+      values = bulk_state(state_strain, :)
+    case ('lay')
+      call fill_lay(model, state, values)
+    end select
+  end subroutine fill_field
 
   !> The contact points of one pair.
   subroutine fill_points(pair, x, u, point_state, points)

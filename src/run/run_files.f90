@@ -26,8 +26,9 @@ module run_files
     close_contact_file
   use ranks, only: this_rank
   use rigid_paths, only: count_rigid
-  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
-    point_fields_t
+  use body_fields, only: fields_of_bodies
+  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
+  use point_fields, only: point_fields_t
   use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
   use text_files, only: make_folder
@@ -122,8 +123,8 @@ contains
     logical, intent(out) :: fields !! bulk_state is that of this end time
 
     call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
-    fields = fields_due(model%output, state%step) .and. (model%output%stress .or. &
-      model%output%strain)
+    fields = fields_due(model%output, state%step) .and. &
+      any(model%output%field .and. fields_of_bodies%of_elements)
     fields = fields .or. last
     if (fields) then
       if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_solid_state, &
@@ -211,10 +212,7 @@ contains
       return
     end if
     call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
-    associate (wanted => model%output)
-      call count_cost(system%costs, cost_fields, count([wanted%displacement, wanted%reaction, &
-        wanted%stress, wanted%strain, wanted%contact]))
-    end associate
+    call count_cost(system%costs, cost_fields, count([model%output%field, model%output%contact]))
     if (model%output%state == state_none) then
       call append_results(files%results, model, row, audit, frame, error=error)
     else

@@ -19,7 +19,8 @@ module contact_system
   use smooth_normals, only: project_on_master, renew_patches, patch_change
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
-  use block_matrix, only: build_graph, graph_holds, locate_elements, find_block
+  use block_matrix, only: find_block
+  use block_graph, only: build_graph, graph_holds, locate_elements
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
   use condensed_system, only: couple_condensed

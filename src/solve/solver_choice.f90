@@ -8,8 +8,8 @@ module solver_choice
   use friction_return, only: has_friction
   use monitors, only: monitor_t
   use ranks, only: count_ranks
-  use linear_solver, only: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
-    solver_petsc, solver_reduced
+  use linear_solver, only: solver_words, solver_unknown, solver_auto, solver_cholmod, &
+    solver_petsc, solver_reduced, take_choice
   use condensed_bodies, only: free_condensed
   use condensed_system, only: start_condensed
   use system_types, only: system_t
@@ -75,8 +75,7 @@ contains
     else if (system%whole%choice /= solver_reduced .and. condensed) then
       call free_condensed(system)
     end if
-    system%whole%solver%symmetric_allowed = system%whole%choice /= solver_umfpack
-    system%whole%solver%by_nodes = system%whole%choice == solver_petsc
+    call take_choice(system%whole%solver, system%whole%choice)
     call monitor%event(reason)
   end subroutine choose_solver
 
@@ -137,7 +136,7 @@ contains
       if (len(obstacle) > 0) choice = solver_cholmod
       if (len(obstacle) > 0) reason = 'REDUced cannot be had, '//obstacle//'; instead '
     case default
-      ! UMFPACK, CHOLMOD and PETSc take every scene.
+      ! The back ends take every scene.
     end select
     reason = 'solver: '//reason//way_of(scene, choice)//' ('
     if (asked == solver_auto) then
@@ -169,18 +168,14 @@ contains
     integer, intent(in) :: choice !! one of the solvers
     character(:), allocatable :: way
 
+    way = trim(solver_words(choice)%way)
     select case (choice)
-    case (solver_umfpack)
-      way = 'UMFPACK, an unsymmetric factor'
     case (solver_petsc)
-      way = 'PETSc, GMRES on multigrid of the bulk and a factor of what contact holds'
       if (.not. scene%contact) way = 'PETSc, conjugate gradients on multigrid'
       if (scene%ranks > 1) way = way//', on '//to_text(scene%ranks)//' ranks'
     case (solver_reduced)
-      way = 'REDUced, one symmetric factor a body and dense systems of the contact forces'
       if (.not. scene%linear_bulk) way = way//', with GMRES on the true tangent'
-    case default
-      way = 'CHOLMOD, a symmetric factor'
+    case (solver_cholmod)
       if (scene%friction) way = way//', and UMFPACK where friction slips'
     end select
   end function way_of

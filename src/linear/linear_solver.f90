@@ -10,30 +10,29 @@ module linear_solver
   use costs, only: cost_t
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: block_matrix_t
-  use back_ends, only: back_end_t, nodal_back_end_t, nodes_t, solver_done, solver_out_of_memory, &
-    solver_not_definite, solver_singular, solver_failed
-  use engines, only: has_engine, start_engine
+  use back_ends, only: back_end_t, nodal_back_end_t, nodes_t, solver_words_t, solver_done, &
+    solver_out_of_memory, solver_not_definite, solver_singular, solver_failed
+  use engines, only: back_end_words, solver_umfpack, solver_cholmod, solver_petsc, has_engine, &
+    start_engine, engine_name
   use ranks, only: count_ranks
   use parallel, only: any_rank
   implicit none
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
-    free_solver, solver_of, describe_matrix, refusal
-  public :: solver_unknown, solver_auto, solver_umfpack, solver_cholmod, solver_petsc, &
-    solver_reduced
+    free_solver, solver_of, solver_list, take_choice, describe_matrix, refusal
+  public :: solver_words, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
+    solver_petsc, solver_reduced
 
-  !> What SOLVer and --solver ask for; the first ones are back ends for the whole matrix.
+  !> What SOLVer and --solver ask for: the back ends for the whole matrix, in their list's order,
+  !! and what stands before and behind them.
+  integer, parameter :: n_back_ends = size(back_end_words)
   integer, parameter :: solver_unknown = -1
   integer, parameter :: solver_auto = 0
-  integer, parameter :: solver_umfpack = 1
-  integer, parameter :: solver_cholmod = 2
-  integer, parameter :: solver_petsc = 3
-  integer, parameter :: solver_reduced = 4
-  integer, parameter :: n_back_ends = 3
-  !> Their words, of which four letters count, and the names of the back ends.
-  character(7), parameter :: words(0:4) = [character(7) :: 'auto', 'umfpack', 'cholmod', &
-    'petsc', 'reduced']
-  character(7), parameter :: names(n_back_ends) = [character(7) :: 'UMFPACK', 'CHOLMOD', 'PETSC']
+  integer, parameter :: solver_reduced = n_back_ends + 1
+  type(solver_words_t), parameter :: solver_words(0:solver_reduced) = [ &
+    solver_words_t('AUTO', 'what the scene needs (the default); the log says which', ''), &
+    back_end_words, solver_words_t('REDUced', 'works on the contact forces', &
+    'REDUced, one symmetric factor a body and dense systems of the contact forces')]
 
   !> From this size on a factor is worth several threads of the BLAS [byte].
   real(wp), parameter :: large_factor = 5.0e7_wp
@@ -46,8 +45,9 @@ module linear_solver
   !> The back ends; each keeps its analysis while the pattern holds, one of them has the factor.
   type :: linear_solver_t
     type(engine_t) :: engine(n_back_ends) !! allocated where one has been needed
-    logical :: symmetric_allowed = .true. !! CHOLMOD takes symmetric matrices
-    logical :: by_nodes = .false. !! PETSc takes all matrices, by describe_matrix
+    integer :: alone = solver_unknown !! back end for all matrices; unknown: CHOLMOD for symmetric
+    !! ones, UMFPACK for the others
+    logical :: by_nodes = .false. !! it takes them by describe_matrix
     real(wp) :: accuracy = 1.0e-10_wp !! residual over right-hand side that the next solve may
     !! leave, where it iterates
     integer :: holds = solver_unknown !! back end with the factor, unknown if there is none
@@ -58,6 +58,16 @@ module linear_solver
   end type linear_solver_t
 
 contains
+
+  !> From now on a choice of the user's or of the program's is followed.
+  pure subroutine take_choice(solver, choice)
+    type(linear_solver_t), intent(inout) :: solver !! gets alone, by_nodes
+    integer, intent(in) :: choice !! one of the solvers, never AUTO
+
+    solver%alone = choice
+    if (choice == solver_cholmod .or. choice > n_back_ends) solver%alone = solver_unknown
+    solver%by_nodes = choice == solver_petsc
+  end subroutine take_choice
 
   !> Factorises, unless the values are those of the factor at hand. A symmetric matrix that is not
   !! positive definite goes to UMFPACK.
@@ -72,11 +82,11 @@ contains
     if (.not. a%changed .and. solver%holds /= solver_unknown) return
     a%changed = .false.
     solver%indefinite = .false.
-    if (solver%by_nodes) then
-      call factorise_with(solver, solver_petsc, a, costs, outcome)
+    if (solver%alone /= solver_unknown) then
+      call factorise_with(solver, solver%alone, a, costs, outcome)
       return
     end if
-    if (symmetric .and. solver%symmetric_allowed) then
+    if (symmetric) then
       call factorise_with(solver, solver_cholmod, a, costs, outcome)
       if (outcome /= solver_not_definite) return
       solver%indefinite = .true.
@@ -97,8 +107,8 @@ contains
       if (k /= choice .and. allocated(solver%engine(k)%is)) call solver%engine(k)%is%drop_factor()
     end do
     solver%holds = solver_unknown
-    if (.not. allocated(solver%engine(choice)%is)) call start_engine(names(choice), &
-      solver%engine(choice)%is)
+    if (.not. allocated(solver%engine(choice)%is)) &
+      call start_engine(choice, solver%engine(choice)%is)
     outcome = solver_done
     associate (engine => solver%engine(choice)%is)
       if (.not. engine%is_analysed()) then
@@ -117,7 +127,7 @@ contains
     if (outcome == solver_done) solver%holds = choice
   end subroutine factorise_with
 
-  !> Hands PETSc the matrix that the next factorise_matrix is about.
+  !> Hands a back end by nodes the matrix that the next factorise_matrix is about.
   subroutine describe_matrix(solver, matrix, bulk, equation, nodes, costs)
     type(linear_solver_t), intent(inout) :: solver !! handles; takes matrices by nodes
     type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
@@ -126,9 +136,9 @@ contains
     type(nodes_t), intent(in) :: nodes !! what is known of the nodes
     type(cost_t), intent(inout) :: costs !! cost table
 
-    if (.not. allocated(solver%engine(solver_petsc)%is)) call start_engine(names(solver_petsc), &
-      solver%engine(solver_petsc)%is)
-    select type (engine => solver%engine(solver_petsc)%is)
+    if (.not. allocated(solver%engine(solver%alone)%is)) &
+      call start_engine(solver%alone, solver%engine(solver%alone)%is)
+    select type (engine => solver%engine(solver%alone)%is)
     class is (nodal_back_end_t)
       call engine%describe(matrix, bulk, equation, nodes, costs)
     end select
@@ -140,7 +150,7 @@ contains
     character(:), allocatable :: text
 
     text = ''
-    if (solver == solver_petsc .and. .not. has_engine(names(solver_petsc))) then
+    if (solver == solver_petsc .and. .not. has_engine(solver_petsc)) then
       text = 'this program has no PETSc'//new_line('a')// &
         '  build ./mfec-petsc by make PETSC=1 and run that, or leave the choice to AUTO'
     else if (count_ranks() > 1 .and. solver > solver_auto .and. solver /= solver_petsc) then
@@ -207,21 +217,37 @@ contains
     character(:), allocatable :: name
 
     name = 'none'
-    if (solver%holds /= solver_unknown) name = names(solver%holds)
+    if (solver%holds /= solver_unknown) name = engine_name(solver%holds)
   end function solver_name
 
   !> The solver that a word of SOLVer or --solver means; four letters count.
   pure integer function solver_of(word) result(solver)
-    character(*), intent(in) :: word !! AUTO, UMFPack, CHOLmod, PETSc, REDUced
-    character(4) :: short
+    character(*), intent(in) :: word !! what a deck or a user has written
+    character(4) :: short, key
     integer :: k
 
     short = lower(word)
     solver = solver_unknown
-    do k = lbound(words, 1), ubound(words, 1)
-      if (short == words(k) (:4)) solver = k
+    do k = lbound(solver_words, 1), ubound(solver_words, 1)
+      key = lower(solver_words(k)%word)
+      if (short == key) solver = k
     end do
   end function solver_of
+
+  !> The words of all solvers.
+  pure function solver_list(separator, last) result(text)
+    character(*), intent(in) :: separator !! between two of them
+    character(*), intent(in) :: last !! before the last one
+    character(:), allocatable :: text
+    integer :: k
+
+    text = 'AUTO'
+    do k = solver_auto + 1, solver_reduced
+      if (k < solver_reduced) text = text//separator
+      if (k == solver_reduced) text = text//last
+      text = text//trim(solver_words(k)%word)
+    end do
+  end function solver_list
 
   !> Releases everything.
   subroutine free_solver(solver)

@@ -7,7 +7,7 @@ module back_ends
   use csc_matrix, only: csc_matrix_t
   implicit none
   private
-  public :: back_end_t, nodal_back_end_t, nodes_t
+  public :: back_end_t, nodal_back_end_t, nodes_t, solver_words_t
   public :: solver_done, solver_singular, solver_out_of_memory, solver_failed, solver_not_definite
 
   !> Outcomes.
@@ -16,6 +16,13 @@ module back_ends
   integer, parameter :: solver_out_of_memory = 2
   integer, parameter :: solver_failed = 3
   integer, parameter :: solver_not_definite = 4 !! a symmetric factor does not exist
+
+  !> What decks, help and log say of a solver.
+  type :: solver_words_t
+    character(7) :: word = '' !! as SOLVer and --solver have it; four letters count
+    character(72) :: use = '' !! what it does, for the help
+    character(96) :: way = '' !! what it does, for the log
+  end type solver_words_t
 
   !> What a back end may want to know of the nodes.
   type :: nodes_t

@@ -9,7 +9,8 @@ module bulk_term
   use element_lists, only: allocate_bulk
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
-  use block_matrix, only: build_graph, locate_elements, multiply
+  use block_matrix, only: multiply
+  use block_graph, only: build_graph, locate_elements
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
   use nodal_dilatation, only: list_volumes, add_volume_forces, add_volume_tangent
   use follower_pressure, only: add_pressure_force, add_pressure_tangent

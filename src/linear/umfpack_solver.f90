@@ -4,12 +4,16 @@ module umfpack_solver
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_unsymmetric_factor, cost_solve
   use csc_matrix, only: csc_matrix_t
-  use back_ends, only: back_end_t, solver_done, solver_singular, solver_out_of_memory, solver_failed
+  use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
+    solver_out_of_memory, solver_failed
   use umfpack_interface, only: umfpack_dl_defaults, umfpack_dl_symbolic, umfpack_dl_numeric, &
     umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
   implicit none
   private
-  public :: umfpack_t
+  public :: umfpack_t, umfpack_words
+
+  type(solver_words_t), parameter :: umfpack_words = solver_words_t('UMFPack', &
+    'factorises unsymmetric matrices', 'UMFPACK, an unsymmetric factor')
 
   ! Places in Control, and their values: umfpack.h
   integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10

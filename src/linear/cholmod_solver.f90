@@ -8,8 +8,8 @@ module cholmod_solver
     cost_solve, cost_interior
   use lapack_interface, only: dgemv, dtrsv
   use csc_matrix, only: csc_matrix_t
-  use back_ends, only: back_end_t, solver_done, solver_singular, solver_out_of_memory, &
-    solver_failed, solver_not_definite
+  use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
+    solver_out_of_memory, solver_failed, solver_not_definite
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
     cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
     cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
@@ -17,7 +17,10 @@ module cholmod_solver
   implicit none
   private
   public :: cholmod_t, solve_symmetric, factor_order, trailing_block, reduce_right, &
-    complete_solution, drop_trailing_block, factor_work
+    complete_solution, drop_trailing_block, factor_work, cholmod_words
+
+  type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
+    'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
     ordering_metis = 3, &

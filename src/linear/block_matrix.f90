@@ -1,0 +1,98 @@
+!> A sparse matrix of 3 x 3 blocks on the graph of the nodes.
+!!
+!! Columns of blocks, rows ascending within a column; the graph is symmetric, the values need not
+!! be.
+module block_matrix
+  use kinds, only: wp
+  implicit none
+  private
+  public :: block_matrix_t, find_block, multiply, multiply_some, multiply_absolute
+
+  !> Blocks of one matrix.
+  type :: block_matrix_t
+    integer :: nodes = 0 !! number of nodes
+    integer, allocatable :: ptr(:) !! (nodes+1) first block of each column
+    integer, allocatable :: row(:) !! (blocks) node of the row
+    real(wp), allocatable :: val(:, :, :) !! (3, 3, blocks) values [force/length]
+  end type block_matrix_t
+
+contains
+
+  !> Place of block (row, column), 0 if the graph does not hold it.
+  pure integer function find_block(matrix, row, column) result(place)
+    type(block_matrix_t), intent(in) :: matrix !! the matrix
+    integer, intent(in) :: row !! node of the row
+    integer, intent(in) :: column !! node of the column
+    integer :: low, high, middle
+
+    place = 0
+    low = matrix%ptr(column)
+    high = matrix%ptr(column + 1) - 1
+    do while (low <= high)
+      middle = (low + high)/2
+      if (matrix%row(middle) == row) then
+        place = middle
+        return
+      else if (matrix%row(middle) < row) then
+        low = middle + 1
+      else
+        high = middle - 1
+      end if
+    end do
+  end function find_block
+
+  !> y = A x, by block columns.
+  pure subroutine multiply(matrix, x, y)
+    type(block_matrix_t), intent(in) :: matrix !! A
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(out) :: y(:, :) !! (3, nodes)
+    integer :: j, k
+
+    y = 0.0_wp
+    do j = 1, matrix%nodes
+      do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+        associate (i => matrix%row(k))
+          y(:, i) = y(:, i) + matrix%val(:, 1, k)*x(1, j) + matrix%val(:, 2, k)*x(2, j) &
+            + matrix%val(:, 3, k)*x(3, j)
+        end associate
+      end do
+    end do
+  end subroutine multiply
+
+  !> y = A x at some nodes alone, with a symmetric A: the columns of these nodes hold their rows.
+  pure subroutine multiply_some(matrix, wanted, x, y)
+    type(block_matrix_t), intent(in) :: matrix !! A, symmetric
+    logical, intent(in) :: wanted(:) !! (nodes) where y is wanted
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(inout) :: y(:, :) !! (3, nodes) elsewhere it stays
+    integer :: j, k
+
+    do j = 1, matrix%nodes
+      if (.not. wanted(j)) cycle
+      y(:, j) = 0.0_wp
+      do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+        y(:, j) = y(:, j) + matmul(x(:, matrix%row(k)), matrix%val(:, :, k))
+      end do
+    end do
+  end subroutine multiply_some
+
+  !> y = |A| |x|: the size of the terms that A x sums, for estimates of round-off.
+  pure subroutine multiply_absolute(matrix, x, y)
+    type(block_matrix_t), intent(in) :: matrix !! A
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(out) :: y(:, :) !! (3, nodes)
+    real(wp) :: size_x(3)
+    integer :: j, k
+
+    y = 0.0_wp
+    do j = 1, matrix%nodes
+      size_x = abs(x(:, j))
+      do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+        associate (i => matrix%row(k))
+          y(:, i) = y(:, i) + (abs(matrix%val(:, 1, k))*size_x(1) &
+            + abs(matrix%val(:, 2, k))*size_x(2) + abs(matrix%val(:, 3, k))*size_x(3))
+        end associate
+      end do
+    end do
+  end subroutine multiply_absolute
+end module block_matrix

@@ -1,0 +1,92 @@
+!> What a results file holds of each contact point: values, declaration and place of each field.
+module point_fields
+  use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
+  use kinds, only: wp
+  use friction_laws, only: slip_path
+  use result_fields, only: field_t, over_points
+  use hdf5_data, only: stored_real, stored_integer
+  implicit none
+  private
+  public :: point_fields_t, contact_fields, part_path, address_of
+
+  !> The contact points of one pair at one time.
+  type :: point_fields_t
+    integer, allocatable :: host(:) !! (points) facet of the pair that holds the tip, 0 for none
+    integer, allocatable :: status(:) !! (points) one of the status constants
+    real(wp), allocatable :: traction(:, :) !! (3, points) contact force on the slave [force]
+    real(wp), allocatable :: gap(:) !! (points) normal gap g_N [length]
+    real(wp), allocatable :: tip(:, :) !! (2, points) (xi, eta) of the tip in the host facet
+    real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
+    real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
+    real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
+    real(wp), allocatable :: path(:) !! (points) way slipped since the touch, if a law asks [length]
+    real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
+    real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
+    real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master
+    real(wp), allocatable :: slip(:, :) !! (3, points) displacement against the master [length]
+    real(wp), allocatable :: area(:) !! (points) reference area, 1 for nodes
+    integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
+    integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
+    real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
+  end type point_fields_t
+
+  !> When a field is there.
+  integer, parameter :: part_always = 0 !! always
+  integer, parameter :: part_path = 1 !! with `DECAy`
+
+  !> What is written of each point at each end time.
+  type(field_t), parameter :: contact_fields(*) = [ &
+    field_t('host', stored_integer, 1, over_points, '1', &
+    'master facet that holds the tip, from 1, 0 for none', part_always), &
+    field_t('status', stored_integer, 1, over_points, '1', '-1 off, 0 open, 1 stick, 2 slip', &
+    part_always), &
+    field_t('traction', stored_real, 3, over_points, 'force', &
+    'contact traction times tributary area: the force on the slave point', part_always), &
+    field_t('gap', stored_real, 1, over_points, 'length', 'normal gap g_N, negative in contact', &
+    part_always), &
+    field_t('tip', stored_real, 2, over_points, '1', &
+    '(xi, eta) of the tip of the friction cone in its facet', part_always), &
+    field_t('lay', stored_real, 3, over_points, '1', &
+    'unit principal axis of mu1 in the current facet', part_always), &
+    field_t('lay_traction', stored_real, 3, over_points, 'force', &
+    'traction along the axis of mu1, across it, and along the outward normal', part_always), &
+    field_t('elastic_slip', stored_real, 1, over_points, 'length', &
+    'length of the tangential part of the gap vector', part_always), &
+    field_t('dissipation', stored_real, 1, over_points, 'force length', &
+    'work that friction has taken up to now', part_always), &
+    field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
+    part_path)]
+
+contains
+
+  !> Where the numbers of a field are: one run of them; null if they are not there.
+  function address_of(points, name) result(address)
+    type(point_fields_t), pointer, intent(in) :: points !! the points of a pair
+    character(*), intent(in) :: name !! the field
+    type(c_ptr) :: address
+
+    address = c_null_ptr
+    select case (name)
+    case ('host')
+      address = c_loc(points%host)
+    case ('status')
+      address = c_loc(points%status)
+    case ('traction')
+      address = c_loc(points%traction)
+    case ('gap')
+      address = c_loc(points%gap)
+    case ('tip')
+      address = c_loc(points%tip)
+    case ('lay')
+      address = c_loc(points%lay)
+    case ('lay_traction')
+      address = c_loc(points%lay_traction)
+    case ('elastic_slip')
+      address = c_loc(points%elastic_slip)
+    case ('dissipation')
+      address = c_loc(points%dissipation)
+    case (slip_path%name)
+      if (allocated(points%path)) address = c_loc(points%path)
+    end select
+  end function address_of
+end module point_fields
