@@ -6,7 +6,7 @@ module cell_cutting
   use facet_clipping, only: clip_outline, polygon_area, polygon_points, most_corners, cell_points
   use facet_geometry, only: project_points, facet_normal, corners_of => corners
   use master_facets, only: is_quadratic, field_on_facet
-  use slave_places, only: is_bent, place_of, project_into, share_of_area
+  use slave_places, only: is_bent, place_of, project_into, share_of_area, slave_lift
   use smooth_normals, only: project_on_master
   use facet_tree, only: facets_near
   implicit none
@@ -89,7 +89,8 @@ contains
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
     do k = 1, cell_points
-      y(:, k) = place_of(slave, is_bent(pair, f), points(:, k))
+      y(:, k) = place_of(slave, is_bent(pair, f), points(:, k)) + slave_lift(pair, f, points(:, &
+        k))*normal
     end do
     call place_on_host(pair, host, x, y, place, gaps)
     if (all(abs(gaps) > pair%search_radius)) return
@@ -148,7 +149,7 @@ contains
     real(wp), intent(out) :: gaps(cell_points) !! positive outside [length]
     integer :: k
 
-    if (is_quadratic(pair, host)) then
+    if (is_quadratic(pair, host) .or. pair%smooth) then
       do k = 1, cell_points
         call project_on_master(pair, host, x, y(:, k), place(:, k), gaps(k))
       end do

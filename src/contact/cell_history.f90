@@ -6,9 +6,9 @@ module cell_history
   use contact_tips, only: find_tip_from
   use contact_ridges, only: pass_edge
   use facet_geometry, only: project_on_facet, facet_frame, barycentric
-  use master_facets, only: is_quadratic, field_on_facet
+  use master_facets, only: is_quadratic
   use slave_places, only: cell_position
-  use smooth_normals, only: project_on_master
+  use smooth_normals, only: project_on_master, place_on_master
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
@@ -54,8 +54,8 @@ contains
     real(wp), intent(in) :: to(2) !! (xi, eta)
     real(wp) :: way(3), xi(2)
 
-    if (is_quadratic(pair, host)) then
-      way = field_on_facet(pair, host, x, x, to) - field_on_facet(pair, host, x, x, from)
+    if (is_quadratic(pair, host) .or. pair%smooth) then
+      way = place_on_master(pair, host, x, to) - place_on_master(pair, host, x, from)
     else
       xi = to - from
       associate (corners => pair%surface%facets(:, host))
@@ -171,8 +171,8 @@ contains
     real(wp), intent(in) :: way(3) !! the way [length]
     real(wp) :: from(2), gap
 
-    if (is_quadratic(pair, facet)) then
-      call project_on_master(pair, facet, x, field_on_facet(pair, facet, x, x, to) - way, from, gap)
+    if (is_quadratic(pair, facet) .or. pair%smooth) then
+      call project_on_master(pair, facet, x, place_on_master(pair, facet, x, to) - way, from, gap)
     else
       associate (corners => x(:, pair%surface%facets(:, facet)))
         call project_on_facet(corners, corners(:, 3) + way, from, gap)

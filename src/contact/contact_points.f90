@@ -8,10 +8,11 @@ module contact_points
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
   use master_facets, only: all_nodes
-  use slave_places, only: place_curved, slave_nodes
+  use slave_places, only: place_curved, slave_nodes, slave_lift, lift_over
   implicit none
   private
-  public :: is_first, first_cell, count_points, used_points, point_position, point_text, &
+  public :: is_first, first_cell, count_points, used_points, point_position, point_field, &
+    point_facet, point_lift, point_text, &
     make_node_points, make_facet_points, corner_weights, longest_facet, smallest_facet, coupling, &
     most_coupled, coupled_nodes
 
@@ -56,11 +57,52 @@ contains
     end if
   end function first_cell
 
-  !> x_S = sum M_b x_b.
+  !> Where a point is: x_S = sum M_b x_b, and over that if its slave is bent.
   pure function point_position(pair, p, x) result(y)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: y(3)
+    integer :: f
+
+    y = point_field(pair, p, x)
+    if (.not. allocated(pair%points%side%patch)) return
+    f = point_facet(pair, p)
+    if (f > 0) y = y + lift_over(pair, f, corner_weights(pair, p), x)
+  end function point_position
+
+  !> The slave facet of a point of a pair whose slave is a surface; 0 while it is not in use.
+  pure integer function point_facet(pair, p) result(f)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+
+    if (pair%segmented) then
+      f = pair%history%cells(p)%slave
+    else
+      f = 1 + mod(p - 1, count_points(pair)/pair%points%slots)/pair%facet_points
+    end if
+  end function point_facet
+
+  !> How high a point stands over its slave facet.
+  pure real(wp) function point_lift(pair, p) result(lift)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp) :: l(3)
+    integer :: f
+
+    lift = 0.0_wp
+    if (.not. allocated(pair%points%side%patch)) return
+    f = point_facet(pair, p)
+    if (f == 0) return
+    l = corner_weights(pair, p)
+    lift = slave_lift(pair, f, l(1:2))
+  end function point_lift
+
+  !> A field at a point: sum M_b u_b.
+  pure function point_field(pair, p, x) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) the field
     real(wp) :: y(3)
     integer :: b
 
@@ -72,7 +114,7 @@ contains
     do b = 1, pair%points%n_slaves
       y = y + pair%points%point_weights(b, p)*x(:, pair%points%point_nodes(b, p))
     end do
-  end function point_position
+  end function point_field
 
   !> Longest edge of all master facets; of an exact surface, whose facets grow far away, of the
   !! smallest one.

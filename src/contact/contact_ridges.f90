@@ -13,7 +13,7 @@ module contact_ridges
   use smooth_normals, only: carry_over
   implicit none
   private
-  public :: find_ridges, ridge_t, look_at_ridges, is_smooth, kink, pass_edge
+  public :: find_ridges, ridge_t, look_at_ridges, kink, pass_edge
 
   !> Most facets between one that touches a ridge with a corner only and the ridge.
   integer, parameter :: most_between = 4

@@ -7,7 +7,7 @@ module contact_types
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
-  public :: pair_t, pair_points_t, contact_point_t, cell_t, forget_moves
+  public :: pair_t, master_surface_t, pair_points_t, contact_point_t, cell_t, forget_moves
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
   public :: direction_vector, direction_circumferential, direction_radial, direction_field
@@ -125,6 +125,7 @@ module contact_types
     real(wp) :: relative = 0.0_wp !! largest epsilon over E/h A, 0 if unknown
     real(wp) :: cell = 0.0_wp !! this h, the mean cell size of the softer side [length]
     integer :: slots = 1 !! contacts that a point can hold at once; the points repeat
+    type(master_surface_t) :: side !! GTOS with SMOOth: the slave's facets, bent as the master's
   end type pair_points_t
 
   !> What the contact points of a pair remember, and where the search has them.

@@ -84,7 +84,7 @@ contains
     real(wp), intent(in) :: flat !! most square of the angle of an edge [rad^2]
     real(wp) :: c(3, 3), m(3, 3)
 
-    plane = .not. (is_quadratic(pair, facet) .and. pair%surface%round)
+    plane = .not. (pair%smooth .or. is_quadratic(pair, facet) .and. pair%surface%round)
     if (.not. (plane .and. is_quadratic(pair, facet))) return
     c = corners(x, pair%surface%facets(:, facet))
     m = corners(x, pair%surface%middles(:, facet)) - c

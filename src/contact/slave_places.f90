@@ -4,12 +4,13 @@ module slave_places
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t, cell_t
-  use facet_geometry, only: corners, project_points
+  use facet_geometry, only: corners, facet_normal, project_points
+  use smooth_patch, only: patch_point_t, patch_at, patch_from_values
   use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
   implicit none
   private
   public :: is_bent, slave_nodes, slave_positions, slave_weights, cell_position, place_of, &
-    place_curved, share_of_area, project_into
+    place_curved, share_of_area, project_into, slave_lift, lift_over
 
   !> Steps of the way into a curved facet, and the last of them [shape functions].
   integer, parameter :: most_steps = 60
@@ -76,8 +77,33 @@ contains
       y = matmul(x(:, slave_nodes(pair, cell%slave)), slave_weights(pair, cell%slave, cell%weight))
     else
       y = matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight)
+      if (allocated(pair%points%side%patch)) y = y + lift_over(pair, cell%slave, cell%weight, x)
     end if
   end function cell_position
+
+  !> How high a bent slave facet stands over its flat one (doc/theory, "Smooth surfaces").
+  pure real(wp) function slave_lift(pair, f, xi) result(lift)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! its slave facet
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    type(patch_point_t) :: point
+
+    lift = 0.0_wp
+    if (.not. allocated(pair%points%side%patch)) return
+    point = patch_at(patch_from_values(pair%points%side%patch(:, f)), xi)
+    lift = point%x(3)
+  end function slave_lift
+
+  !> The same as a way along the facet's normal.
+  pure function lift_over(pair, f, place, x) result(way)
+    type(pair_t), intent(in) :: pair !! a pair whose slave is bent
+    integer, intent(in) :: f !! its slave facet
+    real(wp), intent(in) :: place(3) !! shape functions of the corners
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: way(3)
+
+    way = slave_lift(pair, f, place(1:2))*facet_normal(corners(x, pair%points%side%facets(:, f)))
+  end function lift_over
 
   !> A place of a slave facet whose nodes are at y.
   pure function place_of(y, bent, xi) result(z)

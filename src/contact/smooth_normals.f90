@@ -1,9 +1,10 @@
-!> Smooth masters: normals at the corners of their facets, and the curved patches that these give
+!> Smooth surfaces: normals at the corners of their facets, and the curved patches that these give
 !! (doc/theory, "Smooth surfaces").
 module smooth_normals
   use kinds, only: wp, pi
   use vectors, only: cross
-  use contact_types, only: pair_t
+  use contact_types, only: pair_t, master_surface_t
+  use contact_points, only: point_facet
   use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
@@ -11,7 +12,8 @@ module smooth_normals
   use quadratic_facet, only: project_on_quadratic
   implicit none
   private
-  public :: find_corners, renew_patches, patch_change, project_on_master, carry_over
+  public :: find_corners, renew_patches, bend, shape_change, project_on_master, &
+    carry_over, place_on_master
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
   real(wp), parameter :: sharp_cosine = 0.866024_wp
@@ -24,46 +26,54 @@ module smooth_normals
 
 contains
 
-  !> Sharp edges of the master, and the corners of its facets that share a normal: those that are
-  !! around one node without a sharp edge between them.
+  !> Makes the patches of the master, and of the slave if it is bent.
   subroutine find_corners(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets sharp, corner, at_rim, at_end, patch
+    type(pair_t), intent(inout) :: pair !! gets the patches of its surface and side
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call find_edges(pair%surface, x)
+    if (allocated(pair%points%side%facets)) call find_edges(pair%points%side, x)
+    call renew_patches(pair, x)
+  end subroutine find_corners
+
+  !> Sharp edges of a surface, and the corners of its facets that share a normal: those that are
+  !! around one node without a sharp edge between them.
+  subroutine find_edges(surface, x)
+    type(master_surface_t), intent(inout) :: surface !! gets sharp, corner, at_rim, at_end, patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, n, facets
     logical :: rim
 
-    facets = size(pair%surface%facets, 2)
-    pair%surface%sharp = spread([.true., .true., .true.], 2, facets)
+    facets = size(surface%facets, 2)
+    surface%sharp = spread([.true., .true., .true.], 2, facets)
     do f = 1, facets
       do k = 1, 3
-        if (pair%surface%neighbours(k, f) == 0) cycle
-        pair%surface%sharp(k, f) = dot_product(facet_normal(corners(x, pair%surface%facets(:, &
-          f))), facet_normal( &
-          corners(x, pair%surface%facets(:, pair%surface%neighbours(k, f))))) < sharp_cosine
+        if (surface%neighbours(k, f) == 0) cycle
+        surface%sharp(k, f) = dot_product(facet_normal(corners(x, surface%facets(:, f))), &
+          facet_normal(corners(x, surface%facets(:, surface%neighbours(k, f))))) < sharp_cosine
       end do
     end do
-    pair%surface%corner = spread([0, 0, 0], 2, facets)
-    allocate (pair%surface%at_rim(3*facets), source=.false.)
+    surface%corner = spread([0, 0, 0], 2, facets)
+    allocate (surface%at_rim(3*facets), source=.false.)
     n = 0
     do f = 1, facets
       do k = 1, 3
-        if (pair%surface%corner(k, f) > 0) cycle
+        if (surface%corner(k, f) > 0) cycle
         n = n + 1
-        pair%surface%corner(k, f) = n
-        call mark_fan(pair, k, f, 1, rim)
-        if (rim) call mark_fan(pair, k, f, 2, rim)
-        pair%surface%at_rim(n) = rim
+        surface%corner(k, f) = n
+        call mark_fan(surface, k, f, 1, rim)
+        if (rim) call mark_fan(surface, k, f, 2, rim)
+        surface%at_rim(n) = rim
       end do
     end do
-    pair%surface%at_rim = pair%surface%at_rim(1:n)
-    pair%surface%at_end = pair%surface%at_rim .and. angles_at(pair, x) < end_angle
-    allocate (pair%surface%patch(n_patch_values, facets))
-    call renew_patches(pair, x)
-  end subroutine find_corners
+    surface%at_rim = surface%at_rim(1:n)
+    surface%at_end = surface%at_rim .and. angles_at(surface, x) < end_angle
+    allocate (surface%patch(n_patch_values, facets), source=0.0_wp)
+  end subroutine find_edges
 
   !> Gives the corners around a node the number of one of them, in one direction.
-  pure subroutine mark_fan(pair, corner, facet, direction, rim)
-    type(pair_t), intent(inout) :: pair !! gets corner
+  pure subroutine mark_fan(surface, corner, facet, direction, rim)
+    type(master_surface_t), intent(inout) :: surface !! gets corner
     integer, intent(in) :: corner !! where to start
     integer, intent(in) :: facet !! where to start
     integer, intent(in) :: direction !! the next edge faces this corner after the fan's; 1 or 2
@@ -72,15 +82,15 @@ contains
 
     f = facet
     k = corner
-    node = pair%surface%facets(k, f)
+    node = surface%facets(k, f)
     do
       edge = mod(k + direction - 1, 3) + 1
-      rim = pair%surface%sharp(edge, f)
+      rim = surface%sharp(edge, f)
       if (rim) return
-      f = pair%surface%neighbours(edge, f)
-      k = corner_of(pair%surface%facets(:, f), node)
-      if (pair%surface%corner(k, f) > 0) return
-      pair%surface%corner(k, f) = pair%surface%corner(corner, facet)
+      f = surface%neighbours(edge, f)
+      k = corner_of(surface%facets(:, f), node)
+      if (surface%corner(k, f) > 0) return
+      surface%corner(k, f) = surface%corner(corner, facet)
     end do
   end subroutine mark_fan
 
@@ -95,20 +105,29 @@ contains
     k = 3
   end function corner_of
 
-  !> The patches of all facets at the positions x.
+  !> The patches of all facets at the positions x, of the slave as well if it is bent.
   subroutine renew_patches(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets patch
+    type(pair_t), intent(inout) :: pair !! gets the patches of its surface and side
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: normal(3, size(pair%surface%at_rim))
+
+    call bend(pair%surface, x)
+    if (allocated(pair%points%side%facets)) call bend(pair%points%side, x)
+  end subroutine renew_patches
+
+  !> The patches of the facets of one surface.
+  pure subroutine bend(surface, x)
+    type(master_surface_t), intent(inout) :: surface !! gets patch
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: normal(3, size(surface%at_rim))
     integer :: f
 
-    call average_normals(pair, x, normal)
-    if (any(pair%surface%at_rim)) call tilt_at_rim(pair, x, normal)
-    do f = 1, size(pair%surface%facets, 2)
-      pair%surface%patch(:, f) = patch_values(patch_of(corners(x, pair%surface%facets(:, f)), &
-                                               normal(:, pair%surface%corner(:, f))))
+    call average_normals(surface, x, normal)
+    if (any(surface%at_rim)) call tilt_at_rim(surface, x, normal)
+    do f = 1, size(surface%facets, 2)
+      surface%patch(:, f) = patch_values(patch_of(corners(x, surface%facets(:, f)), &
+        normal(:, surface%corner(:, f))))
     end do
-  end subroutine renew_patches
+  end subroutine bend
 
   !> Angle of one corner of a facet.
   pure real(wp) function angle_at(y, k) result(angle)
@@ -122,36 +141,36 @@ contains
   end function angle_at
 
   !> Sum of the angles that the facets have at each corner.
-  pure function angles_at(pair, x) result(angles)
-    type(pair_t), intent(in) :: pair !! the pair
+  pure function angles_at(surface, x) result(angles)
+    type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: angles(size(pair%surface%at_rim))
+    real(wp) :: angles(size(surface%at_rim))
     integer :: f, k
 
     angles = 0.0_wp
-    do f = 1, size(pair%surface%facets, 2)
+    do f = 1, size(surface%facets, 2)
       do k = 1, 3
-        associate (angle => angles(pair%surface%corner(k, f)))
-          angle = angle + angle_at(x(:, pair%surface%facets(:, f)), k)
+        associate (angle => angles(surface%corner(k, f)))
+          angle = angle + angle_at(x(:, surface%facets(:, f)), k)
         end associate
       end do
     end do
   end function angles_at
 
   !> Normals at the corners: those of the facets around, weighted with the angles there.
-  pure subroutine average_normals(pair, x, normal)
-    type(pair_t), intent(in) :: pair !! the pair
+  pure subroutine average_normals(surface, x, normal)
+    type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: normal(:, :) !! (3, corners) unit normals
     real(wp) :: y(3, 3), n(3)
     integer :: f, k
 
     normal = 0.0_wp
-    do f = 1, size(pair%surface%facets, 2)
-      y = corners(x, pair%surface%facets(:, f))
+    do f = 1, size(surface%facets, 2)
+      y = corners(x, surface%facets(:, f))
       n = facet_normal(y)
       do k = 1, 3
-        associate (m => normal(:, pair%surface%corner(k, f)))
+        associate (m => normal(:, surface%corner(k, f)))
           m = m + angle_at(y, k)*n
         end associate
       end do
@@ -163,8 +182,8 @@ contains
 
   !> Tilts the normals at a rim, where facets lie on one side only, so that the edges that come
   !! from within end with the curvature that they begin with.
-  subroutine tilt_at_rim(pair, x, normal)
-    type(pair_t), intent(in) :: pair !! the pair
+  pure subroutine tilt_at_rim(surface, x, normal)
+    type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(inout) :: normal(:, :) !! (3, corners) unit normals
     real(wp) :: a(3, size(normal, 2)), b(2, size(normal, 2)), tilt(3)
@@ -172,16 +191,16 @@ contains
 
     a = 0.0_wp
     b = 0.0_wp
-    do f = 1, size(pair%surface%facets, 2)
+    do f = 1, size(surface%facets, 2)
       do k = 1, 3
         first = mod(k, 3) + 1
         last = mod(k + 1, 3) + 1
-        call want_curvature(pair, x, normal, f, first, last, a, b)
-        call want_curvature(pair, x, normal, f, last, first, a, b)
+        call want_curvature(surface, x, normal, f, first, last, a, b)
+        call want_curvature(surface, x, normal, f, last, first, a, b)
       end do
     end do
     do k = 1, size(normal, 2)
-      if (.not. pair%surface%at_rim(k)) cycle
+      if (.not. surface%at_rim(k)) cycle
       tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
       if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
       normal(:, k) = normal(:, k) + tilt/sqrt(1.0_wp - dot_product(tilt, tilt))
@@ -192,8 +211,8 @@ contains
   !> Adds what an edge with the unit vector d wants of the tilt t of the normal at its end on the
   !! rim: d . (n + t) = -d . n of the other end. That end lies within; where the rim turns, it may
   !! also lie on the rim: along the rim normals are right.
-  pure subroutine want_curvature(pair, x, normal, f, here, there, a, b)
-    type(pair_t), intent(in) :: pair !! the pair
+  pure subroutine want_curvature(surface, x, normal, f, here, there, a, b)
+    type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
     integer, intent(in) :: f !! a facet
@@ -204,12 +223,12 @@ contains
     real(wp) :: way(3), w(2)
     integer :: i, j
 
-    i = pair%surface%corner(here, f)
-    j = pair%surface%corner(there, f)
-    if (.not. pair%surface%at_rim(i)) return
-    if (pair%surface%at_end(j) .or. (pair%surface%at_rim(j) .and. &
-      .not. pair%surface%at_end(i))) return
-    way = x(:, pair%surface%facets(there, f)) - x(:, pair%surface%facets(here, f))
+    i = surface%corner(here, f)
+    j = surface%corner(there, f)
+    if (.not. surface%at_rim(i)) return
+    if (surface%at_end(j) .or. (surface%at_rim(j) .and. &
+      .not. surface%at_end(i))) return
+    way = x(:, surface%facets(there, f)) - x(:, surface%facets(here, f))
     way = way/norm2(way)
     w = matmul(way, tangents(normal(:, i)))
     a(:, i) = a(:, i) + [w(1)*w(1), w(2)*w(2), w(1)*w(2)]
@@ -273,25 +292,37 @@ contains
     end do
   end function patch_of
 
-  !> Largest change of the height of the patches that carry a closed point, over the facet's size.
-  pure real(wp) function patch_change(pair, x, before, closed) result(change)
+  !> Largest change of the height of the patches, on both sides, that carry a closed point, over the
+  !! facet's size.
+  pure real(wp) function shape_change(pair, x, before, side, closed) result(change)
     type(pair_t), intent(in) :: pair !! the pair with its new patches
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) the patches before
+    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) those of the master before
+    real(wp), allocatable, intent(in) :: side(:, :) !! those of a bent slave before
     logical, intent(in) :: closed(:) !! (points) the point carries a force
-    type(patch_t) :: now, then
     integer :: p
 
     change = 0.0_wp
-    do p = 1, size(pair%history%new)
-      associate (host => pair%history%new(p)%host)
-        if (host == 0 .or. .not. closed(p)) cycle
-        now = patch_from_values(pair%surface%patch(:, host))
-        then = patch_from_values(before(:, host))
-        change = max(change, maxval(abs(now%edge(3, :) - then%edge(3, :))) &
-          /facet_size(corners(x, pair%surface%facets(:, host))))
-      end associate
+    do p = 1, size(closed)
+      if (pair%history%new(p)%host == 0 .or. .not. closed(p)) cycle
+      change = max(change, patch_change(pair%surface, x, before, pair%history%new(p)%host))
+      if (.not. allocated(pair%points%side%patch)) cycle
+      change = max(change, patch_change(pair%points%side, x, side, point_facet(pair, p)))
     end do
+  end function shape_change
+
+  !> Largest change of the height of a patch, over the facet's size.
+  pure real(wp) function patch_change(surface, x, before, f) result(change)
+    type(master_surface_t), intent(in) :: surface !! with its new patches
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) the patches before
+    integer, intent(in) :: f !! the facet
+    type(patch_t) :: now, then
+
+    now = patch_from_values(surface%patch(:, f))
+    then = patch_from_values(before(:, f))
+    change = maxval(abs(now%edge(3, :) - then%edge(3, :)))/facet_size(corners(x, &
+      surface%facets(:, f)))
   end function patch_change
 
   !> Projection of a point on a facet of the master, be it flat, quadratic or a patch, and its
@@ -322,17 +353,27 @@ contains
     integer, intent(in) :: to !! facet that is entered
     real(wp), intent(in) :: xi_from(2) !! (xi, eta) on the patch that is left
     real(wp), intent(out) :: xi_to(2) !! (xi, eta) on the other
-    type(patch_point_t) :: point
-    real(wp) :: y(3), gap
+    real(wp) :: gap
 
-    if (is_quadratic(pair, from)) then
-      call project_on_master(pair, to, x, field_on_facet(pair, from, x, x, xi_from), xi_to, gap)
-      return
-    end if
-    associate (corners => pair%surface%facets(:, from))
-      point = patch_at(patch_from_values(pair%surface%patch(:, from)), xi_from)
-      y = x(:, corners(3)) + matmul(patch_frame(x(:, corners)), point%x)
-    end associate
-    call project_on_master(pair, to, x, y, xi_to, gap)
+    call project_on_master(pair, to, x, place_on_master(pair, from, x, xi_from), xi_to, gap)
   end subroutine carry_over
+
+  !> A place on a facet of the master, be it flat, quadratic or a patch.
+  pure function place_on_master(pair, facet, x, xi) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: xi(2) !! (xi, eta)
+    real(wp) :: y(3)
+    type(patch_point_t) :: point
+
+    if (is_quadratic(pair, facet) .or. .not. pair%smooth) then
+      y = field_on_facet(pair, facet, x, x, xi)
+    else
+      associate (nodes => pair%surface%facets(:, facet))
+        point = patch_at(patch_from_values(pair%surface%patch(:, facet)), xi)
+        y = x(:, nodes(3)) + matmul(patch_frame(x(:, nodes)), point%x)
+      end associate
+    end if
+  end function place_on_master
 end module smooth_normals

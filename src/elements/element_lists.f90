@@ -49,6 +49,7 @@ module element_lists
   type, extends(node_list_t) :: element_list_t
     integer, allocatable :: slaves(:) !! (n) its first nodes, the slaves
     real(wp), allocatable :: weight(:, :) !! (most slaves, n) of the slaves, in lists that have it
+    real(wp), allocatable :: lift(:) !! (n) height of S over its slave facet, likewise [length]
     real(wp), allocatable :: d(:, :) !! (n_parameters, n) parameters
     real(wp), allocatable :: h1(:, :) !! (n_element_history, n) history, last converged
     real(wp), allocatable :: h2(:, :) !! (n_element_history, n) history, current
@@ -109,6 +110,7 @@ contains
     allocate (list%status(n), source=0)
     allocate (list%slaves(n), source=1)
     if (most > 4) allocate (list%weight(min(max_slaves, most - 3), n), source=0.0_wp)
+    if (most > 4) allocate (list%lift(n), source=0.0_wp)
     allocate (list%d(n_parameters, n), source=0.0_wp)
     allocate (list%h1(n_element_history, n), list%h2(n_element_history, n), source=0.0_wp)
     allocate (list%path1(n), list%path2(n), source=0.0_wp)

@@ -9,7 +9,7 @@ module element_types
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: task_shift_tangent, task_stick_shift_tangent, task_reach
   public :: status_off, status_open, status_stick, status_slip
-  public :: make_room, max_nodes, max_slaves, max_dofs, n_element_history, n_element_stress
+  public :: make_room, max_slaves, max_dofs, n_element_history, n_element_stress
 
   !> What an element routine is told to do (FEAP's isw 3, 6 and 8).
   integer, parameter :: task_tangent = 3 !! matrix s and vector r
@@ -44,6 +44,7 @@ module element_types
     real(wp) :: xl(3, max_nodes) = 0.0_wp !! (3, nel) reference coordinates [length]
     real(wp) :: ul(3, max_nodes) = 0.0_wp !! (3, nel) displacements [length]
     real(wp) :: weight(max_slaves) = 0.0_wp !! (slaves) M_b of x_S = sum M_b x_b, of one: 1
+    real(wp) :: lift = 0.0_wp !! how high S stands over the facet of its first three slaves [length]
     real(wp), allocatable :: s(:, :) !! (dofs, dofs) tangent dr/du, once a task asks [force/length]
     real(wp) :: r(max_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: h1(n_element_history) = 0.0_wp !! history at the last converged state

@@ -13,7 +13,8 @@ module elmt04
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
     axis_radial
-  use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch
+  use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch, &
+    normal_curvature
   use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative, &
     hold_tip, solve_ways, ways_of_tip, frame_of, mapped_ways
   implicit none
@@ -100,7 +101,8 @@ contains
     b = gap_operator(c, point%x)
     dg = b
     if (c%shifted) dg = b + shift_derivative(c)
-    k = -point%x(3)*normal_curvature(c, c%g_new)
+    k = 0.0_wp
+    k(4:12, 4:12) = -point%x(3)*normal_curvature(c%f, c%dual, c%g_new)
     if (slides) then
       call tip_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)
@@ -238,30 +240,4 @@ contains
       b(k, 9 + k) = b(k, 9 + k) - 1.0_wp
     end do
   end function gap_operator
-
-  !> Derivative of (de/du)^T g with g fixed: second derivative of the facet's unit normal.
-  pure function normal_curvature(c, g) result(k)
-    type(cone_t), intent(in) :: c !! facet
-    real(wp), intent(in) :: g(3) !! any vector
-    real(wp) :: k(12, 12)
-    real(wp) :: de(3, 12), change(12), row(3, 12), along(2)
-    integer :: i, j, m
-
-    de = frame_operator(c, [0.0_wp, 0.0_wp, 1.0_wp])
-    along = matmul(g, c%dual(:, 1:2))
-    k = 0.0_wp
-    do i = 1, 2
-      ! g . d(a^i) = -(g . a^j) (a^i . da_j) - (g . e) (a^i . de)
-      change = -dot_product(g, c%f(:, 3))*matmul(c%dual(:, i), de)
-      do j = 1, 2
-        change(3*j + 1:3*j + 3) = change(3*j + 1:3*j + 3) - along(j)*c%dual(:, i)
-        change(10:12) = change(10:12) + along(j)*c%dual(:, i)
-      end do
-      row = -dyad(c%f(:, 3), change) - along(i)*de
-      do m = 1, 3
-        k(3*i + m, :) = row(m, :)
-        k(9 + m, :) = k(9 + m, :) - row(m, :)
-      end do
-    end do
-  end function normal_curvature
 end module elmt04

@@ -10,7 +10,7 @@ module patch_cone
   use friction_axes, only: direction_in_space, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected
   use smooth_patch, only: patch_t, patch_point_t, patch_at, project_in_patch, patch_frame, &
-    dual_frame
+    dual_frame, frame_change
   implicit none
   private
   public :: cone_t, place_cone, place_shift, principal_axes, frame_operator, shift_derivative, &
@@ -173,16 +173,9 @@ contains
     type(cone_t), intent(in) :: c !! facet
     real(wp), intent(in) :: w(3) !! components
     real(wp) :: a(3, 12)
-    integer :: k
 
     a(:, 1:3) = 0.0_wp
-    a(:, 4:6) = -w(3)*dyad(c%dual(:, 1), c%f(:, 3))
-    a(:, 7:9) = -w(3)*dyad(c%dual(:, 2), c%f(:, 3))
-    do k = 1, 3
-      a(k, 3 + k) = a(k, 3 + k) + w(1)
-      a(k, 6 + k) = a(k, 6 + k) + w(2)
-    end do
-    a(:, 10:12) = -a(:, 4:6) - a(:, 7:9)
+    a(:, 4:12) = frame_change(c%f, c%dual, w)
   end function frame_operator
 
   !> Derivative of the shift, which turns with the facet.

@@ -6,11 +6,12 @@
 !! stretched with its facet.
 module smooth_patch
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, dyad
   implicit none
   private
   public :: patch_t, patch_point_t, flat_patch, patch_from_values, patch_values, n_patch_values
-  public :: patch_at, project_in_patch, project_on_patch, patch_frame, dual_frame
+  public :: patch_at, project_in_patch, project_on_patch, patch_frame, dual_frame, frame_change, &
+    normal_curvature
 
   !> The patch has its full curvature up to this far outside its triangle, in shape functions;
   !! from there on it goes straight.
@@ -89,6 +90,51 @@ contains
     dual(:, 2) = cross(frame(:, 3), frame(:, 1))/size_n
     dual(:, 3) = frame(:, 3)
   end function dual_frame
+
+  !> Derivative of w1 a1 + w2 a2 + w3 e with fixed components by the positions of the corners.
+  pure function frame_change(frame, dual, w) result(a)
+    real(wp), intent(in) :: frame(3, 3) !! a1, a2, e
+    real(wp), intent(in) :: dual(3, 3) !! a^1, a^2, e
+    real(wp), intent(in) :: w(3) !! components
+    real(wp) :: a(3, 9)
+    integer :: k
+
+    a(:, 1:3) = -w(3)*dyad(dual(:, 1), frame(:, 3))
+    a(:, 4:6) = -w(3)*dyad(dual(:, 2), frame(:, 3))
+    do k = 1, 3
+      a(k, k) = a(k, k) + w(1)
+      a(k, 3 + k) = a(k, 3 + k) + w(2)
+    end do
+    a(:, 7:9) = -a(:, 1:3) - a(:, 4:6)
+  end function frame_change
+
+  !> Derivative of (de/dx)^T g with g fixed by the positions of the corners: second derivative of
+  !! the facet's unit normal.
+  pure function normal_curvature(frame, dual, g) result(k)
+    real(wp), intent(in) :: frame(3, 3) !! a1, a2, e
+    real(wp), intent(in) :: dual(3, 3) !! a^1, a^2, e
+    real(wp), intent(in) :: g(3) !! any vector
+    real(wp) :: k(9, 9)
+    real(wp) :: de(3, 9), change(9), row(3, 9), along(2)
+    integer :: i, j, m
+
+    de = frame_change(frame, dual, [0.0_wp, 0.0_wp, 1.0_wp])
+    along = matmul(g, dual(:, 1:2))
+    k = 0.0_wp
+    do i = 1, 2
+      ! g . d(a^i) = -(g . a^j) (a^i . da_j) - (g . e) (a^i . de)
+      change = -dot_product(g, frame(:, 3))*matmul(dual(:, i), de)
+      do j = 1, 2
+        change(3*j - 2:3*j) = change(3*j - 2:3*j) - along(j)*dual(:, i)
+        change(7:9) = change(7:9) + along(j)*dual(:, i)
+      end do
+      row = -dyad(frame(:, 3), change) - along(i)*de
+      do m = 1, 3
+        k(3*i - 3 + m, :) = row(m, :)
+        k(6 + m, :) = k(6 + m, :) - row(m, :)
+      end do
+    end do
+  end function normal_curvature
 
   !> Position and normal at (xi, eta), with their derivatives.
   pure function patch_at(patch, xi) result(point)

@@ -7,8 +7,7 @@ module condition_draft
   use records, only: item_count, item_integer, item_location, item_real
   implicit none
   private
-  public :: condition_draft_t, start_draft, set_values, record_values, record_table, finish_draft, &
-    no_table
+  public :: condition_draft_t, start_draft, set_values, record_values, record_table, finish_draft
   public :: quantity_restraint, quantity_displacement, quantity_force, quantity_load
 
   !> What a data set prescribes.

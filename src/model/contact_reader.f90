@@ -366,9 +366,6 @@ contains
     type(pair_t), intent(in) :: pair !! a segmented pair
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
-    if (pair%smooth) call report_error(diagnostics, pair%at, 'pair '//pair%name// &
-      ' has SEGMent and SMOOth: facets cannot be cut with a curved surface', &
-      'delete SMOOth, or write a number of points in place of SEGMent')
     if (pair%penalty_kind == penalty_nodal) call report_error(diagnostics, pair%at, 'pair '// &
       pair%name//' has SEGMent and a penalty per point, whose points come and go', &
       'write PENAlty AREA and a pressure per length, or PENAlty AUTO')

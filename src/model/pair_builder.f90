@@ -224,7 +224,7 @@ contains
     type(pair_t), intent(inout) :: pair !! the pair
     logical, intent(out) :: found !! the slave is a surface
     integer, allocatable :: facets(:, :), middles(:, :), six(:, :)
-    integer :: index
+    integer :: index, non_manifold
 
     call find_facets(mesh, 'slave', pair%slave, pair%slave_at, diagnostics, index)
     found = index > 0
@@ -244,6 +244,10 @@ contains
       call move_alloc(six, facets)
     end if
     call make_facet_points(facets, mesh%x, pair)
+    if (pair%smooth) then
+      pair%points%side%facets = mesh%surfaces(index)%facets
+      call facet_neighbours(pair%points%side%facets, pair%points%side%neighbours, non_manifold)
+    end if
     if (pair%segmented) call keep_facets(mesh%x, mesh%surfaces(index)%facets, middles, pair%points)
   end subroutine take_slave_facets
 

@@ -7,7 +7,7 @@ module command_line
   use run_log, only: log_normal, log_level
   implicit none
   private
-  public :: options_t, read_command_line, usage_line
+  public :: options_t, read_command_line
 
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &

@@ -3,7 +3,7 @@ module frame_fields
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, point_position, point_field
   use contact_parameters, only: point_parameters
   use facet_geometry, only: facet_frame
   use friction_axes, only: axes_t, find_axes
@@ -138,7 +138,7 @@ contains
       if (points%host(p) == 0) cycle
       associate (e => points%normal(:, p))
         call project_on_master(pair, points%host(p), moved, point_position(pair, p, moved), xi, gap)
-        y = point_position(pair, p, u) - field_on_facet(pair, points%host(p), x, u, xi)
+        y = point_field(pair, p, u) - field_on_facet(pair, points%host(p), x, u, xi)
         points%slip(:, p) = y - dot_product(y, e)*e
       end associate
     end do

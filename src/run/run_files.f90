@@ -6,8 +6,10 @@ module run_files
   use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, point_field
   use contact_overlap, only: withheld_gap
+  use slave_points, only: lift_forces
+  use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
   use solid_types, only: n_solid_state
@@ -255,11 +257,11 @@ contains
       associate (point => point_state(:, element))
         f = -point(1:3)
         ! small strain: the lever arms of the bulk's balance are the reference positions
-        x = point_position(model%pairs(k), p, model%mesh%x)
+        x = point_field(model%pairs(k), p, model%mesh%x)
         row%normal = row%normal + point(13)
         row%tangential = row%tangential + point(14)
         row%force = row%force + f
-        row%moment = row%moment + cross(x, f)
+        row%moment = row%moment + cross(x, f) + lift_moment(model, system, element, f)
         row%max_penetration = max(row%max_penetration, -point(4) - withheld_gap(model%pairs(k), p))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
@@ -269,6 +271,25 @@ contains
     if (row%active == 0) row%max_criterion = 0.0_wp
     if (row%tangential > 0.0_wp) row%lumped = lumped_friction(model, system, point_state, k)
   end subroutine sum_points
+
+  !> Moment of the couple that holds a point over its slave facet, with the same lever arms.
+  pure function lift_moment(model, system, element, force) result(moment)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: element !! one of them
+    real(wp), intent(in) :: force(3) !! on its point
+    real(wp) :: moment(3), r(3, 3)
+    integer :: nodes(3), k
+
+    moment = 0.0_wp
+    if (system%contact%slaves(element) == 1) return
+    nodes = system%contact%ix(1:3, element)
+    r = reshape(lift_forces(patch_frame(system%position%x_now(:, nodes)), &
+      system%contact%lift(element), force), [3, 3])
+    do k = 1, 3
+      moment = moment + cross(model%mesh%x(:, nodes(k)), r(:, k))
+    end do
+  end function lift_moment
 
   !> Sum of the magnitudes of the friction forces of a pair after they have been handed on to its
   !! slave nodes with the weights of the points.

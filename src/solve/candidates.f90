@@ -62,6 +62,8 @@ contains
       call add_ring(model%pairs(k)%surface%facets, candidate)
       call add_middles(model%pairs(k), candidate)
       if (model%pairs(k)%smooth) call add_patch_rings(model%pairs(k)%surface%facets, candidate)
+      if (allocated(model%pairs(k)%points%side%facets)) &
+        call add_patch_rings(model%pairs(k)%points%side%facets, candidate)
     end do
   end subroutine foresee_candidates
 
@@ -108,7 +110,7 @@ contains
     if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
   end function dense_share
 
-  !> All facets of all pairs.
+  !> All facets of all pairs, of slaves those that are bent.
   subroutine list_facets(model, facets)
     type(model_t), intent(in) :: model !! pairs
     integer, allocatable, intent(out) :: facets(:, :) !! (3, facets) corner nodes
@@ -117,12 +119,19 @@ contains
     n = 0
     do k = 1, size(model%pairs)
       n = n + size(model%pairs(k)%surface%facets, 2)
+      if (allocated(model%pairs(k)%points%side%facets)) n = n &
+        + size(model%pairs(k)%points%side%facets, 2)
     end do
     allocate (facets(3, n))
     n = 0
     do k = 1, size(model%pairs)
       facets(:, n + 1:n + size(model%pairs(k)%surface%facets, 2)) = model%pairs(k)%surface%facets
       n = n + size(model%pairs(k)%surface%facets, 2)
+      if (.not. allocated(model%pairs(k)%points%side%facets)) cycle
+      associate (side => model%pairs(k)%points%side%facets)
+        facets(:, n + 1:n + size(side, 2)) = side
+        n = n + size(side, 2)
+      end associate
     end do
   end subroutine list_facets
 
@@ -256,7 +265,9 @@ contains
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         candidate(list%ix(1:list%nel(k), k)) = .true.
-        if (list%routine(k) == routine_smooth) bent(master_nodes(list, k)) = .true.
+        if (list%routine(k) /= routine_smooth) cycle
+        bent(master_nodes(list, k)) = .true.
+        if (list%slaves(k) > 1) bent(list%ix(1:list%slaves(k), k)) = .true.
       end do
       if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
       candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)

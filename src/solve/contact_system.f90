@@ -9,14 +9,14 @@ module contact_system
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_points, only: count_points, point_position, coupling, coupled_nodes
+  use contact_points, only: count_points, point_position, point_lift, coupling, coupled_nodes
   use contact_parameters, only: point_parameters, point_shift
   use contact_overlap, only: withheld_gap
   use rigid_bodies, only: nothing_yields
   use master_facets, only: is_quadratic, facet_routine
   use contact_hosts, only: begin_increment, follow_tips, settle_points
   use contact_tips, only: touches
-  use smooth_normals, only: project_on_master, renew_patches, patch_change
+  use smooth_normals, only: project_on_master, renew_patches, shape_change
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: find_block
@@ -81,7 +81,7 @@ contains
     type(system_t), intent(inout) :: system !! cost table; contact elements as solved
     real(wp), intent(in) :: tolerance !! over the facet's size
     logical, intent(out) :: settled !! they hardly change
-    real(wp), allocatable :: before(:, :)
+    real(wp), allocatable :: before(:, :), side(:, :)
     integer :: k, first
 
     settled = .true.
@@ -90,10 +90,11 @@ contains
         if (.not. pair%smooth) cycle
         call begin_cost(system%costs, cost_search)
         before = pair%surface%patch
+        if (allocated(pair%points%side%patch)) side = pair%points%side%patch
         call renew_patches(pair, system%position%x_now)
         first = system%place%first_point(k)
-        if (patch_change(pair, system%position%x_now, before, system%contact%status(first:first + &
-          count_points(pair) - 1) > status_open) > tolerance) settled = .false.
+        if (shape_change(pair, system%position%x_now, before, side, system%contact%status(first: &
+          first + count_points(pair) - 1) > status_open) > tolerance) settled = .false.
         call end_cost(system%costs, cost_search)
       end associate
     end do
@@ -176,7 +177,10 @@ contains
         list%nel(element) = n + 6
         list%ix(n + 4:n + 6, element) = pair%surface%middles(:, host)
       end if
-      if (n > 1) list%weight(1:n, element) = pair%points%point_weights(:, p)
+      if (n > 1) then
+        list%weight(1:n, element) = pair%points%point_weights(:, p)
+        list%lift(element) = point_lift(pair, p)
+      end if
     end associate
   end subroutine place_nodes
 

@@ -10,11 +10,11 @@ module first_touch
   use elmt03, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use contact_types, only: pair_t, contact_point_t, forget_moves
+  use contact_types, only: pair_t, master_surface_t, contact_point_t, forget_moves
   use contact_points, only: count_points, first_cell, point_position
   use contact_cells, only: cut_touched
   use slave_places, only: cell_position
-  use smooth_normals, only: project_on_master, renew_patches
+  use smooth_normals, only: project_on_master, bend
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
@@ -248,7 +248,9 @@ contains
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) then
-        if (model%pairs(k)%smooth) call find_shapes(model%pairs(k), system)
+        if (model%pairs(k)%smooth) call find_shapes(model%pairs(k)%surface, system)
+        if (allocated(model%pairs(k)%points%side%patch)) &
+          call find_shapes(model%pairs(k)%points%side, system)
         call find_start(model%pairs(k), system, k)
       end if
       ! hosts that points have left without friction do not bind
@@ -309,22 +311,22 @@ contains
     end associate
   end subroutine find_free_way
 
-  !> Patches of a smooth master along the way.
-  subroutine find_shapes(pair, system)
-    type(pair_t), intent(inout) :: pair !! the pair: gets patch_way
+  !> Patches of smooth surfaces along the way.
+  pure subroutine find_shapes(surface, system)
+    type(master_surface_t), intent(inout) :: surface !! one side of a pair: gets patch_way
     type(system_t), intent(in) :: system !! positions, touch with its free way
-    real(wp) :: present(size(pair%surface%patch, 1), size(pair%surface%patch, 2))
+    real(wp) :: present(size(surface%patch, 1), size(surface%patch, 2))
 
-    present = pair%surface%patch
-    if (.not. allocated(pair%surface%patch_way)) &
-      allocate (pair%surface%patch_way(size(present, 1), size(present, 2), 3))
-    call renew_patches(pair, system%position%x_old)
-    pair%surface%patch_way(:, :, 1) = pair%surface%patch
-    call renew_patches(pair, system%touch%x_free)
-    pair%surface%patch_way(:, :, 2) = pair%surface%patch
-    call renew_patches(pair, system%touch%x_end)
-    pair%surface%patch_way(:, :, 3) = pair%surface%patch
-    pair%surface%patch = present
+    present = surface%patch
+    if (.not. allocated(surface%patch_way)) &
+      allocate (surface%patch_way(size(present, 1), size(present, 2), 3))
+    call bend(surface, system%position%x_old)
+    surface%patch_way(:, :, 1) = surface%patch
+    call bend(surface, system%touch%x_free)
+    surface%patch_way(:, :, 2) = surface%patch
+    call bend(surface, system%touch%x_end)
+    surface%patch_way(:, :, 3) = surface%patch
+    surface%patch = present
   end subroutine find_shapes
 
   !> When each slave body comes to its first touch, as a share of the increment.

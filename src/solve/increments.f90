@@ -252,6 +252,8 @@ contains
         call settle_touches(model, system, monitor, settled)
         if (settled) return
         pass = 0
+        renewals = 0
+        rough = any(model%pairs%smooth)
         settings%most_solves = progress%solves + given%most_solves
         cycle
       end if
@@ -272,7 +274,8 @@ contains
     budget = settings
     budget%energy_tolerance = max(rough_energy, settings%energy_tolerance)
     budget%extrapolation = 0.0_wp
-    if (renewals > 0) budget%most_solves = min(progress%solves + 1, settings%most_solves)
+    if (renewals > 0 .and. progress%energy <= rough_energy**2*progress%first_energy) &
+      budget%most_solves = min(progress%solves + 1, settings%most_solves)
   end function roughened
 
   !> A solve, rough or not, has met the settings.

@@ -7,7 +7,7 @@ module supports
   use element_lists, only: slave_point, master_nodes, side_nodes
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
-  use facet_geometry, only: project_on_facet
+  use facet_geometry, only: project_on_facet, facet_normal
   use quadratic_facet, only: projection_t, project_quadratic, facet_flat
   use elmlib, only: routine_smooth, facet_of_routine
   use elmt04, only: d04_patch, d04_size
@@ -385,6 +385,11 @@ contains
 
     y(:, 1) = slave_point(system%contact, k, x) + slave_point(system%contact, k, system%u) &
       + length*slave_point(system%contact, k, system%du)
+    if (system%contact%slaves(k) > 1) then
+      nodes = system%contact%ix(1:3, k)
+      y(:, 1) = y(:, 1) + system%contact%lift(k)*facet_normal(x(:, nodes) + system%u(:, nodes) &
+        + length*system%du(:, nodes))
+    end if
     nodes = master_nodes(system%contact, k)
     do i = 1, 3
       y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))

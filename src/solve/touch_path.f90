@@ -1,11 +1,13 @@
 !> The way on which open points come to a surface within an increment (doc/theory, "First touch").
 module touch_path
   use kinds, only: wp
-  use contact_types, only: pair_t, contact_point_t
-  use facet_geometry, only: project_on_facet, barycentric
+  use contact_types, only: pair_t, master_surface_t, contact_point_t
+  use contact_points, only: point_facet, corner_weights
+  use facet_geometry, only: project_on_facet, barycentric, facet_normal
   use master_facets, only: is_quadratic, facet_kind, all_nodes
   use quadratic_facet, only: project_on_quadratic
-  use smooth_patch, only: project_on_patch, patch_from_values
+  use smooth_patch, only: patch_point_t, patch_at, project_on_patch, patch_from_values, &
+    n_patch_values
   implicit none
   private
   public :: touch_t, touch_none, touch_waits, touch_known
@@ -140,6 +142,7 @@ contains
 
     slaves = places_at(touch, start, x_old, pair%points%point_nodes(:, p), t)
     y = matmul(slaves, pair%points%point_weights(:, p))
+    if (allocated(pair%points%side%patch_way)) y = y + lift_at(pair, p, start, t, slaves)
     before = 0
     first = point%host
     do step = 1, longest_walk
@@ -152,6 +155,35 @@ contains
       point%host = next
     end do
   end subroutine meet
+
+  !> How far a point stands over its slave facet on the way.
+  pure function lift_at(pair, p, start, t, slaves) result(way)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp), intent(in) :: slaves(:, :) !! (3, 3) corners of the facet then [length]
+    real(wp) :: way(3), l(3)
+    type(patch_point_t) :: point
+
+    l = corner_weights(pair, p)
+    point = patch_at(patch_from_values(patch_then(pair%points%side, point_facet(pair, p), start, &
+      t)), l(1:2))
+    way = point%x(3)*facet_normal(slaves)
+  end function lift_at
+
+  !> The patch of a facet on the way.
+  pure function patch_then(surface, facet, start, t) result(values)
+    type(master_surface_t), intent(in) :: surface !! it has patches along the way
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: values(n_patch_values)
+
+    associate (way => surface%patch_way(:, facet, :))
+      values = between(way(:, 1), way(:, 2), way(:, 3), start, t)
+    end associate
+  end function patch_then
 
   !> Projection on a facet or its patch.
   pure subroutine project(pair, nodes, facet, start, t, y, xi, gap)
@@ -167,10 +199,8 @@ contains
     if (is_quadratic(pair, facet)) then
       call project_on_quadratic(nodes, facet_kind(pair, facet), y, xi, gap)
     else if (pair%smooth) then
-      associate (way => pair%surface%patch_way(:, facet, :))
-        call project_on_patch(nodes, patch_from_values(between(way(:, 1), way(:, 2), way(:, 3), &
-          start, t)), y, xi, gap)
-      end associate
+      call project_on_patch(nodes, patch_from_values(patch_then(pair%surface, facet, start, t)), &
+        y, xi, gap)
     else
       call project_on_facet(nodes, y, xi, gap)
     end if

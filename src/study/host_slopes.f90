@@ -4,7 +4,7 @@ module host_slopes
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
-  use contact_points, only: point_position
+  use contact_points, only: point_position, point_field
   use facet_geometry, only: corners, barycentric, project_on_facet
   use unfolding, only: unfold_point, unfold_slope
   implicit none
@@ -161,7 +161,7 @@ contains
     d1 = cross(a2, e)/size_n
     d2 = cross(e, a1)/size_n
     n = barycentric(xi)
-    motion = point_position(pair, p, dx) - matmul(dc, n)
+    motion = point_field(pair, p, dx) - matmul(dc, n)
     de = -d1*dot_product(e, dc(:, 1) - dc(:, 3)) - d2*dot_product(e, dc(:, 2) - dc(:, 3))
     motion = motion - gap*de
     dxi = [dot_product(d1, motion), dot_product(d2, motion)]

@@ -8,7 +8,7 @@ module variant_starts
   use study_types, only: study_t
   implicit none
   private
-  public :: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of, spread_values
+  public :: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of
 
   !> Variants that a start is made of, at most, and the largest sum of their shares.
   integer, parameter :: most_neighbours = 12

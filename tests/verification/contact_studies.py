@@ -153,6 +153,12 @@ def matching_patch(bench):
         bench.compare(f'inclined{text}, sticking, 3 on 2', EXACT, 0.0,
                       loaded_patch(bench, 3, 2, SEGMENTED, slope, shear), 1e-9, scale=1.0,
                       form=SEGMENTED)
+    bench.compare('SMOOth: L2 error of the stress, 3 on 2', EXACT, 0.0,
+                  patch_error(bench, 3, 2, SEGMENTED + '\n    SMOOth'), 1e-10, scale=1.0,
+                  form=SEGMENTED + ' +SMOO')
+    bench.compare('SMOOth: inclined, sheared, sticking, 3 on 2', EXACT, 0.0,
+                  loaded_patch(bench, 3, 2, SEGMENTED + '\n    SMOOth', slope, drawn), 1e-9, scale=1.0,
+                  form=SEGMENTED + ' +SMOO')
     for text, blocks in (('ten nodes', 'upper lower'), ('ten nodes on four', 'upper'),
                          ('four nodes on ten', 'lower')):
         bench.compare(f'{text}: L2 error of the stress, 3 on 2', EXACT, 0.0,

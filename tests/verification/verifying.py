@@ -19,7 +19,7 @@ REACTIONS = 'step time set R1 R2 R3'.split()
 CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
             'max_elastic_slip max_criterion Ft_nodes').split()
 MARKS = {'NTOS': 'o', 'GTOS': 's', 'NTOS +AUGM': '+', 'GTOS +AUGM': 'x', 'NTOS +SMOO': '^',
-         'GTOS +SMOO': 'v', 'GTOS SEGMent': '*'}
+         'GTOS +SMOO': 'v', 'GTOS SEGMent': '*', 'GTOS SEGMent +SMOO': 'P'}
 
 
 class Trouble(Exception):
@@ -259,6 +259,15 @@ class Tables:
             offset = int(steps['CellDataOffsets']['stress'][len(steps['Values']) - 1])
             stress = group['CellData']['stress'][offset:offset + cells]
         return [tuple(float(x) for x in row) for row in stress]
+
+    def nodal_reactions(self):
+        """Reactions of all nodes at the last time (h5py)."""
+        with self.results() as file:
+            group = file['VTKHDF']
+            steps, nodes = group['Steps'], int(group['NumberOfPoints'][0])
+            offset = int(steps['PointDataOffsets']['reaction'][len(steps['Values']) - 1])
+            reaction = group['PointData']['reaction'][offset:offset + nodes]
+        return [tuple(float(x) for x in row) for row in reaction]
 
     def forces(self, when=-1):
         """Forces on the slave nodes of pair 1, as {node: [f1, f2, f3]} (h5py).

@@ -12,7 +12,7 @@ module petsc_interface
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
     mat_mult, mat_create_vectors
   public :: null_space_rigid_body, null_space_destroy
-  public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, vec_duplicate, &
+  public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
   public :: is_create, is_destroy
@@ -240,14 +240,6 @@ module petsc_interface
       type(c_ptr), value :: x
       integer(c_int), value :: n
     end function vec_set_block_size
-
-    !> Another one of its kind.
-    integer(c_int) function vec_duplicate(x, y) bind(c, name='VecDuplicate')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: x
-      type(c_ptr), intent(out) :: y
-    end function vec_duplicate
 
     !> Releases a vector.
     integer(c_int) function vec_destroy(x) bind(c, name='VecDestroy')

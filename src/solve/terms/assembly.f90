@@ -227,7 +227,10 @@ contains
     e%number = k
     e%nel = list%nel(k)
     e%slaves = list%slaves(k)
-    if (e%slaves > 1) e%weight(:e%slaves) = list%weight(:e%slaves, k)
+    if (e%slaves > 1) then
+      e%weight(:e%slaves) = list%weight(:e%slaves, k)
+      e%lift = list%lift(k)
+    end if
     e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))
