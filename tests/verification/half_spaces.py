@@ -102,9 +102,7 @@ class Pair:
             return x, y, sign*(depth + high*(1 - depth/self.outer))
         upper = {n for e in corners.elements if e[1] < last for n in e[1:]}
         self.mesh = quadratic.ten_nodes(corners, place)
-        ends = {}
-        for _, *nodes in self.mesh.elements:
-            ends.update({nodes[4 + k]: (nodes[a], nodes[b]) for k, (a, b) in enumerate(quadratic.EDGES)})
+        ends = quadratic.ends(self.mesh)
         self.upper = upper | {n for n, pair in ends.items() if upper.issuperset(pair)}
         for name, numbers in self.parts.items():
             inside = set(numbers)

@@ -30,6 +30,14 @@ def ten_nodes(mesh, place=lambda a, b: tuple((p + q)/2 for p, q in zip(a, b))):
     return fine
 
 
+def ends(mesh):
+    """The two corners beside each middle of an edge, of a mesh of ten nodes."""
+    result = {}
+    for _, *nodes in mesh.elements:
+        result.update({nodes[4 + k]: (nodes[a], nodes[b]) for k, (a, b) in enumerate(EDGES)})
+    return result
+
+
 def records(mesh):
     """COORdinates and ELEMents, of four nodes or ten."""
     lines = ['COORdinates'] + [f'  {n} 0 ' + ' '.join(f'{v:.15e}' for v in x)
