@@ -7,7 +7,7 @@ module force_scales
   implicit none
   private
   public :: begin_scales, note_forces, force_scale, in_bounds, longest_step, &
-    needed_accuracy
+    needed_accuracy, least_meaning
 
   !> No node goes farther in a run than this many times the size of the model, beyond what is
   !! prescribed.
@@ -19,6 +19,8 @@ module force_scales
   !> Without contact one solve may be all that it takes; a body that hardly anything holds goes far
   !! for a small force.
   real(wp), parameter :: finest_alone = 1.0e-15_wp, finest_loose = 1.0e-14_wp
+  !> Round-off beyond this share of the forces is no balance; strains below this are none.
+  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
 
 contains
 
@@ -86,6 +88,15 @@ contains
 
     scale = max(system%scale%given_forces, system%scale%seen_forces)
   end function force_scale
+
+  !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
+  !! forces themselves, unless these are none.
+  pure real(wp) function least_meaning(system) result(norm)
+    type(system_t), intent(in) :: system !! its force scale, its stiffness
+
+    norm = max(most_round_off*force_scale(system), &
+      no_strain*system%scale%stiffest*system%scale%bound)
+  end function least_meaning
 
   !> The share of a direction that a body can go in one iteration: its own size and what is
   !! prescribed in the increment, or the size of a facet where grounding alone holds it.

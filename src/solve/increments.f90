@@ -7,10 +7,12 @@ module increments
   use touch_path, only: touch_waits
   use first_touch, only: begin_touch_again, find_touches, keep_path
   use force_scales, only: force_scale
+  use drag, only: let_free
   use solver_choice, only: choose_solver
   use condensed_system, only: refresh_candidates, recover_interior, keep_forces
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, is_converged
+    outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, outcome_adrift, &
+    is_converged
   use contact_report, only: restless_point
   use contact_parameters, only: is_stiff, shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
@@ -33,7 +35,7 @@ module increments
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
   !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp
-  integer, parameter :: drag_patience = 3
+  integer, parameter :: drag_patience = 6
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -105,8 +107,7 @@ contains
     system%body%first_drag = max(force_scale(system), norm)/(drag_way*max(system%scale%facet_size, &
       tiny(1.0_wp)))
     call solve_from_start(model, system, time, patient, monitor, progress)
-    system%body%first_drag = 0.0_wp
-    system%body%drag = 0.0_wp
+    call let_free(system)
   end subroutine let_down
 
   !> Says once that a segmented pair has fewer points than its cells want.
@@ -242,6 +243,10 @@ contains
       if (progress%outcome == outcome_too_many .and. &
         budget%most_solves < settings%most_solves) then
         progress%outcome = outcome_converged
+      end if
+      if (progress%outcome == outcome_adrift) then
+        call follow_solution(model, system, settings, monitor, renewals, settled)
+        cycle
       end if
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
       if (rough) rough = .not. is_fine(system, settings, progress)

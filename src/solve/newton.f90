@@ -12,8 +12,9 @@ module newton
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
   use force_scales, only: note_forces, force_scale, in_bounds, longest_step, &
-    needed_accuracy
+    needed_accuracy, least_meaning
   use supports, only: drop_bodies
+  use drag, only: begin_drag, settle_drag, count_way
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
   use chord_steps, only: chords_t, follow_chords
@@ -32,7 +33,7 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted
+    outcome_gaps, outcome_inverted, outcome_adrift
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -46,12 +47,11 @@ module newton
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
   integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
+  integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> The same with a drag, with which a body may be on its way for long.
-  integer, parameter :: drag_patience = 60
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
@@ -60,12 +60,8 @@ module newton
   integer, parameter :: most_turns = 6
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
-  !> Round-off beyond this share of the forces is no balance; strains below this are none.
-  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> A step that may go less than this share of its way leads nowhere.
   real(wp), parameter :: shortest_step = 1.0_wp/256.0_wp
-  !> The drag of an iteration over that of the one before.
-  real(wp), parameter :: least_growth = 0.1_wp, most_growth = 2.0_wp
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
   !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
   integer, parameter :: most_single = 5
@@ -101,11 +97,10 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
-    logical :: sound
 
     if (system%motion%active) call take_multipliers(model, system)
+    call begin_drag(system)
     call form_residual(system, model%mesh%x)
-    system%body%drag = system%body%first_drag
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
@@ -117,33 +112,49 @@ contains
     progress%turns = 0
     progress%outcome = outcome_going_on
     do
-      call estimate_round_off(system, model%mesh%x)
-      if (is_converged(system, settings, progress)) then
-        if (system%inner%linearised) then
-          system%inner%linearised = .false.
-          call form_residual(system, model%mesh%x)
-          if (system%inner%inverted > 0) progress%outcome = outcome_inverted
-          if (progress%outcome == outcome_going_on) cycle
-          exit
-        end if
-        call look_again(system, model%mesh%x, settings, sound)
-        if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
-        if (sound) progress%outcome = outcome_converged
-      end if
-      if (progress%outcome /= outcome_going_on) exit
-      if (progress%solves >= settings%most_solves) then
-        progress%outcome = outcome_too_many
-      else if (progress%since_fewest >= merge(drag_patience, patience, &
-        system%body%drag > 0.0_wp)) then
-        progress%outcome = outcome_stalled
-      else if (any_rank(stop_requested())) then
-        progress%outcome = outcome_stopped
-      end if
+      call judge(model, system, settings, progress)
       if (progress%outcome /= outcome_going_on) exit
       call iterate(model, system, time, settings, monitor, progress)
       if (progress%outcome == outcome_going_on) call go_on(model, system, settings, progress)
     end do
   end subroutine solve_frozen
+
+  !> Whether the iterate is in balance, and if not, whether to go on.
+  subroutine judge(model, system, settings, progress)
+    type(model_t), intent(in) :: model !! mesh, pairs
+    type(system_t), intent(inout) :: system !! residual formed before and after
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(inout) :: progress !! gets outcome
+    logical :: sound, rests, hopeless
+
+    do
+      call estimate_round_off(system, model%mesh%x)
+      call settle_drag(system, model%mesh%x, rests, hopeless)
+      if (.not. rests) exit
+      if (.not. is_converged(system, settings, progress)) exit
+      if (.not. system%inner%linearised) then
+        call look_again(system, model%mesh%x, settings, sound)
+        if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
+        if (sound) progress%outcome = outcome_converged
+        exit
+      end if
+      system%inner%linearised = .false.
+      call form_residual(system, model%mesh%x)
+      if (system%inner%inverted > 0) progress%outcome = outcome_inverted
+      if (progress%outcome /= outcome_going_on) exit
+    end do
+    if (progress%outcome /= outcome_going_on) return
+    if (system%body%adrift) then
+      progress%outcome = outcome_adrift
+    else if (progress%solves >= settings%most_solves) then
+      progress%outcome = outcome_too_many
+    else if (hopeless .or. (progress%since_fewest >= patience .and. &
+      system%body%drag <= 0.0_wp)) then
+      progress%outcome = outcome_stalled
+    else if (any_rank(stop_requested())) then
+      progress%outcome = outcome_stopped
+    end if
+  end subroutine judge
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
   !! with the same factor"). Not where a body is grounded or dragged, or where the tangent took
@@ -205,15 +216,6 @@ contains
     end if
   end function is_converged
 
-  !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
-  !! forces themselves, unless these are none.
-  pure real(wp) function least_meaning(system) result(norm)
-    type(system_t), intent(in) :: system !! its force scale, its stiffness
-
-    norm = max(most_round_off*force_scale(system), &
-      no_strain*system%scale%stiffest*system%scale%bound)
-  end function least_meaning
-
   !> One iteration: tangent, factor, direction, line search.
   subroutine iterate(model, system, time, settings, monitor, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
@@ -229,9 +231,10 @@ contains
     logical :: dropped
 
     begin = wall_seconds()
-    if (any(system%body%weak)) then
+    if (any(system%body%weak) .and. system%body%euler%iterations == 0) then
       call drop_bodies(model%mesh%x, system, dropped)
       if (dropped .and. system%condensed%active) call find_defects(system)
+      if (dropped .and. system%body%drag > 0.0_wp) call begin_drag(system)
       if (dropped) call form_residual(system, model%mesh%x)
     end if
     start = residual_norm(system)
@@ -258,8 +261,9 @@ contains
     end if
     longest = min(longest, longest_step(system))
     if (system%body%drag > 0.0_wp) then
-      call search_line(system, model%mesh%x, start, .true., .false., longest, length)
-      call relax_drag(system, start)
+      call search_line(system, model%mesh%x, start, system%body%euler%iterations == 0, .true., &
+        longest, length)
+      call count_way(system, length)
     else if (any(system%body%grounded)) then
       call approach(system, model%mesh%x, start, longest, length)
     else
@@ -276,24 +280,14 @@ contains
     progress%length = length
     progress%updated = .false.
     progress%energy_met = .false.
-    if (length >= 1.0_wp) progress%energy_met = meets_energy(system, settings, progress)
+    if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
+      progress%energy_met = meets_energy(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*start
     call note_forces(system)
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
-
-  !> The drag falls and rises with the residual, so that it is gone where Newton's method converges
-  !! by itself (doc/theory, "Bodies that contact holds").
-  subroutine relax_drag(system, before)
-    type(system_t), intent(inout) :: system !! residual formed; gets drag
-    real(wp), intent(in) :: before !! norm of the residual before the step
-
-    if (before <= 0.0_wp) return
-    system%body%drag = system%body%drag*min(most_growth, max(least_growth, &
-      residual_norm(system)/before))
-  end subroutine relax_drag
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
   !! by the factor at hand, that the next step's would by far.

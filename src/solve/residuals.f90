@@ -10,14 +10,14 @@ module residuals
   use assembly, only: assemble
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
-  use right_side, only: gather_right
+  use right_side, only: gather_right, drag_shares
   use multiplier_motion, only: shift_multipliers
   use rigid_bodies, only: try_rigid
   use rigid_border, only: form_border
   use system_types, only: system_t
   implicit none
   private
-  public :: form_residual, form_trial, form_tangent, residual_norm, &
+  public :: form_residual, form_trial, form_tangent, residual_norm, drag_norm, &
     find_worst, estimate_round_off, round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
@@ -123,6 +123,27 @@ contains
       norm = norm2(system%right)
     end if
   end function residual_norm
+
+  !> Norm of the drag's force, as far as the residual knows of it.
+  pure real(wp) function drag_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! drag, euler
+    real(wp) :: share(system%body%bodies)
+    integer :: i
+
+    norm = 0.0_wp
+    if (system%condensed%active) then
+      if (system%condensed%rigid%modes > 0) norm = norm2(system%condensed%rigid%drag* &
+        (system%condensed%rigid%alpha - system%condensed%rigid%center))
+      return
+    end if
+    share = drag_shares(system)
+    do i = 1, size(system%equation, 2)
+      if (system%body%node_body(i) == 0) cycle
+      norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &
+        - system%body%euler%u(:, i), system%equation(:, i) > 0)))
+    end do
+    norm = hypot(norm, system%body%drag*norm2(system%body%euler%gone))
+  end function drag_norm
 
   !> The node and dof with the largest residual; of the condensed form the candidate.
   pure subroutine find_worst(system, node, dof, value)

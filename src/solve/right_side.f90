@@ -6,7 +6,7 @@ module right_side
   use system_types, only: system_t
   implicit none
   private
-  public :: gather_right
+  public :: gather_right, drag_shares
 
 contains
 
@@ -29,13 +29,61 @@ contains
           - length*system%inner%bulk_change(k, i) - system%contact_force(k, i)
       end do
     end do
+    if (system%body%drag > 0.0_wp) then
+      if (tried) then
+        call add_drag(system, system%trial)
+      else
+        call add_drag(system, system%u)
+      end if
+    end if
     if (system%tools%border%n == 0) return
     if (tried) then
       call add_rigid_right(system, system%trial, .true., nodal_forces(system, length))
+      if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone + &
+        length*system%solution(system%equations + 1:))
     else
       call add_rigid_right(system, system%u, .false., nodal_forces(system, length))
+      if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone)
     end if
   end subroutine gather_right
+
+  !> The drag's force on rigid bodies with a point.
+  pure subroutine add_rigid_drag(system, gone)
+    type(system_t), intent(inout) :: system !! right changes
+    real(wp), intent(in) :: gone(:) !! (border%n) way since the step began [length]
+
+    system%right(system%equations + 1:) = system%right(system%equations + 1:) &
+      - system%body%drag*gone
+  end subroutine add_rigid_drag
+
+  !> The drag's force on the nodes of bodies that supports do not hold.
+  subroutine add_drag(system, u)
+    type(system_t), intent(inout) :: system !! right changes
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp) :: share(system%body%bodies)
+    integer :: i, k
+
+    share = drag_shares(system)
+    do i = 1, size(system%equation, 2)
+      if (system%body%node_body(i) == 0) cycle
+      do k = 1, 3
+        if (system%equation(k, i) == 0) cycle
+        system%right(system%equation(k, i)) = system%right(system%equation(k, i)) - &
+          share(system%body%node_body(i))*(u(k, i) - system%body%euler%u(k, i))
+      end do
+    end do
+  end subroutine add_drag
+
+  !> The drag on each node of the bodies, 0 where supports hold them.
+  pure function drag_shares(system) result(share)
+    type(system_t), intent(in) :: system !! bodies, drag
+    real(wp) :: share(system%body%bodies)
+    integer :: b
+
+    share = [(system%body%drag/real(max(1, count(system%body%node_body == b)), wp), b=1, &
+      system%body%bodies)]
+    where (.not. system%body%weak) share = 0.0_wp
+  end function drag_shares
 
   !> What acts on the nodes: applied - internal forces.
   pure function nodal_forces(system, length) result(force)

@@ -189,6 +189,7 @@ contains
     integer :: body
 
     system%body%grounded = .false.
+    if (system%body%drag > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%weak(body)) call free_motion(x, system, body, .true., &
         system%body%grounded(body), &

@@ -6,7 +6,7 @@ module system_types
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, defects_t, carried_t
   use rigid_motions, only: motions_t
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
@@ -47,6 +47,19 @@ module system_types
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
   end type outer_t
 
+  !> A step of implicit Euler of bodies in honey: where it began, how long it has been solved for.
+  type :: euler_t
+    integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
+    real(wp) :: first = 0.0_wp !! residual after the first of them [force]
+    real(wp) :: too_small = 0.0_wp !! a drag that has been, or nearly so [force/length]
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
+    real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
+    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
+    type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
+    type(defects_t) :: bulk !! of the condensed form
+    type(carried_t) :: carried !! of the condensed form
+  end type euler_t
+
   !> The connected bodies, and what holds them.
   type :: bodies_t
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
@@ -57,6 +70,8 @@ module system_types
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
     real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
+    type(euler_t) :: euler !! the step with a drag that is under way
+    logical :: adrift = .false. !! a solve was left while a body with a drag was on its way
   end type bodies_t
 
   !> The system as one sparse matrix, and its solver.

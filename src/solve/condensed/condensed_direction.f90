@@ -108,6 +108,8 @@ contains
       if (condensed%rigid%modes > 0) then
         condensed%rigid%alpha_change = condensed%rigid%alpha_next
         call sum_forces(condensed, condensed%bulk%force_change, condensed%rigid%imbalance_change)
+        condensed%rigid%imbalance_change = condensed%rigid%imbalance_change &
+          + condensed%rigid%drag*condensed%rigid%alpha_change
       end if
     end associate
   end subroutine take_answer

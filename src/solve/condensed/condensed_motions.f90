@@ -9,7 +9,8 @@ module condensed_motions
   implicit none
   private
   public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion, lost_digits
+    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, &
+    set_center
 
   !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
   !! costs are missing where the body touches.
@@ -134,7 +135,23 @@ contains
     call sum_forces(condensed, condensed%bulk%force, condensed%rigid%imbalance)
     condensed%rigid%imbalance = condensed%rigid%imbalance - matmul(condensed%outer%pushes, &
       condensed%outer%factors)
+    if (condensed%rigid%drag > 0.0_wp) condensed%rigid%imbalance = condensed%rigid%imbalance &
+      + condensed%rigid%drag*(condensed%rigid%alpha - condensed%rigid%center)
   end subroutine find_imbalance
+
+  !> Measures a drag on the rigid motions from where they are: it has no force there.
+  pure subroutine set_center(condensed, drag)
+    type(condensed_t), intent(inout) :: condensed !! gets drag, center; imbalance follows
+    real(wp), intent(in) :: drag !! 0: none [force/length]
+
+    associate (rigid => condensed%rigid)
+      if (rigid%modes == 0) return
+      if (rigid%drag > 0.0_wp) rigid%imbalance = rigid%imbalance - rigid%drag*(rigid%alpha &
+        - rigid%center)
+      rigid%drag = drag
+      rigid%center = rigid%alpha
+    end associate
+  end subroutine set_center
 
   !> Work of forces at the candidates on the rigid motions.
   pure subroutine sum_forces(condensed, force, push)

@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
-    columns_t
+    columns_t, defects_t, carried_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -129,6 +129,8 @@ module condensed_types
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
+    real(wp) :: drag = 0.0_wp !! on them [force/length]
+    real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]
   end type carried_t
 
   !> The candidates that elements or forces touch at present, and the unknowns there.
