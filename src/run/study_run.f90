@@ -19,6 +19,7 @@ module study_run
   use deck_variants, only: variant_t, difference_t, read_variant, read_next_variant, set_value, &
     place_load
   use sensitivity_start, only: find_levers
+  use lever_sums, only: levers_t
   use variant_system, only: set_back, change_influence, reactions_by_levers, same_loads
   use variant_starts, only: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of
   use study_types, only: study_t
@@ -41,7 +42,7 @@ module study_run
     type(facet_table_t) :: exterior !! exterior facets of its mesh
     type(plan_t) :: plan !! end times and tolerances
     type(common_t) :: common !! the state at FROM
-    real(wp), allocatable :: lever(:, :, :, :), hold(:, :, :, :) !! of the reaction sets
+    type(levers_t) :: levers !! of the reaction sets
     type(starts_t) :: starts !! contact forces of the variants so far
     real(wp), allocatable :: energy(:) !! (end times) with which an iteration has begun, 0 unknown
     !! [force length]
@@ -74,7 +75,7 @@ contains
       shared%common, error)
     if (allocated(error)) return
     if (context%system%condensed%active) call find_levers(shared%base%model, context%system, &
-      shared%base%model%output%reactions, shared%lever, shared%hold)
+      shared%base%model%output%reactions, shared%levers)
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
@@ -257,7 +258,7 @@ contains
       if (sharing) then
         if (shared%energy(i) <= 0.0_wp) shared%energy(i) = monitor%first_energy
         call keep_forces_of(shared%starts, i, system%condensed%outer%kept)
-        call reactions_by_levers(model, system, state%time, shared%lever, shared%hold, &
+        call reactions_by_levers(model, system, state%time, shared%levers, &
           result%reactions(:, :, i))
       else
         call sum_reactions(model, system, state, result%reactions(:, :, i))

@@ -35,6 +35,12 @@ contains
     do i = 1, size(x, 1)
       x(i, :) = b(body%direction(i), body%node(i), :)
     end do
+    if (all(abs(x) <= 0.0_wp)) then
+      do i = 1, size(x, 1)
+        u(body%direction(i), body%node(i), :) = 0.0_wp
+      end do
+      return
+    end if
     inner = size(x, 1) - body%m
     call look_at_factor(body%solver, factor)
     call eliminate(factor, inner, size(x, 1), columns, x)

@@ -15,28 +15,32 @@ module increment_answers
   private
   public :: solve_all, factor_change
 
+  !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
+  real(wp), parameter :: share_left = 5.0e-12_wp, share_of_euler = 1.0e-13_wp
+
 contains
 
   !> Solves for the displacements of the candidates, all parameters at once:
   !! (I + C k) du = db - C c, and the forces c + k du.
-  subroutine solve_all(model, system, time, s, work, du, trouble)
+  subroutine solve_all(model, system, time, s, work, trouble)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(inout) :: system !! condensed
     real(wp), intent(in) :: time !! end of the increment
-    type(sensitivity_t), intent(inout) :: s !! gets answers
+    type(sensitivity_t), intent(inout) :: s !! du at supports given; gets it at candidates
     type(work_t), intent(in) :: work !! elements, causes
-    real(wp), intent(inout) :: du(:, :, :) !! (3, nodes, n) prescribed; gets the candidates [length]
     character(:), allocatable, intent(inout) :: trouble !! not solved
     real(wp), allocatable :: u(:, :), c(:, :)
     integer :: n, outcome, attempt, j, i
     logical :: arrived
 
     n = size(s%slopes)
+    s%answers%share_left = spread(share_left, 1, n)
+    s%answers%share_left(pack(s%euler%slope, s%euler%slope > 0)) = share_of_euler
     arrived = .false.
     do attempt = 1, 2
       u = spread(spread(0.0_wp, 1, system%condensed%n), 2, n)
       c = u
-      call collect_right(model, system, time, s, work, du, u, c)
+      call collect_right(model, system, time, s, work, u, c)
       call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
       if (outcome /= solver_done) exit
       call answer_all(system%condensed, c, u, arrived, s%answers)
@@ -50,32 +54,32 @@ contains
     associate (condensed => system%condensed)
       do j = 1, n
         do i = 1, condensed%n
-          du(condensed%direction(i), condensed%node(i), j) = u(i, j)
+          s%du(condensed%direction(i), condensed%node(i), j) = u(i, j)
         end do
       end do
     end associate
   end subroutine solve_all
 
   !> Displacements of the candidates without contact and forces of contact at fixed candidates.
-  subroutine collect_right(model, system, time, s, work, du, loaded, c)
+  subroutine collect_right(model, system, time, s, work, loaded, c)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! condensed
     real(wp), intent(in) :: time !! end of the increment
-    type(sensitivity_t), intent(in) :: s !! slopes
+    type(sensitivity_t), intent(in) :: s !! slopes, prescribed displacements
     type(work_t), intent(in) :: work !! elements, causes
-    real(wp), intent(in) :: du(:, :, :) !! (3, nodes, n) prescribed [length]
     real(wp), intent(inout) :: loaded(:, :) !! (candidates, n) [length]
     real(wp), intent(inout) :: c(:, :) !! (candidates, n) [force]
-    real(wp) :: force(3, size(du, 2)), factor, change, stiffer
+    real(wp) :: force(3, model%mesh%nodes), factor, change, stiffer
     integer :: i, j, k, e
 
+    force = 0.0_wp
     associate (condensed => system%condensed)
       do j = 1, size(s%slopes)
-        force = 0.0_wp
+        force(:, s%levers%loaded) = 0.0_wp
         do e = 1, size(work%elements)
           if (work%slopes(e)%status == status_open) cycle
           call add_forces(work%elements(e), element_change(work, e, j, &
-            system%contact%d(d03_epsilon, e), du(:, :, j)), force)
+            system%contact%d(d03_epsilon, e), s%du(:, :, j)), force)
         end do
         do i = 1, condensed%n
           c(i, j) = force(condensed%direction(i), condensed%node(i))

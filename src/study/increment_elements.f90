@@ -148,10 +148,11 @@ contains
     integer, intent(in) :: e !! the element
     integer, intent(in) :: j !! the parameter
     real(wp), intent(in) :: du(:, :) !! (3, nodes) displacements that change with it [length]
-    real(wp) :: change(5)
+    real(wp) :: change(5), dx(12)
 
-    change = slope_by_causes(work%slopes(e), work%by(:, e, j)) &
-      + slope_by_motion(work%slopes(e), element_motion(work%elements(e), du))
+    change = slope_by_causes(work%slopes(e), work%by(:, e, j))
+    dx = element_motion(work%elements(e), du)
+    if (any(abs(dx) > 0.0_wp)) change = change + slope_by_motion(work%slopes(e), dx)
   end function tip_change
 
   !> Motion of S, 1, 2, 3.

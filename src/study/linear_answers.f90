@@ -21,13 +21,14 @@ module linear_answers
   type :: answers_t
     type(touched_t) :: touched !! candidates and their compliances
     type(block_gmres_t) :: iteration !! room of GMRES
+    real(wp), allocatable :: share_left(:) !! (columns) what is left of each force, over the force
   end type answers_t
 
   !> Steps of GMRES with all columns.
   integer, parameter :: most_blocks = 40
   !> A factor serves again if no more than this share of the elements have changed their status.
   integer, parameter :: changes_share = 20
-  !> What is left of a force, over the force.
+  !> What is left of a force, over the force, where columns are solved for one by one.
   real(wp), parameter :: accuracy = 1.0e-13_wp
   !> Iterations with blocks.
   integer, parameter :: most_of_blocks = 200
@@ -80,9 +81,10 @@ contains
       associate (rows => course%touched%rows)
         b = transpose(u(rows, :))
         f = transpose(c(rows, :))
-        call add_product(course%touched, -f, b)
+        call add_product(condensed%bodies, course%touched, -f, b)
         allocate (y, mold=b)
-        call answer_block(condensed%tangent, course%touched, b, course%iteration, y, arrived)
+        call answer_block(condensed, course%touched, b, course%share_left, course%iteration, &
+          y, arrived)
         f = f + y
         c(rows, :) = transpose(f)
       end associate
@@ -124,39 +126,38 @@ contains
 
   !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns
   !! together: products with matrices are made for all at once, and each column finds its answer
-  !! among the vectors of all.
-  subroutine answer_block(tangent, touched, b, iteration, y, arrived)
-    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+  !! among the directions of all.
+  subroutine answer_block(condensed, touched, b, share_left, iteration, y, arrived)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
     type(touched_t), intent(in) :: touched !! rows and their compliance
     real(wp), intent(in) :: b(:, :) !! (columns, rows) displacements [length]
+    real(wp), intent(in) :: share_left(:) !! (columns) of each force that may be left
     type(block_gmres_t), intent(inout) :: iteration !! its room is used again
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
     logical, intent(out) :: arrived !! all columns
     real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:, :)
-    real(wp) :: floor(size(b, 1))
 
-    associate (columns => size(b, 1), n => size(b, 2), most => (most_blocks + 1)*size(b, 1))
+    associate (tangent => condensed%tangent, columns => size(b, 1), n => size(b, 2), most => &
+      most_blocks*size(b, 1))
       allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most))
       t = b
-      call answer_leading_block(tangent, touched, t, z)
+      call answer_leading_block(condensed, touched, t, z)
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      floor = accuracy*norm2(y, 2)
-      call begin_block(transpose(r), most, iteration)
-      do while (any(iteration%rest > floor) .and. iteration%m + columns <= most .and. &
-        iteration%m > iteration%n)
+      call begin_block(transpose(r), share_left*norm2(y, 2), most, iteration)
+      do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))
           t = 0.0_wp*x
-          call add_product(touched, x, t)
-          call answer_leading_block(tangent, touched, t, shares(:, old:new))
+          call add_product(condensed%bodies, touched, x, t)
+          call answer_leading_block(condensed, touched, t, shares(:, old:new))
           r = t
           call apply_rest_block(tangent, touched, t, r)
           call add_images(transpose(r + x), iteration)
         end associate
       end do
-      arrived = all(iteration%rest <= floor)
+      arrived = all(iteration%rest <= iteration%floor)
       share = block_shares(iteration)
       y = transpose(matmul(iteration%base(:, :iteration%n), share))
       z = z - matmul(shares(:, :iteration%n), share)
@@ -165,15 +166,15 @@ contains
   end subroutine answer_block
 
   !> What displacements d become when the leading part of contact answers them.
-  subroutine answer_leading_block(tangent, touched, d, z)
-    type(contact_tangent_t), intent(in) :: tangent !! with its factor
+  subroutine answer_leading_block(condensed, touched, d, z)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
     type(touched_t), intent(in) :: touched !! rows, C U
     real(wp), intent(inout) :: d(:, :) !! (columns, rows) in and out [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), allocatable :: force(:, :)
     integer :: k, info
 
-    associate (n => tangent%rank, columns => size(d, 1))
+    associate (tangent => condensed%tangent, n => condensed%tangent%rank, columns => size(d, 1))
       if (n == 0) return
       if (tangent%whole) then
         do k = 1, columns
@@ -187,7 +188,7 @@ contains
       if (tangent%whole) then
         allocate (force(columns, size(d, 2)), source=0.0_wp)
         call add_leading_block(tangent, touched, z, force)
-        call add_product(touched, -force, d)
+        call add_product(condensed%bodies, touched, -force, d)
       else
         call subtract_leading(touched, columns, z, d)
       end if

@@ -14,7 +14,8 @@ module sensitivities
   use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
     element_motion, add_forces
   use increment_answers, only: solve_all, factor_change
-  use sensitivity_start, only: start_scene, remember_points, supported_nodes, sum_by_levers
+  use sensitivity_start, only: start_scene, remember_points
+  use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t, state_t
   implicit none
@@ -34,8 +35,7 @@ contains
     type(sensitivity_t), intent(inout) :: s !! derivatives
     character(:), allocatable, intent(out) :: trouble !! empty if all went well
     type(work_t) :: work
-    real(wp), allocatable :: du(:, :, :), right(:), contact_force(:, :)
-    integer :: n, j
+    real(wp), allocatable :: right(:), contact_force(:, :)
 
     trouble = ''
     if (.not. system%condensed%active) then
@@ -43,7 +43,6 @@ contains
       return
     end if
     if (.not. s%started) call start_scene(model, system, s)
-    n = size(s%slopes)
     right = system%right
     contact_force = system%contact_force
     system%contact%hold = .false.
@@ -51,14 +50,9 @@ contains
     system%contact%keep = 0.0_wp
     call load_elements(model, system, work)
     call find_causes(model, system, s, work)
-    allocate (du(3, model%mesh%nodes, n), source=0.0_wp)
-    do j = 1, n
-      call change_ways(model, s%slopes(j), state%time, du(:, :, j))
-      where (system%equation > 0) du(:, :, j) = 0.0_wp
-    end do
-    call solve_all(model, system, state%time, s, work, du, trouble)
+    call change_ways(model, system, state%time, s)
+    call solve_all(model, system, state%time, s, work, trouble)
     if (len(trouble) > 0) return
-    call move_alloc(du, s%du)
     call collect_forces(model, system, s, work)
     call settle(model, system, s, work)
     call add_reactions(model, system, state, s)
@@ -66,44 +60,62 @@ contains
     system%contact_force = contact_force
   end subroutine follow_increment
 
-  !> Derivatives of the prescribed displacements.
-  subroutine change_ways(model, slope, time, displacement)
+  !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
+  subroutine change_ways(model, system, time, s)
     type(model_t), intent(in) :: model !! loads and their tables
-    type(slope_t), intent(in) :: slope !! the parameter
+    type(system_t), intent(in) :: system !! equations
     real(wp), intent(in) :: time !! end of the increment
-    real(wp), intent(inout) :: displacement(:, :) !! (3, nodes) grows by them [length]
-    integer :: k
+    type(sensitivity_t), intent(inout) :: s !! gets du
+    real(wp) :: ways(3, model%mesh%nodes)
+    integer :: i, j, k
 
-    do k = 1, size(slope%loads)
-      call add_displacement(slope%loads(k), load_factor(model%tables, slope%loads(k)%table, time), &
-        displacement)
-    end do
-    do k = 1, size(model%conditions%loads)
-      associate (load => model%conditions%loads(k))
-        call add_displacement(load, factor_change(slope, load%table, time), displacement)
+    ways = 0.0_wp
+    do j = 1, size(s%slopes)
+      ways(:, s%levers%supports) = 0.0_wp
+      associate (slope => s%slopes(j))
+        do k = 1, size(slope%loads)
+          call add_displacement(slope%loads(k), load_factor(model%tables, slope%loads(k)%table, &
+            time), ways)
+        end do
+        do k = 1, size(model%conditions%loads)
+          associate (load => model%conditions%loads(k))
+            call add_displacement(load, factor_change(slope, load%table, time), ways)
+          end associate
+        end do
+      end associate
+      do i = 1, size(s%levers%supports)
+        associate (node => s%levers%supports(i))
+          where (system%equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
+        end associate
+      end do
+      associate (condensed => system%condensed)
+        do i = 1, condensed%n
+          s%du(condensed%direction(i), condensed%node(i), j) = 0.0_wp
+        end do
       end associate
     end do
   end subroutine change_ways
 
-  !> Derivatives of the applied forces.
-  subroutine change_forces(model, slope, time, force)
+  !> Adds the derivatives of the applied forces, times a factor.
+  subroutine add_changes(model, slope, time, factor, force)
     type(model_t), intent(in) :: model !! loads and their tables
     type(slope_t), intent(in) :: slope !! the parameter
     real(wp), intent(in) :: time !! end of the increment
-    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(in) :: factor !! the factor
+    real(wp), intent(inout) :: force(:, :) !! (3, nodes) [force]
     integer :: k
 
-    force = 0.0_wp
     do k = 1, size(slope%loads)
-      call add_force(slope%loads(k), load_factor(model%tables, slope%loads(k)%table, time), force)
+      call add_force(slope%loads(k), factor*load_factor(model%tables, slope%loads(k)%table, time), &
+        force)
     end do
     do k = 1, size(model%conditions%loads)
       associate (load => model%conditions%loads(k))
-        call add_force(load, factor_change(slope, load%table, time) + slope%forces &
-          *load_factor(model%tables, load%table, time), force)
+        call add_force(load, factor*(factor_change(slope, load%table, time) + slope%forces &
+          *load_factor(model%tables, load%table, time)), force)
       end associate
     end do
-  end subroutine change_forces
+  end subroutine add_changes
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
   subroutine collect_forces(model, system, s, work)
@@ -114,7 +126,7 @@ contains
     real(wp) :: dr(12)
     integer :: k, e, j
 
-    s%force = 0.0_wp
+    s%force(:, s%levers%loaded, :) = 0.0_wp
     s%contact = 0.0_wp
     s%range = huge(1.0_wp)
     s%kinks = 0
@@ -218,28 +230,29 @@ contains
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
     real(wp) :: force(3, size(state%u, 2)), given(3, size(state%u, 2))
-    integer, allocatable :: supports(:)
     integer :: i, k, j
 
-    supports = supported_nodes(system)
     given = 0.0_wp
     do j = 1, size(s%slopes)
-      do i = 1, size(supports)
-        associate (node => supports(i))
+      do i = 1, size(s%levers%supports)
+        associate (node => s%levers%supports(i))
           given(:, node) = s%du(:, node, j)
           if (system%body%node_body(node) > 0) given(:, node) = given(:, node) &
             + s%slopes(j)%stiffness(system%body%node_body(node))*state%u(:, node)
         end associate
       end do
-      call change_forces(model, s%slopes(j), state%time, force)
-      force = s%force(:, :, j) - force
-      call sum_by_levers(system, s%lever, s%hold, supports, force, given, s%reaction(:, :, j))
+      force(:, s%levers%loaded) = s%force(:, s%levers%loaded, j)
+      call add_changes(model, s%slopes(j), state%time, -1.0_wp, force)
+      call sum_by_levers(system%equation, s%levers, force, given, s%reaction(:, :, j))
     end do
-    do i = 1, size(s%sets)
-      do k = 1, 3
-        s%total(k, i) = sum(state%reaction*s%lever(:, :, k, i), system%equation == 0)
+    associate (supports => s%levers%supports)
+      do i = 1, size(s%sets)
+        do k = 1, 3
+          s%total(k, i) = sum(state%reaction(:, supports)*s%levers%u(:, supports, k, i), &
+            system%equation(:, supports) == 0)
+        end do
       end do
-    end do
+    end associate
     associate (euler => s%euler)
       euler%error = 0.0_wp
       if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &

@@ -11,13 +11,14 @@ module sensitivity_start
   use contact_parameters, only: is_stiff
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
+  use lever_sums, only: levers_t, supported_nodes, loaded_nodes
   use system_types, only: system_t
   use friction_laws, only: cone_laws, acts
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
   public :: begin_sensitivities, start_scene, find_levers, load_bodies, &
-    remember_points, supported_nodes, sum_by_levers
+    remember_points
 
 contains
 
@@ -147,7 +148,7 @@ contains
   subroutine start_scene(model, system, s)
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
-    type(sensitivity_t), intent(inout) :: s !! gets lever, hold, pushed, influence of slopes
+    type(sensitivity_t), intent(inout) :: s !! gets levers, pushed, influence of slopes
     type(load_t), allocatable :: loads(:)
     real(wp), allocatable :: u(:, :, :), force(:, :, :)
     integer :: j, k, n, levers, own
@@ -160,17 +161,18 @@ contains
         loads(n) = s%slopes(j)%loads(k)
       end do
     end do
-    levers = 3*size(s%sets)
     own = size(model%conditions%loads)
+    levers = own + 3*size(s%sets)
     allocate (u(3, model%mesh%nodes, levers + own + n), force(3, model%mesh%nodes, levers + own + &
       n), source=0.0_wp)
-    call move_sets(model, system, s%sets, u(:, :, :levers))
+    call apply_loads(system, model%conditions%loads, .true., u(:, :, :own), force(:, :, :own))
+    call move_sets(model, system, s%sets, u(:, :, own + 1:levers))
     call apply_loads(system, model%conditions%loads, .false., u(:, :, levers + 1:levers + own), &
       force(:, :, levers + 1:levers + own))
     call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
       force(:, :, levers + own + 1:))
-    call find_displacements(system, force, u)
-    call take_levers(system, u(:, :, :levers), s%lever, s%hold)
+    call find_displacements(system, force, u, system%condensed%outer%influence)
+    call take_levers(model, system, loads, u(:, :, own + 1:levers), s%levers)
     s%pushed = u(:, :, levers + 1:levers + own)
     n = levers + own
     do j = 1, size(s%slopes)
@@ -183,20 +185,18 @@ contains
   end subroutine start_scene
 
   !> How supports answer to contact forces: displacements for a unit motion of each set.
-  subroutine find_levers(model, system, sets, lever, hold)
+  subroutine find_levers(model, system, sets, levers)
     type(model_t), intent(in) :: model !! sets
     type(system_t), intent(in) :: system !! factors of the bodies
     type(string_t), intent(in) :: sets(:) !! names
-    real(wp), allocatable, intent(out) :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements
-    real(wp), allocatable, intent(out) :: hold(:, :, :, :) !! (3, nodes, 3, sets) and forces at the
-    !! supports
+    type(levers_t), intent(out) :: levers !! of these
     real(wp), allocatable :: force(:, :, :), u(:, :, :)
 
     allocate (u(3, model%mesh%nodes, 3*size(sets)), force(3, model%mesh%nodes, 3*size(sets)), &
       source=0.0_wp)
     call move_sets(model, system, sets, u)
     call find_displacements(system, force, u)
-    call take_levers(system, u, lever, hold)
+    call take_levers(model, system, [load_t ::], u, levers)
   end subroutine find_levers
 
   !> Unit motions of sets, where they are held.
@@ -219,71 +219,27 @@ contains
   end subroutine move_sets
 
   !> Levers from the displacements, and the forces at the supports.
-  subroutine take_levers(system, u, lever, hold)
+  subroutine take_levers(model, system, others, u, levers)
+    type(model_t), intent(in) :: model !! pairs, loads
     type(system_t), intent(in) :: system !! bulk matrix, equations
+    type(load_t), intent(in) :: others(:) !! loads beside those of the model
     real(wp), intent(in) :: u(:, :, :) !! (3, nodes, 3*sets) displacements
-    real(wp), allocatable, intent(out) :: lever(:, :, :, :), hold(:, :, :, :) !! see find_levers
+    type(levers_t), intent(inout) :: levers !! all of it
     integer :: i, k
 
     associate (nodes => size(u, 2), sets => size(u, 3)/3)
-      lever = reshape(u, [3, nodes, 3, sets])
-      allocate (hold(3, nodes, 3, sets))
+      levers%u = reshape(u, [3, nodes, 3, sets])
+      allocate (levers%hold(3, nodes, 3, sets))
       do i = 1, sets
         do k = 1, 3
-          call multiply(system%whole%bulk_matrix, lever(:, :, k, i), hold(:, :, k, i))
-          where (system%equation > 0) hold(:, :, k, i) = 0.0_wp
+          call multiply(system%whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
+          where (system%equation > 0) levers%hold(:, :, k, i) = 0.0_wp
         end do
       end do
     end associate
+    levers%supports = supported_nodes(system%equation)
+    levers%loaded = loaded_nodes(model, others)
   end subroutine take_levers
-
-  !> Nodes with a direction that is prescribed.
-  pure function supported_nodes(system) result(nodes)
-    type(system_t), intent(in) :: system !! equations
-    integer, allocatable :: nodes(:)
-    integer :: i
-
-    nodes = pack([(i, i=1, size(system%equation, 2))], any(system%equation == 0, 1))
-  end function supported_nodes
-
-  !> Resultants of sets of supports by their levers: from forces, and from prescribed values. Nodes
-  !! that have neither, which are nearly all, are passed over.
-  pure subroutine sum_by_levers(system, lever, hold, supports, force, given, reaction)
-    type(system_t), intent(in) :: system !! equations
-    real(wp), intent(in) :: lever(:, :, :, :) !! (3, nodes, 3, sets) see find_levers
-    real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets) zero at free directions
-    integer, intent(in) :: supports(:) !! nodes with prescribed directions
-    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
-    real(wp), intent(in) :: given(:, :) !! (3, nodes) prescribed values at supports [length]
-    real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
-    integer :: pushed(size(force, 2)), n, node, i, j, k, m
-    real(wp) :: by_forces, by_ways
-
-    n = 0
-    do node = 1, size(force, 2)
-      if (all(abs(force(:, node)) <= 0.0_wp)) cycle
-      n = n + 1
-      pushed(n) = node
-    end do
-    do i = 1, size(lever, 4)
-      do k = 1, 3
-        by_forces = 0.0_wp
-        do j = 1, n
-          do m = 1, 3
-            by_forces = by_forces + lever(m, pushed(j), k, i)*force(m, pushed(j))
-          end do
-        end do
-        by_ways = 0.0_wp
-        do j = 1, size(supports)
-          do m = 1, 3
-            if (system%equation(m, supports(j)) == 0) by_ways = by_ways &
-              + hold(m, supports(j), k, i)*given(m, supports(j))
-          end do
-        end do
-        reaction(k, i) = by_forces + by_ways
-      end do
-    end do
-  end subroutine sum_by_levers
 
   !> Displacements of all bodies for a unit of each load, prescribed values and forces.
   subroutine load_bodies(system, loads, u)
@@ -314,18 +270,24 @@ contains
     end do
   end subroutine apply_loads
 
-  !> Displacements of all bodies under forces and prescribed values, for all columns.
-  subroutine find_displacements(system, force, u)
+  !> Displacements of all bodies under forces and prescribed values, for all columns; those that are
+  !! multiples of others are solved for once, and not at all where the first ones are known.
+  subroutine find_displacements(system, force, u, known)
     type(system_t), intent(in) :: system !! factors of the bodies
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
+    real(wp), optional, intent(in) :: known(:, :, :) !! (3, nodes, m) those of the first columns
     real(wp), allocatable :: internal(:, :), b(:, :, :), x(:, :, :)
     integer, allocatable :: columns(:)
-    integer :: i, k
+    integer :: like(size(u, 3)), i, k, first
+    real(wp) :: factor(size(u, 3))
 
-    columns = pack([(k, k=1, size(u, 3))], [(any(abs(u(:, :, k)) > 0.0_wp) .or. &
-      any(abs(force(:, :, k)) > 0.0_wp), k=1, size(u, 3))])
-    if (size(columns) == 0) return
+    first = 1
+    if (present(known)) first = size(known, 3) + 1
+    do k = 1, size(u, 3)
+      call find_like(force(:, :, :k), u(:, :, :k), like(:k - 1), like(k), factor(k))
+    end do
+    columns = pack([(k, k=first, size(u, 3))], like(first:) == [(k, k=first, size(u, 3))])
     allocate (internal(3, size(u, 2)))
     do k = 1, size(columns)
       call multiply(system%whole%bulk_matrix, u(:, :, columns(k)), internal)
@@ -333,10 +295,55 @@ contains
     end do
     b = force(:, :, columns)
     x = u(:, :, columns)
+    if (present(known)) u(:, :, :first - 1) = known
     do i = 1, system%body%bodies
       if (.not. allocated(system%condensed%bodies(i)%node)) cycle
       call solve_condensed_body(system%condensed%bodies(i), b, x)
     end do
     u(:, :, columns) = x
+    do k = 1, size(u, 3)
+      if (like(k) > 0 .and. like(k) < k) u(:, :, k) = factor(k)*u(:, :, like(k))
+    end do
   end subroutine find_displacements
+
+  !> The first column that the last one is a multiple of: itself, if there is none before it; 0 if
+  !! it is nothing.
+  pure subroutine find_like(force, u, like_before, like, factor)
+    real(wp), intent(in) :: force(:, :, :) !! (3, nodes, n) applied forces [force]
+    real(wp), intent(in) :: u(:, :, :) !! (3, nodes, n) prescribed values [length]
+    integer, intent(in) :: like_before(:) !! (n-1) the same of the others
+    integer, intent(out) :: like !! that column
+    real(wp), intent(out) :: factor !! by which
+    integer :: at(2), i, n
+    logical :: pushed
+
+    n = size(u, 3)
+    factor = 1.0_wp
+    pushed = any(abs(force(:, :, n)) > 0.0_wp)
+    like = merge(n, 0, pushed .or. any(abs(u(:, :, n)) > 0.0_wp))
+    if (like == 0) return
+    at = maxloc(abs(u(:, :, n)))
+    if (pushed) at = maxloc(abs(force(:, :, n)))
+    do i = 1, n - 1
+      if (like_before(i) /= i) cycle
+      factor = u(at(1), at(2), i)
+      if (pushed) factor = force(at(1), at(2), i)
+      if (abs(factor) <= 0.0_wp) cycle
+      factor = merge(force(at(1), at(2), n), u(at(1), at(2), n), pushed)/factor
+      like = i
+      if (is_multiple(force, factor, i) .and. is_multiple(u, factor, i)) return
+    end do
+    like = n
+    factor = 1.0_wp
+  end subroutine find_like
+
+  !> The last column of a is a factor times another one, to round-off.
+  pure logical function is_multiple(a, factor, i)
+    real(wp), intent(in) :: a(:, :, :) !! (3, nodes, n) columns
+    real(wp), intent(in) :: factor !! the factor
+    integer, intent(in) :: i !! the other one
+
+    is_multiple = all(abs(a(:, :, size(a, 3)) - factor*a(:, :, i)) <= &
+      4.0_wp*epsilon(1.0_wp)*abs(a(:, :, size(a, 3))))
+  end function is_multiple
 end module sensitivity_start

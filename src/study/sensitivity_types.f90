@@ -5,6 +5,7 @@ module sensitivity_types
   use deck_types, only: location_t
   use model_types, only: model_t, load_t, load_table_t
   use linear_answers, only: answers_t
+  use lever_sums, only: levers_t
   implicit none
   private
   public :: sensitivity_t, slope_t, tables_t, new_slope, add_slope
@@ -51,9 +52,7 @@ module sensitivity_types
     real(wp), allocatable :: du(:, :, :) !! (3, nodes, n) of displacements, where contact may be
     real(wp), allocatable :: force(:, :, :) !! (3, nodes, n) of contact forces
     type(string_t), allocatable :: sets(:) !! sets of the reaction table
-    real(wp), allocatable :: lever(:, :, :, :) !! (3, nodes, 3, sets) displacements for a unit
-    !! motion of the set, and
-    real(wp), allocatable :: hold(:, :, :, :) !! (3, nodes, 3, sets) what it takes at the supports
+    type(levers_t) :: levers !! of these sets
     real(wp), allocatable :: pushed(:, :, :) !! (3, nodes, loads) u of the applied forces alone
     real(wp), allocatable :: reaction(:, :, :) !! (3, sets, n) derivatives of reactions [force]
     real(wp), allocatable :: contact(:, :, :) !! (3, pairs, n) and of contact sums [force]

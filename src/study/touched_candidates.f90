@@ -14,8 +14,19 @@ module touched_candidates
   integer, parameter :: most_columns = 64, small_product = 900000
   !> Rows of a block of a symmetric matrix that stay in the cache for its second product.
   integer, parameter :: most_rows = 512
+  !> Columns that are turned at a time.
+  integer, parameter :: turned_columns = 8
   !> Rows over those that are not needed, at least.
   integer, parameter :: most_idle = 10
+
+  !> Compliance of the touched candidates of one body.
+  type :: part_t
+    integer :: m = 0 !! candidates of the body
+    integer, allocatable :: rows(:) !! (n) these, as candidates of the body, ascending
+    logical :: whole = .false. !! all of them: the body's own matrix serves
+    real(wp), allocatable :: c(:, :) !! (n or more, n or more) else: the lower triangle and the
+    !! diagonal blocks count [length/force]
+  end type part_t
 
   !> The live candidates that closed elements touch: forces of contact act there alone. Matrices of
   !! many right-hand sides are turned here: (columns, rows).
@@ -25,15 +36,8 @@ module touched_candidates
     integer, allocatable :: place(:) !! (live) place in rows, 0 for none
     integer, allocatable :: first(:) !! (bodies+1) rows before each body
     type(part_t), allocatable :: bodies(:) !! their compliances
-    real(wp), allocatable :: cu(:, :) !! (n, rank) C U [length]
+    real(wp), allocatable :: cu(:, :) !! (rank, n or more) C U, turned [length]
   end type touched_t
-
-  !> Compliance of one body.
-  type :: part_t
-    integer, allocatable :: order(:) !! (m) its candidates: the touched ones first
-    real(wp), allocatable :: c(:, :) !! (touched, m) [length/force]; of its first part, which is
-    !! symmetric, the lower triangle counts
-  end type part_t
 
 contains
 
@@ -57,10 +61,7 @@ contains
           call mark(tangent%dofs(:, tangent%owner(k)))
         end do
       end if
-      if (.not. serves(touched, pack(live, marked), tangent%whole)) then
-        touched%rows = pack(live, marked)
-        call gather_bodies(condensed, touched)
-      end if
+      call gather_bodies(condensed%bodies, pack(live, marked), tangent%whole, touched)
       touched%live_rows = condensed%alive%live_place(touched%rows)
       touched%place = spread(0, 1, condensed%alive%n_live)
       do i = 1, size(touched%rows)
@@ -80,137 +81,141 @@ contains
   end subroutine gather_touched
 
   !> The rows of the last call hold what is wanted, and not many more; or exactly that.
-  pure logical function serves(touched, wanted, exactly)
-    type(touched_t), intent(in) :: touched !! rows, if there are any
+  pure logical function serves(rows, wanted, exactly)
+    integer, allocatable, intent(in) :: rows(:) !! those of the last call, if there are any
     integer, intent(in) :: wanted(:) !! candidates, ascending
     logical, intent(in) :: exactly !! no others
     integer :: i, k
 
     serves = .false.
-    if (.not. allocated(touched%rows)) return
-    if (size(touched%rows) > merge(0, size(wanted)/most_idle, exactly) + size(wanted)) return
+    if (.not. allocated(rows)) return
+    if (size(rows) > merge(0, size(wanted)/most_idle, exactly) + size(wanted)) return
     k = 1
-    do i = 1, size(touched%rows)
+    do i = 1, size(rows)
       if (k > size(wanted)) exit
-      if (touched%rows(i) == wanted(k)) k = k + 1
+      if (rows(i) == wanted(k)) k = k + 1
     end do
     serves = k > size(wanted)
   end function serves
 
-  !> C U of the rows; nothing at those that no live candidate has.
+  !> C U of the rows, turned: some columns at a time; nothing at rows that no live candidate has.
   subroutine gather_columns(cu, touched)
     real(wp), intent(in) :: cu(:, :) !! (live, rank) [length]
     type(touched_t), intent(inout) :: touched !! live_rows given; gets cu
-    integer :: i, j
+    integer :: i, j, last
 
     if (allocated(touched%cu)) then
-      if (any(shape(touched%cu) /= [size(touched%live_rows), size(cu, 2)])) deallocate (touched%cu)
+      if (size(touched%cu, 1) /= size(cu, 2) .or. size(touched%cu, 2) < size(touched%live_rows)) &
+        deallocate (touched%cu)
     end if
-    if (.not. allocated(touched%cu)) allocate (touched%cu(size(touched%live_rows), size(cu, 2)))
-    do j = 1, size(cu, 2)
+    if (.not. allocated(touched%cu)) allocate (touched%cu(size(cu, 2), size(touched%live_rows) &
+      + size(touched%live_rows)/most_idle))
+    do j = 1, size(cu, 2), turned_columns
+      last = min(size(cu, 2), j + turned_columns - 1)
       do i = 1, size(touched%live_rows)
-        touched%cu(i, j) = 0.0_wp
-        if (touched%live_rows(i) > 0) touched%cu(i, j) = cu(touched%live_rows(i), j)
+        if (touched%live_rows(i) > 0) then
+          touched%cu(j:last, i) = cu(touched%live_rows(i), j:last)
+        else
+          touched%cu(j:last, i) = 0.0_wp
+        end if
       end do
     end do
   end subroutine gather_columns
 
-  !> y = y - C U z, block by block: few columns of C U at a time, which lie far apart.
+  !> y = y - C U z.
   subroutine subtract_leading(touched, few, z, y)
     type(touched_t), intent(in) :: touched !! C U
     integer, intent(in) :: few !! columns
     real(wp), intent(in) :: z(:, :) !! (rank, columns)
     real(wp), intent(inout) :: y(few, *) !! (columns, rows) [length]
-    real(wp) :: turned(few, size(z, 1))
-    integer :: row, column, n
 
-    n = size(touched%cu, 1)
-    if (few == 0) return
-    turned = transpose(z)
-    do row = 1, n, most_rows
-      do column = 1, size(z, 1), most_columns
-        call dgemm('N', 'T', few, min(most_rows, n - row + 1), min(most_columns, size(z, 1) &
-          - column + 1), -1.0_wp, turned(1, column), few, touched%cu(row, column), n, 1.0_wp, &
-          y(1, row), few)
-      end do
-    end do
+    call add_times(few, size(z, 1), size(touched%live_rows), -transpose(z), touched%cu, y)
   end subroutine subtract_leading
 
-  !> Compliances of all candidates and the touched ones, body by body.
-  subroutine gather_bodies(condensed, touched)
-    type(condensed_t), intent(in) :: condensed !! compliances, whose lower triangles count
-    type(touched_t), intent(inout) :: touched !! rows given; gets first, bodies
-    integer, allocatable :: place(:), at(:)
-    integer :: b, i, j, k, first_row
+  !> The touched candidates body by body, and their compliances where those of the last call do not
+  !! serve.
+  subroutine gather_bodies(bodies, wanted, exactly, touched)
+    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
+    integer, intent(in) :: wanted(:) !! candidates, ascending
+    logical, intent(in) :: exactly !! no others
+    type(touched_t), intent(inout) :: touched !! gets rows, first, bodies
+    integer :: b, before
 
-    touched%first = spread(0, 1, size(condensed%bodies) + 1)
-    if (.not. allocated(touched%bodies)) allocate (touched%bodies(size(condensed%bodies)))
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => touched%first(b), part => touched%bodies(b))
-        touched%first(b + 1) = first + count(touched%rows > body%first .and. &
-          touched%rows <= body%first + body%m)
-        place = spread(0, 1, body%m)
-        place(body%gathered(:body%n_live)) = [(i, i=1, body%n_live)]
-        associate (mine => touched%rows(first + 1:touched%first(b + 1)) - body%first)
-          part%order = touched_first(mine, body%m)
-          if (allocated(part%c)) then
-            if (size(part%c, 1) /= size(mine)) deallocate (part%c)
+    if (.not. allocated(touched%bodies)) allocate (touched%bodies(size(bodies)))
+    touched%first = spread(0, 1, size(bodies) + 1)
+    touched%rows = [integer ::]
+    before = 0
+    do b = 1, size(bodies)
+      associate (body => bodies(b), part => touched%bodies(b), n => count(wanted > bodies(b)%first &
+        .and. wanted <= bodies(b)%first + bodies(b)%m))
+        associate (mine => wanted(before + 1:before + n) - body%first)
+          if (.not. (serves(part%rows, mine, exactly) .and. part%m == body%m)) then
+            part%rows = mine
+            part%m = body%m
+            part%whole = body%mirrored .and. n == body%m
+            if (.not. part%whole) call gather_part(body%compliance, part)
           end if
-          if (.not. allocated(part%c)) allocate (part%c(size(mine), body%m))
-          at = place(mine)
-          do j = 1, body%m
-            k = place(part%order(j))
-            first_row = 1
-            if (j <= size(mine)) first_row = j - mod(j - 1, most_columns)
-            do i = first_row, size(mine)
-              if (k > 0 .and. at(i) > 0) then
-                part%c(i, j) = body%live(at(i), k)
-              else
-                part%c(i, j) = body%compliance(max(mine(i), part%order(j)), &
-                  min(mine(i), part%order(j)))
-              end if
-            end do
-          end do
         end associate
+        before = before + n
+        touched%rows = [touched%rows, body%first + part%rows]
+        touched%first(b + 1) = size(touched%rows)
       end associate
     end do
   end subroutine gather_bodies
 
-  !> The numbers 1 to m, some of them first.
-  pure function touched_first(mine, m) result(order)
-    integer, intent(in) :: mine(:) !! those that go first
-    integer, intent(in) :: m !! how many
-    integer :: order(m), i
-    logical :: other(m)
+  !> The lower triangle of the compliance of some candidates, and its diagonal blocks.
+  subroutine gather_part(compliance, part)
+    real(wp), intent(in) :: compliance(:, :) !! of the body; its lower triangle counts
+    type(part_t), intent(inout) :: part !! rows given; gets c
+    integer :: i, j
 
-    other = .true.
-    other(mine) = .false.
-    order(:size(mine)) = mine
-    order(size(mine) + 1:) = pack([(i, i=1, m)], other)
-  end function touched_first
+    associate (rows => part%rows, n => size(part%rows))
+      if (allocated(part%c)) then
+        if (size(part%c, 1) < n) deallocate (part%c)
+      end if
+      if (.not. allocated(part%c)) allocate (part%c(n + n/most_idle, n + n/most_idle))
+      do j = 1, n
+        do i = j, n
+          part%c(i, j) = compliance(rows(i), rows(j))
+        end do
+        do i = j - mod(j - 1, most_columns), j - 1
+          part%c(i, j) = part%c(j, i)
+        end do
+      end do
+    end associate
+  end subroutine gather_part
 
   !> y = y + x C on the rows. C is symmetric: some columns of its lower triangle after the other
   !! serve for both sides, so that half of it is read.
-  subroutine add_product(touched, x, y)
+  subroutine add_product(bodies, touched, x, y)
+    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
     type(touched_t), intent(in) :: touched !! rows, compliances
     real(wp), intent(in) :: x(:, :) !! (columns, rows) [force]
     real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
     integer :: b
 
-    do b = 1, size(touched%bodies)
-      associate (first => touched%first(b) + 1, last => touched%first(b + 1))
-        if (last >= first) call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), &
-          touched%bodies(b)%c, y(:, first:last))
+    do b = 1, size(bodies)
+      associate (first => touched%first(b) + 1, last => touched%first(b + 1), part => &
+        touched%bodies(b))
+        if (last < first) cycle
+        if (part%whole) then
+          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), bodies(b)%m, &
+            bodies(b)%compliance, y(:, first:last))
+        else
+          call add_symmetric(size(x, 1), last - first + 1, x(:, first:last), size(part%c, 1), &
+            part%c, y(:, first:last))
+        end if
       end associate
     end do
   end subroutine add_product
 
   !> The same for one body.
-  subroutine add_symmetric(few, n, x, c, y)
+  subroutine add_symmetric(few, n, x, rows_of_c, c, y)
     integer, intent(in) :: few !! rows of x
     integer, intent(in) :: n !! columns of x
     real(wp), intent(in) :: x(few, n) !! first factor
-    real(wp), intent(in) :: c(n, *) !! symmetric on its first n columns
+    integer, intent(in) :: rows_of_c !! of the array
+    real(wp), intent(in) :: c(rows_of_c, *) !! symmetric on its first n columns
     real(wp), intent(inout) :: y(few, n) !! grows by the product
     integer :: first, width, row, rows, under
 
@@ -219,41 +224,66 @@ contains
       width = min(most_columns, n - first + 1)
       do row = first, n, most_rows
         rows = min(most_rows, n - row + 1)
-        call dgemm('N', 'N', few, width, rows, 1.0_wp, x(1, row), few, c(row, first), n, 1.0_wp, &
-          y(1, first), few)
+        call dgemm('N', 'N', few, width, rows, 1.0_wp, x(1, row), few, c(row, first), rows_of_c, &
+          1.0_wp, y(1, first), few)
         under = max(row, first + width)
         rows = row + rows - under
         if (rows > 0) call dgemm('N', 'T', few, rows, width, 1.0_wp, x(1, first), few, &
-          c(under, first), n, 1.0_wp, y(1, under), few)
+          c(under, first), rows_of_c, 1.0_wp, y(1, under), few)
       end do
     end do
   end subroutine add_symmetric
 
   !> u = u - C f on all candidates for forces on the rows.
   subroutine subtract_touched(bodies, touched, f, u)
-    type(condensed_body_t), intent(in) :: bodies(:) !! where their candidates begin
+    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
     type(touched_t), intent(in) :: touched !! rows, compliances
     real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
     real(wp), intent(inout) :: u(:, :) !! (candidates, columns) [length]
-    real(wp), allocatable :: change(:, :)
+    real(wp) :: change(size(f, 1), size(f, 2))
     integer :: b
 
+    change = 0.0_wp
+    call add_product(bodies, touched, f, change)
+    u(touched%rows, :) = u(touched%rows, :) - transpose(change)
     do b = 1, size(bodies)
-      associate (first => touched%first(b) + 1, last => touched%first(b + 1), part => &
-        touched%bodies(b))
-        if (last < first) cycle
-        allocate (change(size(f, 1), size(part%order)), source=0.0_wp)
-        call add_symmetric(size(f, 1), last - first + 1, f(:, first:last), part%c, &
-          change(:, :last - first + 1))
-        call add_times(size(f, 1), last - first + 1, size(part%order) - (last - first + 1), &
-          f(:, first:last), part%c(:, last - first + 2:), change(:, last - first + 2:))
-        associate (all_of_it => bodies(b)%first + part%order)
-          u(all_of_it, :) = u(all_of_it, :) - transpose(change)
-        end associate
-        deallocate (change)
+      associate (first => touched%first(b) + 1, last => touched%first(b + 1))
+        if (last >= first .and. last - first + 1 < bodies(b)%m) call subtract_beside(bodies(b), &
+          touched%bodies(b)%rows, f(:, first:last), u)
       end associate
     end do
   end subroutine subtract_touched
+
+  !> The same on the other candidates of one body, some at a time.
+  subroutine subtract_beside(body, rows, f, u)
+    type(condensed_body_t), intent(in) :: body !! compliance
+    integer, intent(in) :: rows(:) !! its touched candidates
+    real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
+    real(wp), intent(inout) :: u(:, :) !! (candidates of all, columns) [length]
+    real(wp) :: c(size(rows), most_columns), change(size(f, 1), most_columns)
+    integer, allocatable :: others(:)
+    integer :: i, j, k, first, width
+    logical :: other(body%m)
+
+    other = .true.
+    other(rows) = .false.
+    others = pack([(i, i=1, body%m)], other)
+    do first = 1, size(others), most_columns
+      width = min(most_columns, size(others) - first + 1)
+      do j = 1, width
+        k = others(first + j - 1)
+        do i = 1, size(rows)
+          c(i, j) = body%compliance(max(rows(i), k), min(rows(i), k))
+        end do
+      end do
+      change = 0.0_wp
+      call add_times(size(f, 1), size(rows), width, f, c, change)
+      do j = 1, width
+        k = body%first + others(first + j - 1)
+        u(k, :) = u(k, :) - change(:, j)
+      end do
+    end do
+  end subroutine subtract_beside
 
   !> y = y + x C for an x of few rows, some columns of C after the other.
   subroutine add_times(few, rows, n, x, c, y)

@@ -4,6 +4,7 @@ module variant_starts
   use kinds, only: wp
   use lapack_interface, only: dgelss
   use model_types, only: model_t
+  use lever_sums, only: contact_nodes
   use study_types, only: study_t
   implicit none
   private
@@ -41,23 +42,10 @@ contains
     type(model_t), intent(in) :: model !! pairs
     integer, intent(in) :: times !! end times of a run
     type(starts_t), intent(out) :: starts !! empty
-    logical :: touched(model%mesh%nodes)
     real(wp) :: bytes
-    integer :: k, n
+    integer :: n
 
-    touched = .false.
-    do k = 1, size(model%pairs)
-      associate (pair => model%pairs(k))
-        touched(reshape(pair%surface%facets, [size(pair%surface%facets)])) = .true.
-        if (allocated(pair%points%point_nodes)) touched(reshape(pair%points%point_nodes, &
-          [size(pair%points%point_nodes)])) = .true.
-        if (allocated(pair%points%slave_facets)) touched(reshape(pair%points%slave_facets, &
-          [size(pair%points%slave_facets)])) = .true.
-        if (allocated(pair%surface%middles)) touched(pack(pair%surface%middles, &
-          pair%surface%middles > 0)) = .true.
-      end associate
-    end do
-    starts%nodes = pack([(k, k=1, size(touched))], touched)
+    starts%nodes = contact_nodes(model)
     starts%times = times
     starts%places = spread_values(study)
     bytes = 24.0_wp*real(size(starts%nodes), wp)*real(max(1, times), wp)

@@ -11,7 +11,8 @@ module variant_system
   use condensed_bodies, only: begin_influence
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
-  use sensitivity_start, only: load_bodies, supported_nodes, sum_by_levers
+  use sensitivity_start, only: load_bodies
+  use lever_sums, only: levers_t, sum_by_levers
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -96,17 +97,16 @@ contains
   end subroutine change_influence
 
   !> Resultants of sets of supports from contact forces, loads and prescribed values alone.
-  subroutine reactions_by_levers(model, system, time, lever, hold, reaction)
+  subroutine reactions_by_levers(model, system, time, levers, reaction)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! contact forces
     real(wp), intent(in) :: time !! end of the increment
-    real(wp), intent(in) :: lever(:, :, :, :) !! (3, nodes, 3, sets) see sensitivity_start
-    real(wp), intent(in) :: hold(:, :, :, :) !! (3, nodes, 3, sets)
+    type(levers_t), intent(in) :: levers !! of the sets
     real(wp), intent(out) :: reaction(:, :) !! (3, sets) [force]
-    real(wp) :: given(3, size(lever, 2)), force(3, size(lever, 2))
+    real(wp) :: given(3, size(levers%u, 2)), force(3, size(levers%u, 2))
 
     call conditions_at(model, time, displacement=given, force=force)
     force = system%contact_force - force
-    call sum_by_levers(system, lever, hold, supported_nodes(system), force, given, reaction)
+    call sum_by_levers(system%equation, levers, force, given, reaction)
   end subroutine reactions_by_levers
 end module variant_system
