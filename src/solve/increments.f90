@@ -29,9 +29,9 @@ module increments
   public :: solve_increment, follow_solution, settle_touches, accept
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
-  real(wp), parameter :: patch_tolerance = 1.0e-11_wp
+  real(wp), parameter :: patch_tolerance = 1.0e-12_wp
   !> Changes of the shape of smooth surfaces after which an increment is solved once more.
-  integer, parameter :: most_renewals = 8
+  integer, parameter :: most_renewals = 16
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
   !! the solves and passes.
   real(wp), parameter :: drag_way = 0.05_wp

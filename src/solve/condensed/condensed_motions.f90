@@ -188,6 +188,7 @@ contains
       end do
     end associate
   end subroutine add_motion_inside
+
   !> What forces at the live candidates do to the rigid motions, in the unit of displacements.
   pure subroutine push_live(condensed, force, push)
     type(condensed_t), intent(in) :: condensed !! live candidates, motions

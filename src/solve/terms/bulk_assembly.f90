@@ -10,7 +10,6 @@ module bulk_assembly
   private
   public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_block
 
-
 contains
 
   !> Adds the internal force of all elements to r and their energy, and their matrices to a if it is
