@@ -1,12 +1,12 @@
 !> Prototypes of the PETSc routines in use, and nothing else. All of them return 0 when all is well;
 !! handles are pointers, by reference where made or freed.
 module petsc_interface
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_char, c_funptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_char, c_funptr
   implicit none
   private
-  public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mpi_comm_dup, mpi_comm_split, &
-    mpi_comm_free, mpi_ibarrier, mpi_test, mpi_abort
-  public :: petsc_options_set, petsc_options_get, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
+  public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mpi_comm_dup, mpi_ibarrier, &
+    mpi_test, mpi_abort
+  public :: petsc_options_set, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
     petsc_return_error
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
@@ -15,26 +15,12 @@ module petsc_interface
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
-  public :: is_create, is_get, is_restore, is_destroy
-  public :: partitioning_create, partitioning_set_adjacency, partitioning_set_type, &
-    partitioning_set_parts, partitioning_apply, partitioning_destroy
+  public :: is_create, is_destroy
 
   !> All ranks: PETSc's own variable, there once it has been initialised.
   type(c_ptr), bind(c, name='PETSC_COMM_WORLD') :: petsc_comm_world
 
   interface
-    !> An option's text, if it is set.
-    integer(c_int) function petsc_options_get(options, before, name, text, length, is_set) &
-      bind(c, name='PetscOptionsGetString')
-      import :: c_int, c_ptr, c_char, c_size_t
-      implicit none
-      type(c_ptr), value :: options, before
-      character(kind=c_char), intent(in) :: name(*)
-      character(kind=c_char), intent(out) :: text(*)
-      integer(c_size_t), value :: length
-      integer(c_int), intent(inout) :: is_set
-    end function petsc_options_get
-
     !> Number of this rank, from 0.
     integer(c_int) function mpi_comm_rank(comm, rank) bind(c, name='MPI_Comm_rank')
       import :: c_int, c_ptr
@@ -58,22 +44,6 @@ module petsc_interface
       type(c_ptr), value :: comm
       type(c_ptr), intent(out) :: copy
     end function mpi_comm_dup
-
-    !> Ranks of one color among themselves.
-    integer(c_int) function mpi_comm_split(comm, color, key, part) bind(c, name='MPI_Comm_split')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: comm
-      integer(c_int), value :: color, key
-      type(c_ptr), intent(out) :: part
-    end function mpi_comm_split
-
-    !> Releases them.
-    integer(c_int) function mpi_comm_free(comm) bind(c, name='MPI_Comm_free')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), intent(inout) :: comm
-    end function mpi_comm_free
 
     !> Begins to wait for all ranks.
     integer(c_int) function mpi_ibarrier(comm, request) bind(c, name='MPI_Ibarrier')
@@ -384,73 +354,6 @@ module petsc_interface
       integer(c_int), intent(in) :: rows(*)
       type(c_ptr), intent(out) :: set
     end function is_create
-
-    !> Address of its numbers.
-    integer(c_int) function is_get(set, numbers) bind(c, name='ISGetIndices')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: set
-      type(c_ptr), intent(out) :: numbers
-    end function is_get
-
-    !> Gives the address back.
-    integer(c_int) function is_restore(set, numbers) bind(c, name='ISRestoreIndices')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: set
-      type(c_ptr), intent(inout) :: numbers
-    end function is_restore
-
-    !> What parts a graph.
-    integer(c_int) function partitioning_create(comm, parting) &
-      bind(c, name='MatPartitioningCreate')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: comm
-      type(c_ptr), intent(out) :: parting
-    end function partitioning_create
-
-    !> The graph.
-    integer(c_int) function partitioning_set_adjacency(parting, graph) &
-      bind(c, name='MatPartitioningSetAdjacency')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: parting, graph
-    end function partitioning_set_adjacency
-
-    !> Who does it.
-    integer(c_int) function partitioning_set_type(parting, name) &
-      bind(c, name='MatPartitioningSetType')
-      import :: c_int, c_ptr, c_char
-      implicit none
-      type(c_ptr), value :: parting
-      character(kind=c_char), intent(in) :: name(*)
-    end function partitioning_set_type
-
-    !> How many parts.
-    integer(c_int) function partitioning_set_parts(parting, n) &
-      bind(c, name='MatPartitioningSetNParts')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: parting
-      integer(c_int), value :: n
-    end function partitioning_set_parts
-
-    !> The part of each row.
-    integer(c_int) function partitioning_apply(parting, set) bind(c, name='MatPartitioningApply')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: parting
-      type(c_ptr), intent(out) :: set
-    end function partitioning_apply
-
-    !> Releases it.
-    integer(c_int) function partitioning_destroy(parting) &
-      bind(c, name='MatPartitioningDestroy')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), intent(inout) :: parting
-    end function partitioning_destroy
 
     !> Releases it.
     integer(c_int) function is_destroy(set) bind(c, name='ISDestroy')
