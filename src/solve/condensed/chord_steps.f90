@@ -30,7 +30,8 @@ module chord_steps
   !> A step is taken if its direction and the residual that it leaves are shorter than this share of
   !! what they were before,
   real(wp), parameter :: contraction = 0.9_wp
-  !> or than this where a direction is found by iteration, and costs about as much as a new tangent.
+  !> or than this where a direction is found by iteration, and costs about as much as a new tangent,
+  !! and between smooth surfaces, whose solves are rough until they have their shape.
   real(wp), parameter :: strict_contraction = 0.2_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
   real(wp), parameter :: chord_accuracy = 1.0e-4_wp
@@ -54,7 +55,8 @@ contains
 
     last = norm2(system%solution)
     last_work = energy
-    share = merge(strict_contraction, contraction, finds_by_iteration(system))
+    share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
+      any(model%pairs%smooth))
     call begin_secants(system, most_chords, secants)
     do while (chords%steps < most_chords)
       before = residual_norm(system)
