@@ -6,7 +6,7 @@ module linear_answers
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
-   subtract_yield, subtract_yield_of_all
+    subtract_yield, subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest
