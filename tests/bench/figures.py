@@ -13,7 +13,9 @@ COLOURS = {'bare CHOLMOD': '#555555',
            'mfec AUTO': '#0b6e4f', 'mfec UMFP': '#8fbf9f', 'mfec REDU': '#1b9e77',
            'mfec CHOL': '#66a61e', 'mfec AUTO GTOS': '#e7a100', 'CalculiX N2S default': '#a6341b',
            'CalculiX N2S iterative': '#e0765c', 'CalculiX S2S default': '#3b5b92',
-           'CalculiX S2S iterative': '#8aa6d6'}
+           'CalculiX S2S iterative': '#8aa6d6', 'mfec AUTO GTOS 6, ten nodes': '#7b3294',
+           'mfec AUTO SEGMent, ten nodes': '#c2a5cf', 'CalculiX N2S iterative, ten nodes': '#d01c8b',
+           'CalculiX S2S iterative, ten nodes': '#4dac26'}
 
 
 def series(found, scene, x, y, smallest=0.0):
@@ -25,6 +27,14 @@ def series(found, scene, x, y, smallest=0.0):
             if None not in points and min(points) > smallest:
                 curves.setdefault(label(job), []).append(points)
     return {name: sorted(points) for name, points in curves.items()}
+
+
+def hertz(found, what):
+    """Curves of Hertz, on elements of four nodes and of ten."""
+    curves = series(found, 'hertz', cpu, error(what))
+    curves.update({f'{name}, ten nodes': points
+                   for name, points in series(found, 'hertz_ten', cpu, error(what)).items()})
+    return curves
 
 
 def label(job):
@@ -87,17 +97,17 @@ def cpu(job, result):
     return result['cpu']
 
 
-def panel(axes, curves, across, up, title):
-    """One set of curves."""
+def panel(axes, curves, across, up, title, legend='best'):
+    """One set of curves; legend: where, None for nowhere."""
     for name, points in curves.items():
-        axes.loglog(*zip(*points), 'o-', label=name, color=COLOURS.get(name), markersize=4,
+        axes.loglog(*zip(*points), 's--' if 'ten nodes' in name else 'o-', label=name, color=COLOURS.get(name), markersize=4,
                     linewidth=2.2 if name.startswith('mfec AUTO') else 1.2)
     axes.set_xlabel(across)
     axes.set_ylabel(up)
     axes.set_title(title, fontsize=10)
     axes.grid(True, which='both', linewidth=0.3)
-    if curves:
-        axes.legend(fontsize=7)
+    if curves and legend:
+        axes.legend(fontsize=7, loc=legend, bbox_to_anchor=(1.02, 1) if legend == 'upper left' else None)
 
 
 def error(name):
@@ -114,11 +124,11 @@ def draw(folder, found):
     panel(axes[1], series(found, 'cube', size, lambda j, r: r['memory']), 'degrees of freedom',
           'peak memory [MB]', 'sliding cube')
     save(figure, folder, 'time_size.png')
-    figure, axes = plt.subplots(2, 2, figsize=(10, 8))
-    panel(axes[0, 0], series(found, 'hertz', cpu, error('pressure_error')), time,
-          'error of the peak pressure [%]', 'Hertz: peak pressure (parabola) of the computed force')
-    panel(axes[0, 1], series(found, 'hertz', cpu, error('force_error')), time,
-          'error of the force [%]', 'Hertz: force at given approach')
+    figure, axes = plt.subplots(2, 2, figsize=(12, 8))
+    panel(axes[0, 0], hertz(found, 'pressure_error'), time,
+          'error of the peak pressure [%]', 'Hertz: peak pressure (parabola) of the computed force', None)
+    panel(axes[0, 1], hertz(found, 'force_error'), time,
+          'error of the force [%]', 'Hertz: force at given approach', 'upper left')
     panel(axes[1, 0], series(found, 'cantilever', cpu, error('tip_error')), time,
           'error of the tip deflection [%]', 'cantilever, no contact')
     panel(axes[1, 1], series(found, 'cube', cpu, error('T/N_error')), time,

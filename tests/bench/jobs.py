@@ -12,7 +12,7 @@ import own_deck
 import results
 import scenes
 
-CUBE, HERTZ, CANTILEVER = 'cube', 'hertz', 'cantilever'
+CUBE, HERTZ, HERTZ_TEN, CANTILEVER = 'cube', 'hertz', 'hertz_ten', 'cantilever'
 CCX_MODES = {'N2S default': ('N2S', 'default'), 'N2S iterative': ('N2S', 'iterative'),
              'S2S default': ('S2S', 'default'), 'S2S iterative': ('S2S', 'iterative')}
 STOPPED = 255  # ended with exit code 0, but before the last increment
@@ -27,6 +27,7 @@ MAKERS = {
     'plate': scenes.large_contact,
     'field': scenes.small_contact,
     HERTZ: scenes.hertz,
+    HERTZ_TEN: lambda h: scenes.hertz(h, ten=True),
     CANTILEVER: scenes.cantilever,
 }
 
@@ -158,6 +159,13 @@ def other_scenes(sizes):
     return jobs + [Job('field', n, 'AUTO') for n in sizes[1]]
 
 
+def ten_node_jobs(other, sizes):
+    """Hertz on elements of ten nodes: C3D10 for CalculiX."""
+    return [job for h in sizes for job in
+            [Job(HERTZ_TEN, h, 'AUTO', method=method) for method in ('GTOS 6', 'SEGMent')]
+            + [Job(HERTZ_TEN, h, mode) for mode in ('N2S iterative', 'S2S iterative') if other]]
+
+
 def quick_jobs(programs):
     """A few minutes at most."""
     other, solvers = bool(programs.other), programs.solvers
@@ -195,6 +203,7 @@ def full_jobs(programs):
     for h in (0.4, 0.3, 0.2, 0.15, 0.1):
         jobs += [Job(HERTZ, h, mode) for mode in modes if h > 0.12 or mode != 'N2S default']
         jobs += [Job(HERTZ, h, 'AUTO', method='GTOS')] if quadrature else []
+    jobs += ten_node_jobs(other, (0.8, 0.6, 0.4, 0.3))
     modes = ['AUTO'] + (['N2S default', 'N2S iterative'] if other else []) + (
         [bare.MODE] if programs.bare else [])
     jobs += [Job(CANTILEVER, n, mode) for n in (4, 8, 16, 24, 32) for mode in modes

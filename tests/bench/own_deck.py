@@ -59,5 +59,7 @@ def pair(contact):
     method = f'{contact.own_method} {contact.slave} {contact.master}'
     if contact.own_method == 'SEGMent':
         method = f'GTOS {contact.slave} {contact.master} SEGMent'
+    elif contact.own_method[:4] == 'GTOS':
+        method = f'GTOS {contact.slave} {contact.master}{contact.own_method[4:]}'
     return (f'CONTact\n  PAIR 1 pair\n    {method}\n    PENAlty AREA {contact.penalty!r}\n'
             f'{friction}\n')

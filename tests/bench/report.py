@@ -206,17 +206,25 @@ mfec AUTO on the sliding cube with friction. The last column is the power p of C
 
 
 def hertz_table(found):
-    """Work and precision of Hertz."""
-    rows = [(f'{job.size:g}', f'{r["dofs"]:,}', figures.label(job), outcome(job, r),
-             f'{r["memory"]:.0f}', f'{r.get("iterations", "")}', percent(r.get('force_error')),
-             percent(r.get('pressure_error')), percent(r.get('largest_error')))
-            for job, r in sorted(found.items(), key=lambda item: -item[0].size)
-            if job.scene == 'hertz']
+    """Work and precision of Hertz, on elements of four nodes and of ten."""
     return '''## Hertz
 
 A paraboloid on a plate, both elastic, a quarter, no friction, 4 increments; the far faces move as those of half-spaces. *h/a*: facet over radius of contact. *force*: against Hertz at the given approach. *p0*: peak pressure, from the parabola of p^2 through the pressures at the nodes within 0.8 a, against Hertz for the computed force; *largest*: the largest value at a node, likewise.
 
-''' + table(('h/a', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'iterations', 'force [%]',
+''' + hertz_rows(found, 'hertz') + '''
+Elements of ten nodes (`C3D10`), middles of edges on the paraboloid. Pressures of mfec are linear functions of the corners with the integrals of the points' forces, those of CalculiX what it prints at nodes.
+
+''' + hertz_rows(found, 'hertz_ten')
+
+
+def hertz_rows(found, scene):
+    """The table of one kind of element."""
+    rows = [(f'{job.size:g}', f'{r["dofs"]:,}', figures.label(job), outcome(job, r),
+             f'{r["memory"]:.0f}', f'{r.get("iterations", "")}', percent(r.get('force_error')),
+             percent(r.get('pressure_error')), percent(r.get('largest_error')))
+            for job, r in sorted(found.items(), key=lambda item: -item[0].size)
+            if job.scene == scene]
+    return table(('h/a', 'dofs', 'program', 'CPU [s]', 'memory [MB]', 'iterations', 'force [%]',
              'p0 [%]', 'largest [%]'), rows)
 
 

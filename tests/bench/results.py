@@ -68,10 +68,33 @@ def own_pressures(scene, folder):
     with h5py.File(os.path.join(folder, 'run.h5'), 'r') as results:
         group = results['contact/1']
         nodes, force = group['node'][()], group['traction'][-1][:, 2]
-        weights = group['weight'][()] if nodes.ndim == 2 else np.ones((len(nodes), 1))
+        weights = group['weight'][()] if nodes.ndim > 1 else np.ones((len(nodes), 1))
+    if nodes.ndim == 3:  # SEGMent: written at each time
+        nodes, weights = nodes[-1], weights[-1]
+    if weights.shape[1] == 6:
+        return projected(scene, nodes, weights, force)
     total = np.bincount(nodes.ravel(), (weights*force[:, None]).ravel())
     total = {int(n): float(total[n]) for n in np.unique(nodes) if total[n]}
     return {node: f/shares[node] for node, f in total.items() if f}
+
+
+def projected(scene, nodes, weights, force):
+    """Pressure at the corners of facets of six nodes, which have no force by themselves: linear
+    functions with the integrals of the points' forces."""
+    facets = scene.mesh.facets(scene.contact.slave)
+    corners, at = np.unique(facets, return_inverse=True)
+    at = at.reshape(-1, 3)
+    a, b, c = (scene.mesh.nodes[facets[:, i] - 1] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)/2
+    mass, right = np.zeros([len(corners)]*2), np.zeros(len(corners))
+    for k in range(3):
+        for m in range(3):
+            np.add.at(mass, (at[:, k], at[:, m]), areas/12*(1 + (k == m)))
+        # of a corner's linear function: its own weight and half of those of the edges at it
+        linear = weights[:, k] + (weights[:, 3 + k] + weights[:, 3 + (k + 2) % 3])/2
+        used = nodes[:, k] > 0
+        np.add.at(right, np.searchsorted(corners, nodes[used, k]), (linear*force)[used])
+    return {int(n): float(p) for n, p in zip(corners, np.linalg.solve(mass, right)) if p}
 
 
 def other(scene, folder, method):

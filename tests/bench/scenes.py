@@ -129,10 +129,11 @@ def boussinesq(points, force, young, poisson):
     return np.stack([out*points[:, 0], out*points[:, 1], along], axis=1)
 
 
-def hertz(size, increments=4):
+def hertz(size, increments=4, ten=False):
     """A paraboloid on a plate, both elastic, no friction: a quarter, radius of contact 1, curvature
     1/200, facets of `size`. The far faces at distance 8 move as those of half-spaces under a point
-    load, so that approach, force and pressure are Hertz's."""
+    load, so that approach, force and pressure are Hertz's. ten: elements of ten nodes, whose middles
+    lie on the paraboloid."""
     radius, young, poisson, outer = 200.0, 1000.0, 0.3, 8.0
     modulus = young/(2*(1 - poisson**2))
     approach = 1/radius
@@ -154,21 +155,26 @@ def hertz(size, increments=4):
         far = np.unique(np.concatenate([box.nodes[-1].ravel(), box.nodes[:, -1].ravel(),
                                         box.nodes[:, :, -1 if sign > 0 else 0].ravel()]))
         mesh.node_sets[name + '_far'] = far
-        mesh.node_sets[name + '_x'] = np.setdiff1d(box.nodes[0], far)
-        mesh.node_sets[name + '_y'] = np.setdiff1d(box.nodes[:, 0], far)
-        flat = np.abs(mesh.nodes[far - 1]*(1, 1, sign))
-        if sign > 0:  # the plane the cap was lifted from
-            flat[:, 2] = heights(box, depth, far)
-        shift = boussinesq(flat, force, young, poisson)*(1, 1, sign) - \
+        mesh.node_sets[name + '_x'], mesh.node_sets[name + '_y'] = box.nodes[0].ravel(), box.nodes[:, 0].ravel()
+    flat = mesh.nodes.copy()  # where the cap was before it was lifted
+    flat[:cap.nodes.size, 2] = heights(cap, depth, cap.nodes.ravel(order='F'))
+    if ten:
+        flat = np.vstack([flat, mesh.add_middles(flat, lambda middles, pairs: np.where(
+            (pairs[:, :1] <= cap.nodes.size), lifted(middles), middles))])
+    for name, sign in (('cap', 1), ('plate', -1)):
+        far = mesh.node_sets[name + '_far']
+        for side in ('_x', '_y'):
+            mesh.node_sets[name + side] = np.setdiff1d(mesh.node_sets[name + side], far)
+        shift = boussinesq(np.abs(flat[far - 1]), force, young, poisson)*(1, 1, sign) - \
             np.array((0, 0, approach if sign > 0 else 0))
         moved += [(int(n), i, float(u), (1,)) for n, row in zip(far, shift)
                   for i, u in enumerate(row, 1)]
     return Scene(
-        name='hertz', size=size, mesh=mesh, young=young, poisson=poisson,
+        name='hertz_ten' if ten else 'hertz', size=size, mesh=mesh, young=young, poisson=poisson,
         increments=(increments,), moved=moved,
         fixed={'cap_far': (1, 2, 3), 'plate_far': (1, 2, 3), 'cap_x': (1,), 'plate_x': (1,),
                'cap_y': (2,), 'plate_y': (2,)},
-        contact=Contact('above', 'below', 5e5, 0.0), watched='cap_far',
+        contact=Contact('above', 'below', 20*young/size if ten else 5e5, 0.0), watched='cap_far',
         known={'force': force/4, 'pressure': 2*modulus/(math.pi*radius), 'modulus': modulus,
                'radius': radius})
 

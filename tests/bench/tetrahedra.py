@@ -5,6 +5,7 @@ CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1,
 # As BLOCk TET4 cuts a cell; the faces C3D4 calls S1 (nodes 1 2 3) and S3 (nodes 2 4 3).
 CELL = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
 LOWER, UPPER = ((0, 1), 'S1'), ((3, 4), 'S3')
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of C3D10, in its order
 
 
 class Box:
@@ -44,6 +45,21 @@ class Mesh:
         self.regions[name] = (int(made.elements.min()), int(made.elements.max()))
         return made
 
+    def add_middles(self, flat, place):
+        """Ten nodes an element: place maps the middles of edges between places (n, 3) of the corners;
+        where `flat` has these before they were mapped. Node sets take the middles whose ends they have.
+        Returns where the middles were before."""
+        ends = np.sort(self.elements[:, EDGES], axis=2)
+        pairs, at = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+        first = len(self.nodes) + 1
+        middles = (flat[pairs[:, 0] - 1] + flat[pairs[:, 1] - 1])/2
+        self.nodes = np.vstack([self.nodes, place(middles, pairs)])
+        self.elements = np.hstack([self.elements, first + at.reshape(-1, 6)])
+        for name, numbers in self.node_sets.items():
+            inside = np.isin(pairs, numbers).all(axis=1)
+            self.node_sets[name] = np.concatenate([numbers, first + np.flatnonzero(inside)])
+        return middles
+
     def volumes(self):
         """Volumes of the tetrahedra (m)."""
         a, b, c, d = (self.nodes[self.elements[:, i] - 1] for i in range(4))
@@ -70,9 +86,9 @@ class Mesh:
             stream.write('*NODE, NSET=all_nodes\n')
             stream.writelines(f'{n}, {x:.15g}, {y:.15g}, {z:.15g}\n'
                               for n, (x, y, z) in enumerate(self.nodes.tolist(), 1))
-            stream.write('*ELEMENT, TYPE=C3D4\n')
-            stream.writelines(f'{n}, {a}, {b}, {c}, {d}\n'
-                              for n, (a, b, c, d) in enumerate(self.elements.tolist(), 1))
+            stream.write(f'*ELEMENT, TYPE=C3D{self.elements.shape[1]}\n')
+            stream.writelines(', '.join(map(str, [n] + nodes)) + '\n'
+                              for n, nodes in enumerate(self.elements.tolist(), 1))
             for name, (first, last) in self.regions.items():
                 stream.write(f'*ELSET, ELSET={name}, GENERATE\n{first}, {last}, 1\n')
             for name, numbers in self.node_sets.items():

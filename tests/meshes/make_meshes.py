@@ -7,6 +7,7 @@ sphere    radius 1 about the origin, cut at x3 = 0.4: surfaces skin, cap; region
           rim (curve) and pole (point)
 cylinder  radius 0.5, length 1 along x1: surfaces side, left, right; region shaft
 plate     4 x 2 x 0.4, two regions that hang together: surfaces top, bottom; regions near, far
+ten       the sphere in tetrahedra of ten nodes, whose facets follow it
 """
 import sys
 
@@ -99,6 +100,19 @@ def plate(size):
     gmsh.model.mesh.generate(3)
 
 
+def ten_nodes(folder):
+    """The sphere in tetrahedra of ten nodes, in all formats that mfec reads."""
+    gmsh.option.setNumber('Mesh.MeshSizeExtendFromBoundary', 1)
+    sphere(0.7)
+    gmsh.model.mesh.setOrder(2)
+    for version, name in ((4.1, '41'), (2.2, '22')):
+        write(f'{folder}/ten{name}.msh', version)
+        write(f'{folder}/ten{name}_binary.msh', version, True)
+    gmsh.option.setNumber('Mesh.SaveGroupsOfElements', 1)
+    gmsh.option.setNumber('Mesh.SaveGroupsOfNodes', 0)
+    gmsh.write(f'{folder}/ten.inp')
+
+
 def main():
     """All files."""
     folder = sys.argv[1] if len(sys.argv) > 1 else '.'
@@ -117,6 +131,7 @@ def main():
     gmsh.write(f'{folder}/cylinder.inp')
     plate(0.45)
     write(f'{folder}/plate.msh', 4.1)
+    ten_nodes(folder)
     gmsh.finalize()
 
 

@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
-"""Reference of the study 'frictional indentation': a second program, of axisymmetric elements.
+"""References of two studies: a second program, of axisymmetric elements (numpy, scipy).
 
-    tests/verification/axisymmetric.py 0.02 0.01 0.005      for cells of these sizes (numpy, scipy)
+    tests/verification/axisymmetric.py 0.02 0.01 0.005      'frictional indentation', cells of these sizes
+    tests/verification/axisymmetric.py hertz 20 40          'Hertz, ten nodes', so many cells a contact radius
 
-The scene of `touch_studies.Press` at small displacements: both bodies of bilinear rings on matching
+**Frictional indentation.** The scene of `touch_studies.Press` at small displacements: both bodies of bilinear rings on matching
 meshes, condensed to the nodes that may touch. Contact is node by node and without a penalty, and it is
 driven by events: each increment ends when the front comes to the next node, so that no rule for the
 first touch is asked. Printed are the sums over Fn of friction, of the radial part of the pressure (it
 acts along the normal of the dented block), of both, and the force, the radius and that of stick.
+
+**Hertz.** The paraboloids of `half_spaces.Pair` and what holds them there: force and radius of contact
+(of the second moment) against Hertz, whose half-spaces are flat and whose surfaces do not move sideways.
+The difference is proportional to a/R; its factor is printed by Poisson's ratio, for a/R = 0.02 and 0.04.
 """
 import math
 import sys
@@ -15,6 +20,8 @@ import sys
 import numpy as np
 import scipy.sparse as sparse
 import scipy.sparse.linalg as solvers
+
+import half_spaces
 
 RADIUS, APPROACH, REACH = 200.0, 6e-4, 0.5
 # Young's modulus, Poisson's ratio, radius, depth, whether a sphere; the upper body and the lower one.
@@ -57,19 +64,29 @@ def stiffness(young, nu, corners):
     return result
 
 
+def mesh(r, z):
+    """Places of the nodes of a grid, flat, and their numbers by (radius, height)."""
+    place = np.stack(np.meshgrid(r, z, indexing='ij'), 2).reshape(-1, 2)
+    return place, np.arange(len(place)).reshape(len(r), len(z))
+
+
+def assembled(young, nu, place, number):
+    """Stiffness of a grid of rings, of unknowns (radial, axial) node by node."""
+    nodes = np.stack([x.ravel() for x in (number[:-1, :-1], number[1:, :-1], number[1:, 1:],
+                                          number[:-1, 1:])], 1)
+    unknown = np.stack([2*nodes, 2*nodes + 1], 2).reshape(len(nodes), 8)
+    return sparse.csc_matrix((stiffness(young, nu, place[nodes]).ravel(),
+                              (np.repeat(unknown, 8, 1).ravel(), np.tile(unknown, (1, 8)).ravel())))
+
+
 def compliance(body, cell, count):
     """Compliance of the first nodes of the near face, by (inwards, radial): 2 x 2 blocks."""
     young, nu, outer, depth, sphere = body
     r, z = graded(cell, REACH, outer), graded(cell/2, 0.45, depth)
-    place = np.stack(np.meshgrid(r, z, indexing='ij'), 2).reshape(-1, 2)
+    place, number = mesh(r, z)
     if sphere:
         place[:, 1] += place[:, 0]**2/(2*RADIUS)*(1 - place[:, 1]/depth)
-    number = np.arange(len(place)).reshape(len(r), len(z))
-    nodes = np.stack([x.ravel() for x in (number[:-1, :-1], number[1:, :-1], number[1:, 1:],
-                                          number[:-1, 1:])], 1)
-    unknown = np.stack([2*nodes, 2*nodes + 1], 2).reshape(len(nodes), 8)
-    whole = sparse.csc_matrix((stiffness(young, nu, place[nodes]).ravel(),
-                               (np.repeat(unknown, 8, 1).ravel(), np.tile(unknown, (1, 8)).ravel())))
+    whole = assembled(young, nu, place, number)
     free = np.ones(2*len(place), bool)
     free[2*number[0]] = free[2*number[:, -1]] = free[2*number[:, -1] + 1] = False
     at = np.full(2*len(place), -1)
@@ -136,8 +153,57 @@ class Contact:
         return shear, inclined, shear + inclined, force, self.r[closed - 1], self.r[:closed][sticks].max()
 
 
+def pressed_paraboloid(slope, nu, cells):
+    """Force and radius of contact over those of Hertz, less 1; slope: radius of contact over that of
+    the bodies; cells: so many in the radius of contact, which is 1.
+
+    One body on a rigid plane stands for two equal ones.
+    """
+    outer, young = 8.0, 1.0
+    place, number = mesh(graded(1/cells, 1.5, outer), graded(0.5/cells, 0.7, outer))
+    place[:, 1] += np.minimum(place[:, 0]**2, 4)*slope/2*(1 - place[:, 1]/outer)
+    whole = assembled(young, nu, place, number)
+    stiff = young/(2*(1 - nu**2))
+    target, moved, free = 8*stiff*slope/3, np.zeros(2*len(place)), np.ones(2*len(place), bool)
+    for node in np.union1d(number[-1], number[:, -1]):
+        radial, _, axial = half_spaces.boussinesq(place[node, 0], 0.0, place[node, 1], young/(2*(1 + nu)), nu)
+        moved[2*node:2*node + 2] = target*radial, target*axial - slope
+        free[2*node:2*node + 2] = False
+    free[2*number[0]] = False
+    factor, at = solvers.splu(whole[free][:, free]), np.cumsum(free) - 1
+    near = number[:int(1.4*cells), 0]
+    face, loads = at[2*near + 1], np.zeros((free.sum(), len(near)))
+    loads[face, np.arange(len(near))] = 1
+    gap, give = place[near, 1] + factor.solve(-(whole@moved)[free])[face], factor.solve(loads)[face]
+    closed, force = gap < 0, np.zeros(len(near))
+    for _ in range(100):
+        force[:] = 0
+        force[closed] = np.linalg.solve(give[np.ix_(closed, closed)], -gap[closed])
+        settled = np.where(closed, force > 0, gap + give@force < 0)
+        if (settled == closed).all():
+            break
+        closed = settled
+    whole_force = force.sum()
+    width = math.sqrt(2.5*(force@place[near, 0]**2)/whole_force)
+    return whole_force/target - 1, width/(3*whole_force/(8*stiff*slope))**(1/3) - 1
+
+
+def hertz(sizes):
+    """What Hertz leaves out, over a/R, by Poisson's ratio and size of cell."""
+    for cells in sizes:
+        for nu in (0.0, 0.1, 0.2, 0.3, 0.4):
+            flat = pressed_paraboloid(1e-4, nu, int(cells))
+            bent = [[(a - b)/slope for a, b in zip(pressed_paraboloid(slope, nu, int(cells)), flat)]
+                    for slope in (0.02, 0.04)]
+            print(f'cells {cells} nu {nu}: force {bent[0][0]:.4f} {bent[1][0]:.4f}, radius '
+                  f'{bent[0][1]:.4f} {bent[1][1]:.4f}; flat {flat[0]:.1e} {flat[1]:.1e}', flush=True)
+
+
 def main():
-    """Both coefficients of friction, for the cells that are asked for."""
+    """Both coefficients of friction, for the cells that are asked for; or Hertz."""
+    if sys.argv[1:2] == ['hertz']:
+        hertz(sys.argv[2:] or ['20'])
+        return
     for mu in (0.3, 0.1):
         for cell in sys.argv[1:] or ('0.02', '0.01'):
             print(f'mu {mu} cell {cell}: ' + 'friction {:.5f} inclined {:.5f} sum {:.5f} force {:.6f} radius '

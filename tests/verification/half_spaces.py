@@ -180,28 +180,51 @@ class Traction:
                 for r, area, f in zip(self.radii, self.areas, self.forces[when])]
 
 
-def projected(pair, tables):
-    """(r, pressure, area) of each corner on the slave, of linear functions whose integrals are those of
-    the points' forces: ten nodes leave none at a corner by itself (h5py)."""
-    import numpy
-    nodes, weights, forces = tables.points()[-1]
-    facets = {}
-    for facet, area in pair.mesh.outer_facets(pair.parts['upper']):
-        facets[facet] = area
-    corners = sorted({n for facet in facets for n in facet})
-    place = {n: k for k, n in enumerate(corners)}
-    mass, right, areas = numpy.zeros([len(corners)]*2), numpy.zeros(len(corners)), numpy.zeros(len(corners))
-    for facet, area in facets.items():
-        at = [place[n] for n in facet]
-        mass[numpy.ix_(at, at)] += area/12*(1 + numpy.eye(3))
-        areas[at] += area/3
-    for numbers, share, force in zip(nodes, weights, forces):
-        for k in range(3):
-            # linear: a corner's weight and half of those of the edges at it
-            linear = share[k] + (share[3 + k] + share[3 + (k + 2) % 3])/2
-            right[place[numbers[k]]] += linear*force[2]
-    found = numpy.linalg.solve(mass, right)
-    return [(math.hypot(*pair.mesh.nodes[n - 1][:2]), abs(p), area) for n, p, area in zip(corners, found, areas)]
+class Corners:
+    """Linear functions of the corners on the slave's facets, for pressures: of ten nodes a corner has
+    no force by itself (numpy, h5py)."""
+
+    def __init__(self, pair):
+        import numpy
+        self.pair, self.facets = pair, dict(pair.mesh.outer_facets(pair.parts['upper']))
+        corners = sorted({n for facet in self.facets for n in facet})
+        self.place = {n: k for k, n in enumerate(corners)}
+        self.radii = [math.hypot(*pair.mesh.nodes[n - 1][:2]) for n in corners]
+        self.mass, self.areas = numpy.zeros([len(corners)]*2), numpy.zeros(len(corners))
+        for facet, area in self.facets.items():
+            at = [self.place[n] for n in facet]
+            self.mass[numpy.ix_(at, at)] += area/12*(1 + numpy.eye(3))
+            self.areas[at] += area/3
+
+    def solve(self, right):
+        """(r, pressure, area) of each corner, by the integrals of pressure times function."""
+        import numpy
+        return list(zip(self.radii, numpy.linalg.solve(self.mass, right), self.areas))
+
+    def found(self, tables):
+        """The pressure whose integrals are those of the points' forces."""
+        right = [0.0]*len(self.place)
+        for numbers, share, force in zip(*tables.points()[-1]):
+            for k in range(3):
+                # linear: a corner's weight and half of those of the edges at it
+                linear = share[k] + (share[3 + k] + share[3 + (k + 2) % 3])/2
+                right[self.place[numbers[k]]] += abs(force[2])*linear
+        return self.solve(right)
+
+    def ellipse(self, radius, cuts=20):
+        """The same of the half-ellipsoid of height 1, by cuts^2 points a facet: linear functions cannot
+        follow its steep rim, and the corners within it swing by up to a tenth for that."""
+        right = [0.0]*len(self.place)
+        for facet, area in self.facets.items():
+            corners = [self.pair.mesh.nodes[n - 1][:2] for n in facet]
+            for i, j, more in ((i, j, k/3) for k in (1, 2) for i in range(cuts) for j in range(cuts - i - k + 1)):
+                share = (i + more)/cuts, (j + more)/cuts
+                share += (1 - sum(share),)
+                r2 = sum(sum(w*x[k] for w, x in zip(share, corners))**2 for k in (0, 1))/radius**2
+                if r2 < 1:
+                    for n, w in zip(facet, share):
+                        right[self.place[n]] += w*math.sqrt(1 - r2)*area/cuts**2
+        return self.solve(right)
 
 
 def spread_of(pair, tables):
