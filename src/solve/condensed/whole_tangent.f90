@@ -3,7 +3,6 @@
 !! "Condensed contact").
 module whole_tangent
   use kinds, only: wp
-  use lapack_interface, only: dgemv
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use condensed_motions, only: push_live, add_live_motion
   use contact_sums, only: take_held
@@ -157,39 +156,25 @@ contains
     allocate (tangent%small(room, room), tangent%cu(columns, room), tangent%pivot(room))
   end subroutine make_small
 
-  !> Sum of some columns with shares: those that follow each other, as the three directions of a
-  !! node do, together.
-  subroutine combine(a, column, share, y)
+  !> Sum of some columns with shares, three at a time.
+  pure subroutine combine(a, column, share, y)
     real(wp), intent(in), contiguous :: a(:, :) !! the columns
     integer, intent(in) :: column(:) !! which of them
     real(wp), intent(in) :: share(:) !! how much of each
     real(wp), intent(out) :: y(:) !! the sum
+    integer :: i
 
-    call combine_columns(size(a, 1), a, column, size(column), share, y)
-  end subroutine combine
-
-  !> The same for arrays that BLAS knows.
-  subroutine combine_columns(n, a, column, columns, share, y)
-    integer, intent(in) :: n !! length of a column
-    real(wp), intent(in) :: a(n, *) !! the columns
-    integer, intent(in) :: columns !! how many
-    integer, intent(in) :: column(columns) !! which of them
-    real(wp), intent(in) :: share(columns) !! how much of each
-    real(wp), intent(out) :: y(n) !! the sum
-    integer :: i, k
-
-    if (n == 0) return
-    if (columns == 0) y = 0.0_wp
-    i = 1
-    do while (i <= columns)
-      k = i
-      do while (k < columns)
-        if (column(k + 1) /= column(k) + 1) exit
-        k = k + 1
-      end do
-      call dgemv('N', n, k - i + 1, 1.0_wp, a(1, column(i)), n, share(i), 1, &
-        merge(0.0_wp, 1.0_wp, i == 1), y, 1)
-      i = k + 1
+    if (size(column) < 3) then
+      y = 0.0_wp
+    else
+      y = share(1)*a(:, column(1)) + share(2)*a(:, column(2)) + share(3)*a(:, column(3))
+    end if
+    do i = 4, size(column) - 2, 3
+      y = y + share(i)*a(:, column(i)) + share(i + 1)*a(:, column(i + 1)) &
+        + share(i + 2)*a(:, column(i + 2))
     end do
-  end subroutine combine_columns
+    do i = size(column)/3*3 + 1, size(column)
+      y = y + share(i)*a(:, column(i))
+    end do
+  end subroutine combine
 end module whole_tangent
