@@ -90,10 +90,19 @@ contains
     stray = .false.
     if (reading%open > 0 .or. reading%closed == 0) return
     stray = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
-    if (stray .or. item_count(record) < 2) return
-    if (.not. takes_names(reading%table%commands(reading%closed))) return
+    if (stray .or. .not. may_continue(reading, record)) return
     stray = len(nearest_word(commands, record%items(1)%text)) == 0
   end function is_stray_name
+
+  !> Whether a record may be one of a set that a blank line has ended: it begins with a name.
+  logical function may_continue(reading, record)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+
+    may_continue = .false.
+    if (reading%open > 0 .or. reading%closed == 0 .or. item_count(record) < 2) return
+    may_continue = takes_names(reading%table%commands(reading%closed))
+  end function may_continue
 
   !> Reports a record that begins with an unknown word.
   subroutine refuse(reading, record, diagnostics)
@@ -136,8 +145,10 @@ contains
       reading%skipping = .true.
       return
     end if
-    call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', &
-                      did_you_mean(commands, word, '--help lists the commands'))
+    remedy = did_you_mean(commands, word, '--help lists the commands')
+    if (may_continue(reading, record)) remedy = remedy//' (or remove the blank line that ended '// &
+      trim(reading%table%commands(reading%closed)%name)//')'
+    call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', remedy)
     call skip_data(reading)
   end subroutine refuse
 end module mesh_refusals

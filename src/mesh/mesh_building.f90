@@ -9,7 +9,7 @@ module mesh_building
   private
   public :: element_origin_t, start_mesh, reserve_nodes, reserve_elements, place_node, &
     place_element, finish_mesh, model_size, model_box
-  public :: max_nodes, max_elements, max_coordinate
+  public :: own_nodes, max_nodes, max_elements, max_coordinate
 
   !> Most nodes and elements; what goes beyond is taken for a slip of the pen.
   integer, parameter :: max_nodes = 10000000
@@ -154,6 +154,14 @@ contains
     if (all(low <= high)) length = norm2(high - low)
   end function model_size
 
+  !> The highest number of a node that the deck or its mesh files give. Those behind it belong to
+  !! exact surfaces and are met by their name alone: no number, plane, box or point means them.
+  pure integer function own_nodes(mesh)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+
+    own_nodes = mesh%nodes - mesh%exact_nodes
+  end function own_nodes
+
   !> The box around all nodes but those of exact surfaces, which go on beyond the model. Without a
   !! node its low corner is above its high one.
   pure subroutine model_box(mesh, low, high)
@@ -164,7 +172,7 @@ contains
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
-    do n = 1, mesh%nodes - mesh%exact_nodes
+    do n = 1, own_nodes(mesh)
       if (.not. mesh%defined(n)) cycle
       low = min(low, mesh%x(:, n))
       high = max(high, mesh%x(:, n))

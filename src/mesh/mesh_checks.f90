@@ -8,7 +8,7 @@ module mesh_checks
   use cells, only: shape_t, shape_of, mirrored, tet4
   use mesh_types, only: mesh_t
   use brick_cutting, only: is_split
-  use mesh_building, only: element_origin_t
+  use mesh_building, only: element_origin_t, own_nodes
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
@@ -162,7 +162,7 @@ contains
       if (deck%mesh(i)%command /= 'mate') cycle
       materials = max(materials, item_integer(deck%mesh(i)%head, 2))
     end do
-    call check_control(deck, 1, 'numnp', mesh%nodes - mesh%exact_nodes, &
+    call check_control(deck, 1, 'numnp', own_nodes(mesh), &
       'the highest node number is', diagnostics)
     if (.not. any([(is_split(deck%mesh(i)), i=1, size(deck%mesh))])) call check_control(deck, 2, &
       'numel', mesh%elements, 'the highest element number is', diagnostics)

@@ -6,13 +6,13 @@ module node_sets
   use records, only: item_integer, item_real, item_name, item_count, is_word
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_building, only: model_size
+  use mesh_building, only: model_size, own_nodes
   use tied_nodes, only: kept_node
   use mesh_names, only: find_nodes
   use key_sorting, only: unique_numbers
   implicit none
   private
-  public :: select_nodes, default_tolerance
+  public :: select_nodes, node_exists, default_tolerance
 
   !> Tolerance of planes and boxes as a part of the model size.
   real(wp), parameter :: default_tolerance = 1.0e-8_wp
@@ -105,6 +105,7 @@ contains
     ! coordinates are below 1e100, but the deck's number may be anything
     chosen = chosen .and. mesh%x(direction, :) <= item_real(record, first + 2) + tolerance
     chosen = chosen .and. mesh%x(direction, :) >= item_real(record, first + 2) - tolerance
+    chosen(own_nodes(mesh) + 1:) = .false.
   end subroutine narrow_by_plane
 
   !> Tolerance of a PLANe record [length].
@@ -142,6 +143,7 @@ contains
       end if
       chosen = chosen .and. mesh%x(k, :) >= low - tolerance .and. mesh%x(k, :) <= high + tolerance
     end do
+    chosen(own_nodes(mesh) + 1:) = .false.
   end subroutine narrow_by_box
 
   !> `NODEs a b c TO d ...`. Listed nodes and the ends of a range exist; between them gaps may be.
@@ -168,7 +170,7 @@ contains
       n = item_integer(record, i)
       if (.not. node_exists(mesh, kept_node(mesh, n))) then
         call report_error(diagnostics, record%items(i)%at, 'node '//to_text(n)// &
-          ' does not exist', 'the highest node number is '//to_text(mesh%nodes))
+          ' does not exist', 'the highest node number is '//to_text(own_nodes(mesh)))
         failed = .true.
         return
       end if
@@ -190,12 +192,12 @@ contains
     chosen = chosen .and. mask
   end subroutine narrow_by_list
 
-  !> True if the deck gives this node coordinates.
+  !> Whether the deck gives this node coordinates.
   pure logical function node_exists(mesh, n) result(exists)
     type(mesh_t), intent(in) :: mesh !! the mesh
     integer, intent(in) :: n !! node number
 
-    exists = n >= 1 .and. n <= mesh%nodes
+    exists = n >= 1 .and. n <= own_nodes(mesh)
     if (exists) exists = mesh%defined(n)
   end function node_exists
 

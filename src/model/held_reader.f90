@@ -4,7 +4,7 @@ module held_reader
   use kinds, only: wp
   use deck_types, only: deck_t, record_t
   use records, only: item_location, item_name, item_real
-  use diagnostics, only: diagnostics_t
+  use diagnostics, only: diagnostics_t, report_error
   use mesh_names, only: find_region, region_nodes
   use node_queries, only: report_unknown_name, nodes_of_item
   use model_types, only: model_t
@@ -64,6 +64,7 @@ contains
     call nodes_of_item(model%mesh, record, 1, diagnostics, nodes)
     stiffness = [(item_real(record, 1 + k), k=1, 3)]
     if (size(nodes) == 0 .or. all(stiffness <= 0.0_wp)) return
+    call check_sprung(record, nodes, model, diagnostics)
     associate (conditions => model%conditions)
       if (.not. allocated(conditions%spring)) &
         allocate (conditions%spring(3, model%mesh%nodes), source=0.0_wp)
@@ -72,4 +73,27 @@ contains
       end do
     end associate
   end subroutine add_spring
+
+  !> A rigid body with a point has no springs: on its nodes, which follow it, they would do nothing.
+  subroutine check_sprung(record, nodes, model, diagnostics)
+    type(record_t), intent(in) :: record !! `set k1 k2 k3`
+    integer, intent(in) :: nodes(:) !! of the set
+    type(model_t), intent(in) :: model !! rigid bodies
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    logical :: sprung(model%mesh%nodes)
+    integer :: b
+
+    sprung = .false.
+    sprung(nodes) = .true.
+    if (.not. allocated(model%conditions%rigid)) return
+    do b = 1, size(model%conditions%rigid)
+      associate (body => model%conditions%rigid(b))
+        if (.not. any(sprung(body%nodes))) cycle
+        call report_error(diagnostics, item_location(record, 1), 'nodes of '// &
+          item_name(record, 1)//' belong to the rigid body '//body%name// &
+          ', which takes no springs', &
+          'put them on an elastic body that touches it, or prescribe its MOVE and LOAD')
+      end associate
+    end do
+  end subroutine check_sprung
 end module held_reader

@@ -6,6 +6,7 @@ module located_conditions
   use records, only: item_location, item_integer, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
+  use mesh_building, only: own_nodes
   use node_queries, only: plane_tolerance, nearest_node
   use condition_draft, only: condition_draft_t, set_values, record_values
   implicit none
@@ -42,7 +43,7 @@ contains
     coordinate = item_real(record, 2)
     tolerance = plane_tolerance(mesh)
     found = 0
-    do node = 1, mesh%nodes
+    do node = 1, own_nodes(mesh)
       if (.not. mesh%defined(node)) cycle
       if (abs(mesh%x(direction, node) - coordinate) > tolerance) cycle
       found = found + 1
@@ -63,7 +64,7 @@ contains
 
     nearest = 0
     distance = huge(distance)
-    do node = 1, mesh%nodes
+    do node = 1, own_nodes(mesh)
       if (.not. mesh%defined(node)) cycle
       if (abs(mesh%x(direction, node) - coordinate) < distance) then
         distance = abs(mesh%x(direction, node) - coordinate)

@@ -1,29 +1,20 @@
 !> Questions about nodes that several readers of the model ask, and how a bad answer is reported.
 module node_queries
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, count_noun
   use deck_types, only: location_t, record_t
   use records, only: item_location, item_name
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_building, only: model_size
+  use mesh_building, only: model_size, own_nodes
   use mesh_names, only: find_nodes, name_hint
   use node_sets, only: default_tolerance
   implicit none
   private
-  public :: node_exists, report_missing_node, nodes_of_item, report_unknown_name
+  public :: report_missing_node, nodes_of_item, report_unknown_name
   public :: plane_tolerance, nearest_node
 
 contains
-
-  !> Whether the deck gives this node coordinates.
-  pure logical function node_exists(mesh, node)
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    integer, intent(in) :: node !! any number
-
-    node_exists = .false.
-    if (node >= 1 .and. node <= mesh%nodes) node_exists = mesh%defined(node)
-  end function node_exists
 
   !> Reports a node that does not exist.
   subroutine report_missing_node(mesh, at, node, diagnostics)
@@ -33,8 +24,9 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
     call report_error(diagnostics, at, 'node '//to_text(node)//' does not exist', &
-      'the mesh has '//to_text(count(mesh%defined))//' nodes, the highest number is '// &
-      to_text(mesh%nodes))
+      'the mesh has '// &
+      count_noun(count(mesh%defined(:own_nodes(mesh))), 'node')//', the highest number is '// &
+      to_text(own_nodes(mesh)))
   end subroutine report_missing_node
 
   !> Reports a name that is no set, region or surface.
@@ -79,7 +71,7 @@ contains
 
     nearest = 0
     least = huge(least)
-    do i = 1, mesh%nodes
+    do i = 1, own_nodes(mesh)
       if (.not. mesh%defined(i)) cycle
       distance = norm2(mesh%x(:, i) - x)
       if (distance < least) then

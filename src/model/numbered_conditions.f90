@@ -7,7 +7,8 @@ module numbered_conditions
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use tied_nodes, only: kept_node
-  use node_queries, only: node_exists, report_missing_node, nodes_of_item
+  use node_sets, only: node_exists
+  use node_queries, only: report_missing_node, nodes_of_item
   use condition_draft, only: condition_draft_t, set_values, record_values, record_table, &
     quantity_restraint, quantity_load
   implicit none

@@ -9,7 +9,8 @@ module output_reader
   use tied_nodes, only: kept_node
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
     state_none
-  use node_queries, only: node_exists, report_missing_node, report_unknown_name
+  use node_sets, only: node_exists
+  use node_queries, only: report_missing_node, report_unknown_name
   use mesh_names, only: find_nodes
   implicit none
   private

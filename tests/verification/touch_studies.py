@@ -155,29 +155,28 @@ def indentation(bench):
     """Shear under a press in few and in many increments, against axisymmetric elements.
 
     Nodes and smooth surfaces want elements of four nodes, all other forms are judged by those of ten.
+    With mu = 0.1 the ring that slips is 0.07 wide: elements of four nodes have finer cells there.
     """
     ratio = bench.draw('cells below over above', 1.15, 1.25)
     four = Press(bench.draw('cell, four nodes', 0.028, 0.032), ratio)
     ten = Press(bench.draw('cell, ten nodes', 0.07, 0.08), ratio, True)
+    fine = Press(bench.draw('cell, four nodes, mu = 0.1', 0.023, 0.025), ratio)
     flat = ('NTOS', 'NTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
     fields = ('GTOS', 'GTOS SEGMent', 'GTOS +AUGM')
-    cases = ((0.3, ten, fields), (0.3, four, flat), (0.1, ten, fields[:1]), (0.1, four, flat[:1]))
+    cases = ((0.3, ten, fields), (0.3, four, flat), (0.1, ten, fields[:1]), (0.1, fine, flat[:1]))
     for mu, press, forms in cases:
         for form in forms:
             for steps, wanted in WANTED.items():
-                if bench.reduced and steps > 16 and press is four:
+                if bench.reduced and steps > 16 and press is not ten:
                     continue
-                known, why = misses(form, mu, steps)
+                known, why = misses(form, steps)
                 bench.compare(f'radial sum, mu {mu}, {steps} increments', 'axisymmetric elements',
                               SCENE[mu], press.shear(bench, form, mu, steps), wanted, form=form,
                               known=known, why=why)
 
 
-def misses(form, mu, steps):
+def misses(form, steps):
     """How far a row may be off that is known to miss, and why."""
-    if mu < 0.3 and form == 'NTOS':
-        return 0.04, 'the error of linear tetrahedra: the ring that slips is one or two facets wide. With ' \
-            'elements of ten nodes and cells 2.5 times as large it holds'
     if steps == 4 and form == 'GTOS +SMOO':
         return 0.05, 'the outermost ring of facets is closed in part, and the gaps of its points do not ' \
             'follow the law of the front: its way before the touch is 4 % too long (theory.md, "First touch")'
