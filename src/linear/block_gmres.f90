@@ -2,7 +2,7 @@
 !! of all of them (doc/theory, "Derivatives along the path"). The caller applies the matrix.
 module block_gmres
   use kinds, only: wp
-  use lapack_interface, only: dgemm
+  use lapack_interface, only: dgemm, dgemv
   implicit none
   private
   public :: block_gmres_t, begin_block, add_images, block_shares
@@ -20,6 +20,8 @@ module block_gmres
     real(wp), allocatable :: floor(:) !! (right-hand sides) norms that are small enough
   end type block_gmres_t
 
+  !> An image is made orthogonal to the others once more if it has lost more than this of itself.
+  real(wp), parameter :: short = 0.1_wp
   !> An image is a combination of others if no more than this share of it is left beside them.
   real(wp), parameter :: dependent = 1.0e-15_wp
   !> A residual of this share of its right-hand side is none.
@@ -56,11 +58,12 @@ contains
   subroutine choose_directions(iteration)
     type(block_gmres_t), intent(inout) :: iteration !! gets m, base
     real(wp) :: beside(size(iteration%left, 1), size(iteration%rest))
-    real(wp) :: excess(size(iteration%rest)), largest, share
+    real(wp) :: excess(size(iteration%rest)), largest, share(size(iteration%rest))
     integer :: j, i
     logical :: wanting(size(iteration%rest))
 
-    associate (base => iteration%base, m => iteration%m)
+    associate (base => iteration%base, m => iteration%m, rows => size(beside, 1), sides => &
+      size(beside, 2))
       m = iteration%n
       wanting = iteration%rest > iteration%floor
       beside = iteration%left
@@ -73,10 +76,10 @@ contains
         m = m + 1
         base(:, m) = beside(:, j)/norm2(beside(:, j))
         wanting(j) = .false.
-        do i = 1, size(wanting)
+        call dgemv('T', rows, sides, 1.0_wp, beside, rows, base(1, m), 1, 0.0_wp, share, 1)
+        do i = 1, sides
           if (.not. wanting(i)) cycle
-          share = dot_product(base(:, m), beside(:, i))
-          beside(:, i) = beside(:, i) - share*base(:, m)
+          beside(:, i) = beside(:, i) - share(i)*base(:, m)
           excess(i) = norm2(beside(:, i))/iteration%floor(i)
         end do
       end do
@@ -89,10 +92,12 @@ contains
     type(block_gmres_t), intent(inout) :: iteration !! more directions
     real(wp) :: taken(iteration%n, size(images, 2)), left(size(images, 1), size(images, 2))
     real(wp) :: g(size(images, 2), size(iteration%rest))
+    real(wp) :: long(size(images, 2))
     integer :: i, old, turn
 
     old = iteration%n
     left = images
+    long = norm2(images, 1)
     iteration%h(:iteration%m, old + 1:iteration%m) = 0.0_wp
     associate (rows => size(images, 1), columns => size(images, 2), sides => size(iteration%rest))
       do turn = 1, 2
@@ -102,9 +107,10 @@ contains
         call dgemm('N', 'N', rows, columns, old, -1.0_wp, iteration%image, rows, taken, old, &
           1.0_wp, left, rows)
         iteration%h(:old, old + 1:old + columns) = iteration%h(:old, old + 1:old + columns) + taken
+        if (all(norm2(left, 1) >= short*long)) exit
       end do
       do i = 1, columns
-        call append(left(:, i), norm2(images(:, i)), old, iteration)
+        call append(left(:, i), long(i), old, iteration)
       end do
       call dgemm('T', 'N', columns, sides, rows, 1.0_wp, iteration%image(1, old + 1), rows, &
         iteration%left, rows, 0.0_wp, g, columns)
@@ -123,17 +129,18 @@ contains
     real(wp), intent(in) :: length !! that it had at first
     integer, intent(in) :: old !! images that it is orthogonal to
     type(block_gmres_t), intent(inout) :: iteration !! gets it, if anything is left
-    real(wp) :: left(size(vector)), share
-    integer :: i, turn
+    real(wp) :: left(size(vector)), share, shares(iteration%n - old)
+    integer :: turn
 
-    associate (n => iteration%n, h => iteration%h)
+    associate (n => iteration%n, h => iteration%h, rows => size(vector))
       left = vector
       do turn = 1, 2
-        do i = old + 1, n
-          share = dot_product(iteration%image(:, i), left)
-          left = left - share*iteration%image(:, i)
-          h(i, n + 1) = h(i, n + 1) + share
-        end do
+        if (n == old) exit
+        call dgemv('T', rows, n - old, 1.0_wp, iteration%image(1, old + 1), rows, left, 1, 0.0_wp, &
+          shares, 1)
+        call dgemv('N', rows, n - old, -1.0_wp, iteration%image(1, old + 1), rows, shares, 1, &
+          1.0_wp, left, 1)
+        h(old + 1:n, n + 1) = h(old + 1:n, n + 1) + shares
       end do
       share = norm2(left)
       n = n + 1

@@ -171,6 +171,7 @@ contains
       call solve_variant(variant%model, context%system, context%state, shared, .true., result, &
         trouble)
       context%system%condensed%surface_only = .false.
+      context%system%condensed%outer%foretold = .false.
     else
       if (study%from > 0.0_wp) then
         call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//': variant '// &
@@ -247,7 +248,8 @@ contains
       if (sharing) then
         if (.not. allocated(system%condensed%outer%kept)) allocate (system%condensed%outer%kept(3, &
           model%mesh%nodes), source=0.0_wp)
-        call guess_forces(shared%starts, i, system%condensed%outer%kept)
+        call guess_forces(shared%starts, i, system%condensed%outer%kept, &
+          system%condensed%outer%foretold)
         settings%first_energy = shared%energy(i)
       end if
       monitor%first_energy = 0.0_wp

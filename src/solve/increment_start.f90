@@ -69,7 +69,7 @@ contains
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the hosts there.
+  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well.
   subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
@@ -94,6 +94,11 @@ contains
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
       call place_starts(system)
+      if (system%condensed%outer%foretold) then
+        system%u = system%position%carried
+        call start_here(model, system, norm_carried)
+        return
+      end if
       system%u = system%position%left
     end if
     call start_here(model, system, norm_left)

@@ -39,7 +39,9 @@ contains
     type(way_t) :: trial
     integer :: limit, tried
 
-    exact = .false.
+    call find_near_way(pair, x, from, tip_from, to, tip_to, way, exact)
+    if (exact) return
+    way%n = 0
     call measure_distances(pair, to, from, distance)
     if (distance(from) < 0 .or. distance(from) >= longest) return
     tried = 0
@@ -64,7 +66,7 @@ contains
       last = so_far%facet(so_far%n)
       if (last == to) then
         tried = tried + 1
-        exact = maxval(abs(n(1:2) - tip_to)) <= same*(1.0_wp + maxval(abs(tip_to)))
+        exact = leads_to(n, tip_to)
         if (exact .or. way%n == 0) way = so_far
         return
       end if
@@ -83,6 +85,62 @@ contains
       end do
     end subroutine extend
   end subroutine find_way
+
+  !> The same where both hosts are neighbours, or have a common one.
+  subroutine find_near_way(pair, x, from, tip_from, to, tip_to, way, exact)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
+    integer, intent(in) :: from !! old host
+    real(wp), intent(in) :: tip_from(2) !! tip in it
+    integer, intent(in) :: to !! new host
+    real(wp), intent(in) :: tip_to(2) !! tip in that
+    type(way_t), intent(out) :: way !! the way
+    logical, intent(out) :: exact !! there is one that leads to the tip
+    integer :: k, i
+
+    exact = .false.
+    associate (next => pair%surface%neighbours)
+      do k = 1, 3
+        if (next(k, from) == to) call try([from, to])
+      end do
+      do k = 1, 3
+        if (next(k, from) == 0 .or. next(k, from) == to) cycle
+        do i = 1, 3
+          if (next(i, next(k, from)) == to) call try([from, next(k, from), to])
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Takes a way that leads to the tip, if none has before.
+    subroutine try(facets)
+      integer, intent(in) :: facets(:) !! from host to host
+      real(wp) :: n(3), n_next(3)
+      integer :: j
+      logical :: found
+
+      if (exact) return
+      n = barycentric(tip_from)
+      do j = 2, size(facets)
+        call unfold_point(pair%surface%facets(:, facets(j - 1)), pair%surface%facets(:, &
+          facets(j)), x, n, n_next, found)
+        if (.not. found) return
+        n = n_next
+      end do
+      exact = leads_to(n, tip_to)
+      way%n = size(facets)
+      way%facet(:way%n) = facets
+    end subroutine try
+  end subroutine find_near_way
+
+  !> Shape functions are those of a tip.
+  pure logical function leads_to(n, tip)
+    real(wp), intent(in) :: n(3) !! shape functions
+    real(wp), intent(in) :: tip(2) !! the tip
+
+    leads_to = maxval(abs(n(1:2) - tip)) <= same*(1.0_wp + maxval(abs(tip)))
+  end function leads_to
 
   !> Steps over neighbours from each facet to one of them, as far as another one and a little more.
   subroutine measure_distances(pair, to, from, distance)

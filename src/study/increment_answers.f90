@@ -31,7 +31,7 @@ contains
     character(:), allocatable, intent(inout) :: trouble !! not solved
     real(wp), allocatable :: u(:, :), c(:, :)
     integer :: n, outcome, attempt, j, i
-    logical :: arrived
+    logical :: arrived, late(system%condensed%n)
 
     n = size(s%slopes)
     s%answers%share_left = spread(share_left, 1, n)
@@ -43,7 +43,7 @@ contains
       call collect_right(model, system, time, s, work, u, c)
       call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
       if (outcome /= solver_done) exit
-      call answer_all(system%condensed, c, u, arrived, s%answers)
+      call answer_all(system%condensed, c, u, arrived, late, s%answers)
       if (arrived) exit
     end do
     if (.not. arrived) then
@@ -51,7 +51,12 @@ contains
         'converged state'
       return
     end if
+    if (.not. allocated(s%answers%late)) allocate (s%answers%late(3, model%mesh%nodes))
+    s%answers%late = .false.
     associate (condensed => system%condensed)
+      do i = 1, condensed%n
+        s%answers%late(condensed%direction(i), condensed%node(i)) = late(i)
+      end do
       do j = 1, n
         do i = 1, condensed%n
           s%du(condensed%direction(i), condensed%node(i), j) = u(i, j)

@@ -6,17 +6,18 @@ module increment_elements
   use element_types, only: element_t, status_open
   use elmlib, only: routine_none
   use model_types, only: model_t
-  use contact_types, only: pair_t
   use contact_points, only: count_points
   use touch_path, only: touch_known
   use cone_slopes, only: cone_slopes_t, find_slopes, slope_by_causes, slope_by_motion, &
     force_slope, causes, cause_tip, cause_mu, cause_rule, cause_angle
+  use contact_types, only: pair_t
   use host_slopes, only: way_t, find_way, carry_slope, projection_slope
+  use late_displacements, only: complete_nodes
   use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t
   implicit none
   private
-  public :: work_t, load_elements, find_causes, element_change, tip_change, element_motion, &
+  public :: work_t, load_elements, find_causes, element_change, add_motion, element_motion, &
     add_forces
 
   !> The contact elements of an increment and what they get and give.
@@ -24,7 +25,11 @@ module increment_elements
     type(cone_slopes_t), allocatable :: slopes(:) !! (elements) at the converged state
     type(element_t), allocatable :: elements(:) !! (elements) their data
     real(wp), allocatable :: by(:, :, :) !! (causes, elements, n) changes of the causes
+    real(wp), allocatable :: change(:, :, :) !! (5, elements, n) changes of gap and tip by these
     real(wp), allocatable :: stiffer(:, :) !! (elements, n) changes of the penalty, over itself
+    type(way_t), allocatable :: ways(:) !! of start tips to their hosts
+    integer, allocatable :: way(:) !! (elements) which of them, 0 for none: the host is the old one
+    logical, allocatable :: anew(:) !! (elements) the tip starts at its projection
   end type work_t
 
 contains
@@ -63,12 +68,13 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
     type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched
-    type(work_t), intent(inout) :: work !! gets by, stiffer
+    type(work_t), intent(inout) :: work !! gets by, change, stiffer, ways
     integer :: k, p, e, j, n
 
     n = size(s%slopes)
     allocate (work%by(causes, system%contact%n, n), work%stiffer(system%contact%n, n), &
-      source=0.0_wp)
+      work%change(5, system%contact%n, n), source=0.0_wp)
+    call find_ways(model, system, s, work)
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
@@ -82,78 +88,149 @@ contains
             work%stiffer(e, j) = slope%penalty(k)
           end associate
         end do
-        call start_slopes(model%pairs(k), p, e, k, system, s, work%by(cause_tip:cause_tip + 1, &
-          e, :))
+        call start_slopes(model%pairs(k), p, e, system, s, work)
+        do j = 1, n
+          work%change(:, e, j) = slope_by_causes(work%slopes(e), work%by(:, e, j))
+        end do
       end do
     end do
   end subroutine find_causes
 
-  !> Derivatives of the start tip of one point in its present host.
-  subroutine start_slopes(pair, p, e, k, system, s, dtip)
+  !> How the tips of closed elements have come to their hosts, and the displacements there.
+  subroutine find_ways(model, system, s, work)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements, last positions
+    type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched, du
+    type(work_t), intent(inout) :: work !! gets ways, way, anew
+    logical :: wanted(model%mesh%nodes), exact
+    integer :: k, p, e, n, i
+
+    allocate (work%anew(system%contact%n), source=.false.)
+    allocate (work%way(system%contact%n), source=0)
+    allocate (work%ways(count_moves(model, system, s, work)))
+    wanted = .false.
+    n = 0
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        e = system%place%first_point(k) + p - 1
+        if (.not. is_closed(system, work, e)) cycle
+        associate (pair => model%pairs(k), host => model%pairs(k)%history%old(p)%host)
+          work%anew(e) = starts_anew(pair, p, e, k, system, s)
+          if (.not. work%anew(e) .and. s%host(e) /= host) then
+            n = n + 1
+            call find_way(pair, system%position%x_old, s%host(e), s%tip(:, e), host, &
+              system%contact%h1(:, e), work%ways(n), exact)
+            if (.not. exact) s%lost = s%lost + 1
+            work%anew(e) = work%ways(n)%n == 0
+            work%way(e) = n
+            do i = 1, work%ways(n)%n
+              wanted(pair%surface%facets(:, work%ways(n)%facet(i))) = .true.
+            end do
+          end if
+          if (work%anew(e)) wanted(pair%surface%facets(:, host)) = .true.
+          if (work%anew(e)) wanted(work%elements(e)%ix(:work%elements(e)%slaves)) = .true.
+        end associate
+      end do
+    end do
+    call complete_nodes(system, wanted, s)
+  end subroutine find_ways
+
+  !> Closed elements whose host is another one than before.
+  integer function count_moves(model, system, s, work) result(n)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    type(sensitivity_t), intent(in) :: s !! hosts before
+    type(work_t), intent(in) :: work !! slopes
+    integer :: k, p, e
+
+    n = 0
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        e = system%place%first_point(k) + p - 1
+        if (is_closed(system, work, e) .and. s%host(e) /= model%pairs(k)%history%old(p)%host) &
+          n = n + 1
+      end do
+    end do
+  end function count_moves
+
+  !> An element takes part and is closed.
+  pure logical function is_closed(system, work, e)
+    type(system_t), intent(in) :: system !! contact elements
+    type(work_t), intent(in) :: work !! slopes
+    integer, intent(in) :: e !! the element
+
+    is_closed = system%contact%routine(e) /= routine_none
+    if (is_closed) is_closed = work%slopes(e)%status /= status_open
+  end function is_closed
+
+  !> A tip starts at its projection, whatever was before.
+  logical function starts_anew(pair, p, e, k, system, s) result(anew)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     integer, intent(in) :: e !! its element
     integer, intent(in) :: k !! number of the pair
-    type(system_t), intent(in) :: system !! contact elements, last positions
-    type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched
-    real(wp), intent(out) :: dtip(:, :) !! (2, n)
-    type(way_t) :: way
-    integer :: j
-    logical :: exact, anew
+    type(system_t), intent(in) :: system !! bodies and what they touch
+    type(sensitivity_t), intent(inout) :: s !! state before; gets touched
 
-    associate (host => pair%history%old(p)%host)
-      anew = s%host(e) == 0
-      if (s%status(e) <= status_open .and. system%touch%stage == touch_known) then
-        if (system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) then
-          anew = .true.
-          s%touched = s%touched + 1
-        end if
-      end if
-      if (.not. anew .and. s%host(e) /= host) then
-        call find_way(pair, system%position%x_old, s%host(e), s%tip(:, e), host, &
-          system%contact%h1(:, e), &
-                      way, exact)
-        if (.not. exact) s%lost = s%lost + 1
-        anew = way%n == 0
-      end if
-      do j = 1, size(dtip, 2)
-        if (anew) then
-          dtip(:, j) = projection_slope(pair, p, host, system%position%x_old, s%du(:, :, j))
-          cycle
-        end if
-        dtip(:, j) = s%dtip(:, e, j)
-        if (s%host(e) /= host) call carry_slope(pair, system%position%x_old, s%du(:, :, j), way, &
-          s%tip(:, e), dtip(:, j))
+    anew = s%host(e) == 0
+    if (s%status(e) > status_open .or. system%touch%stage /= touch_known) return
+    if (.not. system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) return
+    anew = .true.
+    s%touched = s%touched + 1
+  end function starts_anew
+
+  !> Derivatives of the start tip of one point in its present host.
+  subroutine start_slopes(pair, p, e, system, s, work)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: e !! its element
+    type(system_t), intent(in) :: system !! last positions
+    type(sensitivity_t), intent(in) :: s !! state before
+    type(work_t), intent(inout) :: work !! ways; gets by
+    integer :: j
+
+    associate (x => system%position%x_old)
+      do j = 1, size(s%slopes)
+        associate (dtip => work%by(cause_tip:cause_tip + 1, e, j))
+          if (work%anew(e)) then
+            dtip = projection_slope(pair, p, pair%history%old(p)%host, x, s%du(:, :, j))
+          else
+            dtip = s%dtip(:, e, j)
+            if (work%way(e) > 0) call carry_slope(pair, x, s%du(:, :, j), &
+              work%ways(work%way(e)), s%tip(:, e), dtip)
+          end if
+        end associate
       end do
     end associate
   end subroutine start_slopes
 
-  !> Change of the forces of one element at fixed free displacements, or with these: those of its
-  !! slave point and of its corners.
+  !> Change of the forces of one element by its causes and by what its nodes do beside.
   pure function element_change(work, e, j, epsilon, du) result(dr)
     type(work_t), intent(in) :: work !! elements, causes
     integer, intent(in) :: e !! the element
     integer, intent(in) :: j !! the parameter
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    real(wp), intent(in) :: du(:, :) !! (3, nodes) displacements that change with it [length]
-    real(wp) :: dr(12)
+    real(wp), optional, intent(in) :: du(:, :) !! (3, nodes) displacements that change with it
+    !! [length]
+    real(wp) :: dr(12), change(5), dx(12)
 
-    dr = force_slope(work%slopes(e), epsilon, epsilon*work%stiffer(e, j), tip_change(work, e, j, &
-      du))
+    change = work%change(:, e, j)
+    if (present(du)) then
+      dx = element_motion(work%elements(e), du)
+      if (any(abs(dx) > 0.0_wp)) change = change + slope_by_motion(work%slopes(e), dx)
+    end if
+    dr = force_slope(work%slopes(e), epsilon, epsilon*work%stiffer(e, j), change)
   end function element_change
 
-  !> Change of the gap and of the tip of one element.
-  pure function tip_change(work, e, j, du) result(change)
-    type(work_t), intent(in) :: work !! elements, causes
+  !> Adds the change of the gap and of the tip that the motion of the element's nodes makes.
+  pure subroutine add_motion(work, e, j, dx)
+    type(work_t), intent(inout) :: work !! slopes; gets change
     integer, intent(in) :: e !! the element
     integer, intent(in) :: j !! the parameter
-    real(wp), intent(in) :: du(:, :) !! (3, nodes) displacements that change with it [length]
-    real(wp) :: change(5), dx(12)
+    real(wp), intent(in) :: dx(12) !! motion of S, 1, 2, 3 [length]
 
-    change = slope_by_causes(work%slopes(e), work%by(:, e, j))
-    dx = element_motion(work%elements(e), du)
-    if (any(abs(dx) > 0.0_wp)) change = change + slope_by_motion(work%slopes(e), dx)
-  end function tip_change
+    work%change(:, e, j) = work%change(:, e, j) + slope_by_motion(work%slopes(e), dx)
+  end subroutine add_motion
 
   !> Motion of S, 1, 2, 3.
   pure function element_motion(e, du) result(dx)

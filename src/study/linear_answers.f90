@@ -6,7 +6,7 @@ module linear_answers
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
-    subtract_touched, subtract_yield, subtract_yield_of_all
+    subtract_yield, subtract_yield_of_all
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest
@@ -22,6 +22,7 @@ module linear_answers
     type(touched_t) :: touched !! candidates and their compliances
     type(block_gmres_t) :: iteration !! room of GMRES
     real(wp), allocatable :: share_left(:) !! (columns) what is left of each force, over the force
+    logical, allocatable :: late(:, :) !! (3, nodes) displacements that lack what contact does
   end type answers_t
 
   !> Steps of GMRES with all columns.
@@ -59,16 +60,18 @@ contains
   end subroutine prepare_answers
 
   !> Forces f = c + k u of contact and displacements u = w - C f, for each column.
-  subroutine answer_all(condensed, c, u, arrived, course)
+  subroutine answer_all(condensed, c, u, arrived, late, course)
     type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
     real(wp), intent(inout) :: c(:, :) !! (candidates, columns) forces at fixed candidates; gets
     !! all forces [force]
     real(wp), intent(inout) :: u(:, :) !! (candidates, columns) displacements without contact; gets
-    !! those with it [length]
+    !! those with it, but where it is late [length]
     logical, intent(out) :: arrived !! all of them
+    logical, intent(out) :: late(:) !! (candidates) u is still that without contact
     type(answers_t), intent(inout) :: course !! of the last answers
-    real(wp), allocatable :: b(:, :), y(:, :), f(:, :)
+    real(wp), allocatable :: b(:, :), y(:, :), f(:, :), t(:, :)
 
+    late = .not. condensed%tangent%parts%iterated
     if (condensed%tangent%parts%iterated) then
       b = u(condensed%alive%live, :)
       call subtract_yield(condensed%bodies, c(condensed%alive%live, :), b)
@@ -82,13 +85,13 @@ contains
         b = transpose(u(rows, :))
         f = transpose(c(rows, :))
         call add_product(condensed%bodies, course%touched, -f, b)
-        allocate (y, mold=b)
-        call answer_block(condensed, course%touched, b, course%share_left, course%iteration, &
-          y, arrived)
+        allocate (y, t, mold=b)
+        call answer_block(condensed, b, course, y, t, arrived)
         f = f + y
         c(rows, :) = transpose(f)
+        u(rows, :) = transpose(t)
+        late(rows) = .false.
       end associate
-      if (arrived) call subtract_touched(condensed%bodies, course%touched, f, u)
     end if
   end subroutine answer_all
 
@@ -127,34 +130,30 @@ contains
   !> GMRES on the rest of the element matrices, as `condensed_direction` has it, for all columns
   !! together: products with matrices are made for all at once, and each column finds its answer
   !! among the directions of all.
-  subroutine answer_block(condensed, touched, b, share_left, iteration, y, arrived)
+  subroutine answer_block(condensed, b, course, y, t, arrived)
     type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
-    type(touched_t), intent(in) :: touched !! rows and their compliance
     real(wp), intent(in) :: b(:, :) !! (columns, rows) displacements [length]
-    real(wp), intent(in) :: share_left(:) !! (columns) of each force that may be left
-    type(block_gmres_t), intent(inout) :: iteration !! its room is used again
+    type(answers_t), intent(inout) :: course !! rows, their compliance; room is used again
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
+    real(wp), intent(out) :: t(:, :) !! (columns, rows) displacements with the answer [length]
     logical, intent(out) :: arrived !! all columns
-    real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), t(:, :), share(:, :)
+    real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), yields(:, :), share(:, :)
 
-    associate (tangent => condensed%tangent, columns => size(b, 1), n => size(b, 2), most => &
-      most_blocks*size(b, 1))
-      allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most))
+    associate (tangent => condensed%tangent, touched => course%touched, iteration => &
+      course%iteration, columns => size(b, 1), n => size(b, 2), most => most_blocks*size(b, 1))
+      allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most), yields(n, &
+        most))
       t = b
       call answer_leading_block(condensed, touched, t, z)
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      call begin_block(transpose(r), share_left*norm2(y, 2), most, iteration)
+      call begin_block(transpose(r), course%share_left*norm2(y, 2), most, iteration)
       do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))
-          t = 0.0_wp*x
-          call add_product(condensed%bodies, touched, x, t)
-          call answer_leading_block(condensed, touched, t, shares(:, old:new))
-          r = t
-          call apply_rest_block(tangent, touched, t, r)
-          call add_images(transpose(r + x), iteration)
+          call answer_push(condensed, touched, x, shares(:, old:new), yields(:, old:new))
+          call add_images(transpose(x), iteration)
         end associate
       end do
       arrived = all(iteration%rest <= iteration%floor)
@@ -162,8 +161,27 @@ contains
       y = transpose(matmul(iteration%base(:, :iteration%n), share))
       z = z - matmul(shares(:, :iteration%n), share)
       call add_leading_block(tangent, touched, z, y)
+      t = t - transpose(matmul(yields(:, :iteration%n), share))
     end associate
   end subroutine answer_block
+
+  !> What forces x of the rest become: the displacements that they make, answered by the leading
+  !! part, push the rest once more.
+  subroutine answer_push(condensed, touched, x, z, yields)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
+    type(touched_t), intent(in) :: touched !! rows and their compliance
+    real(wp), intent(inout) :: x(:, :) !! (columns, rows) grow by the push [force]
+    real(wp), intent(out) :: z(:, :) !! (rank, columns) the leading part is U z
+    real(wp), intent(out) :: yields(:, :) !! (rows, columns) displacements, answered [length]
+    real(wp) :: t(size(x, 1), size(x, 2)), r(size(x, 1), size(x, 2))
+
+    t = 0.0_wp
+    call add_product(condensed%bodies, touched, x, t)
+    call answer_leading_block(condensed, touched, t, z)
+    call apply_rest_block(condensed%tangent, touched, t, r)
+    yields = transpose(t)
+    x = x + r
+  end subroutine answer_push
 
   !> What displacements d become when the leading part of contact answers them.
   subroutine answer_leading_block(condensed, touched, d, z)
@@ -245,7 +263,7 @@ contains
     type(touched_t), intent(in) :: touched !! rows
     real(wp), intent(in) :: x(:, :) !! (columns, rows) [length]
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
-    real(wp) :: local(size(x, 1)), near(size(x, 1), size(tangent%dofs, 1))
+    real(wp) :: near(size(x, 1), size(tangent%dofs, 1)), far(size(x, 1), size(tangent%dofs, 1))
     integer :: e, i, k
 
     if (tangent%whole) then
@@ -258,14 +276,16 @@ contains
     do e = 1, tangent%resting
       associate (dofs => tangent%dofs(:, tangent%element(e)), s => tangent%s(:, :, &
         tangent%element(e)))
-        near = 0.0_wp
+        far = 0.0_wp
         do k = 1, size(dofs)
+          near(:, k) = 0.0_wp
           if (dofs(k) > 0) near(:, k) = x(:, touched%place(dofs(k)))
+          do i = 1, size(dofs)
+            far(:, i) = far(:, i) + s(i, k)*near(:, k)
+          end do
         end do
         do i = 1, size(dofs)
-          if (dofs(i) == 0) cycle
-          local = matmul(near, s(i, :))
-          y(:, touched%place(dofs(i))) = y(:, touched%place(dofs(i))) + local
+          if (dofs(i) > 0) y(:, touched%place(dofs(i))) = y(:, touched%place(dofs(i))) + far(:, i)
         end do
       end associate
     end do

@@ -11,7 +11,8 @@ module sensitivities
   use contact_points, only: count_points
   use facet_geometry, only: facet_size
   use host_slopes, only: projection_slope
-  use increment_elements, only: work_t, load_elements, find_causes, element_change, tip_change, &
+  use late_displacements, only: complete_nodes
+  use increment_elements, only: work_t, load_elements, find_causes, element_change, add_motion, &
     element_motion, add_forces
   use increment_answers, only: solve_all, factor_change
   use sensitivity_start, only: start_scene, remember_points
@@ -121,9 +122,10 @@ contains
   subroutine collect_forces(model, system, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks
-    type(work_t), intent(in) :: work !! elements, causes
-    real(wp) :: dr(12)
+    type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks; du of
+    !! open points
+    type(work_t), intent(inout) :: work !! elements, causes; gets the whole change
+    real(wp) :: dr(12), dx(12, size(s%slopes))
     integer :: k, e, j
 
     s%force(:, s%levers%loaded, :) = 0.0_wp
@@ -134,25 +136,68 @@ contains
       do e = system%place%first_point(k), system%place%first_point(k) + &
         count_points(model%pairs(k)) - 1
         if (system%contact%routine(e) == routine_none) cycle
-        call look_at_border(system, work, e, s, k)
         if (work%slopes(e)%status == status_open) cycle
         do j = 1, size(s%slopes)
-          dr = element_change(work, e, j, system%contact%d(d03_epsilon, e), s%du(:, :, j))
+          dx(:, j) = element_motion(work%elements(e), s%du(:, :, j))
+          call add_motion(work, e, j, dx(:, j))
+          dr = element_change(work, e, j, system%contact%d(d03_epsilon, e))
           call add_forces(work%elements(e), dr, s%force(:, :, j))
           s%contact(:, k, j) = s%contact(:, k, j) - dr(1:3)
         end do
+        call look_at_border(system, work, e, dx, s, k)
       end do
     end do
+    call look_at_open(model, system, s, work)
   end subroutine collect_forces
 
+  !> The same of open points, whose displacements are not all known yet.
+  subroutine look_at_open(model, system, s, work)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    type(sensitivity_t), intent(inout) :: s !! force given; gets du, range, kinks
+    type(work_t), intent(in) :: work !! elements, causes
+    real(wp) :: dx(12, size(s%slopes))
+    logical :: wanted(model%mesh%nodes)
+    integer :: k, p, e, j
+
+    wanted = .false.
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        e = system%place%first_point(k) + p - 1
+        associate (pair => model%pairs(k), point => model%pairs(k)%history%old(p))
+          if (point%host > 0 .and. point%status <= status_open) then
+            wanted(pair%surface%facets(:, point%host)) = .true.
+            wanted(pair%points%point_nodes(:, p)) = .true.
+          end if
+        end associate
+        if (system%contact%routine(e) == routine_none) cycle
+        if (work%slopes(e)%status == status_open) &
+          wanted(work%elements(e)%ix(:work%elements(e)%nel)) = .true.
+      end do
+    end do
+    call complete_nodes(system, wanted, s)
+    do k = 1, size(model%pairs)
+      do e = system%place%first_point(k), system%place%first_point(k) + &
+        count_points(model%pairs(k)) - 1
+        if (system%contact%routine(e) == routine_none) cycle
+        if (work%slopes(e)%status /= status_open) cycle
+        do j = 1, size(s%slopes)
+          dx(:, j) = element_motion(work%elements(e), s%du(:, :, j))
+        end do
+        call look_at_border(system, work, e, dx, s, k)
+      end do
+    end do
+  end subroutine look_at_open
+
   !> Change of each parameter after which one point changes its status, to first order.
-  subroutine look_at_border(system, work, e, s, k)
+  subroutine look_at_border(system, work, e, dx, s, k)
     type(system_t), intent(in) :: system !! contact elements
     type(work_t), intent(in) :: work !! elements, causes
     integer, intent(in) :: e !! the element
+    real(wp), intent(in) :: dx(:, :) !! (12, parameters) motion of S, 1, 2, 3 [length]
     type(sensitivity_t), intent(inout) :: s !! gets range, kinks
     integer, intent(in) :: k !! number of the pair
-    real(wp) :: dx(12), slope
+    real(wp) :: slope
     integer :: j
     logical :: kink, rubs
 
@@ -166,11 +211,10 @@ contains
         return
       end if
       do j = 1, size(s%slopes)
-        dx = element_motion(work%elements(e), s%du(:, :, j))
-        slope = dot_product(mine%drho, work%by(:, e, j)) + dot_product(mine%drho_x, dx)
+        slope = dot_product(mine%drho, work%by(:, e, j)) + dot_product(mine%drho_x, dx(:, j))
         call narrow(mine%rho, slope, s%range(j, k))
         if (.not. rubs) cycle
-        slope = dot_product(mine%dover, work%by(:, e, j)) + dot_product(mine%dover_x, dx)
+        slope = dot_product(mine%dover, work%by(:, e, j)) + dot_product(mine%dover_x, dx(:, j))
         call narrow(mine%over, slope, s%range(j, k))
       end do
     end associate
@@ -198,7 +242,6 @@ contains
     type(system_t), intent(in) :: system !! contact elements, positions
     type(sensitivity_t), intent(inout) :: s !! du given; gets dtip, host, tip, status
     type(work_t), intent(in) :: work !! elements, causes
-    real(wp) :: change(5)
     integer :: k, p, e, j
 
     do k = 1, size(model%pairs)
@@ -213,8 +256,7 @@ contains
                 system%position%x_now, &
                 s%du(:, :, j))
             else
-              change = tip_change(work, e, j, s%du(:, :, j))
-              s%dtip(:, e, j) = change(4:5)
+              s%dtip(:, e, j) = work%change(4:5, e, j)
             end if
           end do
         end associate

@@ -2,11 +2,11 @@
 !! ones, and on all candidates (doc/theory, "Derivatives along the path").
 module touched_candidates
   use kinds, only: wp
-  use lapack_interface, only: dgemm, dsymm
+  use lapack_interface, only: dgemm, dgemv, dsymm, dsymv
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: touched_t, gather_touched, add_product, subtract_leading, subtract_touched, &
+  public :: touched_t, gather_touched, add_product, subtract_leading, subtract_beside, &
     subtract_yield, subtract_yield_of_all
 
   !> Columns of a matrix that are multiplied at once, and rows times columns of both factors: for so
@@ -14,8 +14,8 @@ module touched_candidates
   integer, parameter :: most_columns = 64, small_product = 900000
   !> Rows of a block of a symmetric matrix that stay in the cache for its second product.
   integer, parameter :: most_rows = 512
-  !> Columns that are turned at a time.
-  integer, parameter :: turned_columns = 8
+  !> Rows and columns of a tile that is turned.
+  integer, parameter :: tile_rows = 64, tile_columns = 8
   !> Rows over those that are not needed, at least.
   integer, parameter :: most_idle = 10
 
@@ -98,11 +98,11 @@ contains
     serves = k > size(wanted)
   end function serves
 
-  !> C U of the rows, turned: some columns at a time; nothing at rows that no live candidate has.
+  !> C U of the rows, turned: a tile after the other; nothing at rows that no live candidate has.
   subroutine gather_columns(cu, touched)
     real(wp), intent(in) :: cu(:, :) !! (live, rank) [length]
     type(touched_t), intent(inout) :: touched !! live_rows given; gets cu
-    integer :: i, j, last
+    integer :: i, j, row, last
 
     if (allocated(touched%cu)) then
       if (size(touched%cu, 1) /= size(cu, 2) .or. size(touched%cu, 2) < size(touched%live_rows)) &
@@ -110,14 +110,16 @@ contains
     end if
     if (.not. allocated(touched%cu)) allocate (touched%cu(size(cu, 2), size(touched%live_rows) &
       + size(touched%live_rows)/most_idle))
-    do j = 1, size(cu, 2), turned_columns
-      last = min(size(cu, 2), j + turned_columns - 1)
-      do i = 1, size(touched%live_rows)
-        if (touched%live_rows(i) > 0) then
-          touched%cu(j:last, i) = cu(touched%live_rows(i), j:last)
-        else
-          touched%cu(j:last, i) = 0.0_wp
-        end if
+    do row = 1, size(touched%live_rows), tile_rows
+      do j = 1, size(cu, 2), tile_columns
+        last = min(size(cu, 2), j + tile_columns - 1)
+        do i = row, min(size(touched%live_rows), row + tile_rows - 1)
+          if (touched%live_rows(i) > 0) then
+            touched%cu(j:last, i) = cu(touched%live_rows(i), j:last)
+          else
+            touched%cu(j:last, i) = 0.0_wp
+          end if
+        end do
       end do
     end do
   end subroutine gather_columns
@@ -220,6 +222,10 @@ contains
     integer :: first, width, row, rows, under
 
     if (few == 0) return
+    if (few == 1) then
+      call dsymv('L', n, 1.0_wp, c, rows_of_c, x, 1, 1.0_wp, y, 1)
+      return
+    end if
     do first = 1, n, most_columns
       width = min(most_columns, n - first + 1)
       do row = first, n, most_rows
@@ -234,56 +240,50 @@ contains
     end do
   end subroutine add_symmetric
 
-  !> u = u - C f on all candidates for forces on the rows.
-  subroutine subtract_touched(bodies, touched, f, u)
-    type(condensed_body_t), intent(in) :: bodies(:) !! compliances
-    type(touched_t), intent(in) :: touched !! rows, compliances
-    real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
-    real(wp), intent(inout) :: u(:, :) !! (candidates, columns) [length]
-    real(wp) :: change(size(f, 1), size(f, 2))
-    integer :: b
-
-    change = 0.0_wp
-    call add_product(bodies, touched, f, change)
-    u(touched%rows, :) = u(touched%rows, :) - transpose(change)
-    do b = 1, size(bodies)
-      associate (first => touched%first(b) + 1, last => touched%first(b + 1))
-        if (last >= first .and. last - first + 1 < bodies(b)%m) call subtract_beside(bodies(b), &
-          touched%bodies(b)%rows, f(:, first:last), u)
-      end associate
-    end do
-  end subroutine subtract_touched
-
-  !> The same on the other candidates of one body, some at a time.
-  subroutine subtract_beside(body, rows, f, u)
+  !> u = u - C f at some candidates of a body, for forces at others.
+  subroutine subtract_beside(body, rows, f, others, u)
     type(condensed_body_t), intent(in) :: body !! compliance
-    integer, intent(in) :: rows(:) !! its touched candidates
+    integer, intent(in) :: rows(:) !! candidates of the body with forces, ascending
     real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
-    real(wp), intent(inout) :: u(:, :) !! (candidates of all, columns) [length]
+    integer, intent(in) :: others(:) !! candidates of the body, ascending
+    real(wp), intent(inout) :: u(:, :) !! (columns, others) [length]
     real(wp) :: c(size(rows), most_columns), change(size(f, 1), most_columns)
-    integer, allocatable :: others(:)
-    integer :: i, j, k, first, width
-    logical :: other(body%m)
+    integer :: first, width
 
-    other = .true.
-    other(rows) = .false.
-    others = pack([(i, i=1, body%m)], other)
     do first = 1, size(others), most_columns
       width = min(most_columns, size(others) - first + 1)
-      do j = 1, width
-        k = others(first + j - 1)
-        do i = 1, size(rows)
-          c(i, j) = body%compliance(max(rows(i), k), min(rows(i), k))
-        end do
-      end do
+      call gather_block(body%compliance, rows, others(first:first + width - 1), c)
       change = 0.0_wp
       call add_times(size(f, 1), size(rows), width, f, c, change)
-      do j = 1, width
-        k = body%first + others(first + j - 1)
-        u(k, :) = u(k, :) - change(:, j)
-      end do
+      u(:, first:first + width - 1) = u(:, first:first + width - 1) - change(:, :width)
     end do
   end subroutine subtract_beside
+
+  !> A block of a symmetric matrix whose lower triangle counts.
+  subroutine gather_block(lower, rows, columns, c)
+    real(wp), intent(in) :: lower(:, :) !! the matrix
+    integer, intent(in) :: rows(:) !! rows of the block, ascending
+    integer, intent(in) :: columns(:) !! its columns, ascending
+    real(wp), intent(inout) :: c(:, :) !! (rows, columns or more) the block
+    integer :: i, j, above, below
+
+    above = count(rows < columns(1))
+    below = count(rows < columns(size(columns)))
+    ! what lies across the diagonal is read along the columns of the matrix
+    do i = 1, above
+      do j = 1, size(columns)
+        c(i, j) = lower(columns(j), rows(i))
+      end do
+    end do
+    do j = 1, size(columns)
+      do i = above + 1, below
+        c(i, j) = lower(max(rows(i), columns(j)), min(rows(i), columns(j)))
+      end do
+      do i = below + 1, size(rows)
+        c(i, j) = lower(rows(i), columns(j))
+      end do
+    end do
+  end subroutine gather_block
 
   !> y = y + x C for an x of few rows, some columns of C after the other.
   subroutine add_times(few, rows, n, x, c, y)
@@ -296,6 +296,10 @@ contains
     integer :: first, width
 
     if (rows == 0 .or. few == 0) return
+    if (few == 1) then
+      call dgemv('T', rows, n, 1.0_wp, c, rows, x, 1, 1.0_wp, y, 1)
+      return
+    end if
     width = max(1, min(most_columns, small_product/few/rows))
     do first = 1, n, width
       call dgemm('N', 'N', few, min(width, n - first + 1), rows, 1.0_wp, x, few, c(1, first), &

@@ -134,14 +134,17 @@ contains
 
   !> Forces to start from: those of the neighbours there, and by how much the present variant has
   !! been off them at the end time before.
-  subroutine guess_forces(starts, i, kept)
+  subroutine guess_forces(starts, i, kept, foretold)
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
     real(wp), intent(inout) :: kept(:, :) !! (3, nodes) in: of the end time before [force]
+    logical, intent(out) :: foretold !! there are any
     integer :: k
 
+    foretold = .false.
     if (size(starts%neighbours) == 0) return
     if (any(starts%done(starts%neighbours)%steps < i)) return
+    foretold = .true.
     if (i == 1) kept = 0.0_wp
     do k = 1, size(starts%neighbours)
       associate (force => starts%done(starts%neighbours(k))%force)

@@ -114,6 +114,7 @@ module condensed_types
     real(wp), allocatable :: factors(:) !! (loads) their factors at the end of the increment
     real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
+    logical :: foretold = .false. !! they are those that are expected at the end of the increment
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
   end type influence_t
