@@ -11,7 +11,8 @@ module process
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files, wait_passively
+  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files, wait_passively, &
+    set_variable
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
@@ -106,6 +107,7 @@ contains
     type(c_ptr), allocatable :: arguments(:)
     integer :: i, k, n, length, filled, status
     integer(c_int) :: ignored
+    logical :: set
 
     call get_environment_variable(policy, status=status)
     if (status == 0) return
@@ -130,9 +132,18 @@ contains
       filled = filled + length + 1
       deallocate (word)
     end do
-    ignored = c_setenv(policy//c_null_char, 'PASSIVE'//c_null_char, 0_c_int)
-    if (ignored == 0_c_int) ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
+    call set_variable(policy, 'PASSIVE', set)
+    if (set) ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
   end subroutine wait_passively
+
+  !> Sets an environment variable that a library asks for; what the user has set stays.
+  subroutine set_variable(name, value, done)
+    character(*), intent(in) :: name !! of the variable
+    character(*), intent(in) :: value !! its text
+    logical, intent(out) :: done !! it is set
+
+    done = c_setenv(name//c_null_char, value//c_null_char, 0_c_int) == 0_c_int
+  end subroutine set_variable
 
   !> Opens /dev/null in place of standard input, output and error where they are closed: a file of
   !! the run must not get their numbers.

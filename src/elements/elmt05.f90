@@ -11,6 +11,7 @@ module elmt05
     d_law, state_stress, state_strain
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame
+  use deformation, only: volume_growth, green_strain
   use law_neohooke, only: neohooke_volume
   use bulk_laws, only: law_point
   use cubic_roots, only: first_positive_root
@@ -44,16 +45,18 @@ contains
     if (d(d_mean) > 0.0_wp) call add_volume(task, d, rule, e)
   end subroutine elmt05_finite
 
-  !> Deformation gradient at one point, and its determinant.
-  pure subroutine deform(rule, q, e, f, j)
+  !> Deformation gradient at one point, its determinant, and the displacement gradient.
+  pure subroutine deform(rule, q, e, f, j, gradient)
     type(solid_rule_t), intent(in) :: rule !! points
     integer, intent(in) :: q !! the point
     type(solid_t), intent(in) :: e !! displacements
     real(wp), intent(out) :: f(3, 3) !! F
     real(wp), intent(out) :: j !! det F
+    real(wp), intent(out) :: gradient(3, 3) !! F - I
     integer :: i
 
-    f = sum_products(e%ul(:, :e%nel), rule%gradient(:, :e%nel, q))
+    gradient = sum_products(e%ul(:, :e%nel), rule%gradient(:, :e%nel, q))
+    f = gradient
     do i = 1, 3
       f(i, i) = f(i, i) + 1.0_wp
     end do
@@ -66,26 +69,26 @@ contains
     real(wp), intent(in) :: d(:) !! parameters
     type(solid_rule_t), intent(in) :: rule !! points
     type(solid_t), intent(inout) :: e !! local data
-    real(wp) :: lambda, g, f(3, 3), j, p(3, 3), a(3, 3, 3, 3), energy
+    real(wp) :: lambda, g, f(3, 3), h(3, 3), j, p(3, 3), a(3, 3, 3, 3), energy
     integer :: q
 
     call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
     if (d(d_mean) > 0.0_wp) lambda = 0.0_wp
     e%inverted = .false.
     do q = 1, rule%n
-      call deform(rule, q, e, f, j)
+      call deform(rule, q, e, f, j, h)
       e%inverted = .not. j > 0.0_wp
       if (e%inverted) return
       if (task == task_tangent) then
-        call law_point(nint(d(d_law)), lambda, g, f, p, energy, a)
+        call law_point(nint(d(d_law)), lambda, g, h, p, energy, a)
       else
-        call law_point(nint(d(d_law)), lambda, g, f, p, energy)
+        call law_point(nint(d(d_law)), lambda, g, h, p, energy)
       end if
       associate (w => rule%weight(q), gradient => rule%gradient(:, :e%nel, q))
         e%energy = e%energy + w*energy
         call add_force(gradient, w*p, e%r)
         if (task == task_tangent) call add_matrix(gradient, w*a, e%s)
-        if (task == task_stress) call add_state(w/sum(rule%weight(:rule%n)), f, j, p, e)
+        if (task == task_stress) call add_state(w/sum(rule%weight(:rule%n)), h, f, j, p, e)
       end associate
     end do
   end subroutine add_points
@@ -125,19 +128,18 @@ contains
   end subroutine add_matrix
 
   !> Cauchy stress sigma = P F^T/J and Green's strain, as means.
-  pure subroutine add_state(share, f, j, p, e)
+  pure subroutine add_state(share, h, f, j, p, e)
     real(wp), intent(in) :: share !! of the element's volume
+    real(wp), intent(in) :: h(3, 3) !! displacement gradient
     real(wp), intent(in) :: f(3, 3) !! deformation gradient
     real(wp), intent(in) :: j !! its determinant
     real(wp), intent(in) :: p(3, 3) !! first Piola-Kirchhoff stress [force/length^2]
     type(solid_t), intent(inout) :: e !! gets state
-    real(wp) :: sigma(3, 3), strain(3, 3)
+    real(wp) :: sigma(3, 3)
 
     sigma = matmul(p, transpose(f))/j
-    strain = 0.5_wp*matmul(transpose(f), f)
     e%state(state_stress) = e%state(state_stress) + share*components(sigma)
-    e%state(state_strain) = e%state(state_strain) + share*(components(strain) &
-      - [0.5_wp, 0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+    e%state(state_strain) = e%state(state_strain) + share*components(green_strain(h))
   end subroutine add_state
 
   !> xx yy zz xy yz zx of a symmetric tensor.
@@ -155,7 +157,7 @@ contains
     real(wp), intent(in) :: d(:) !! parameters
     type(solid_rule_t), intent(in) :: rule !! points
     type(solid_t), intent(inout) :: e !! local data
-    real(wp) :: lambda, g, f(3, 3), j, h(3, 3), mean, volume, u, slope, curvature
+    real(wp) :: lambda, g, f(3, 3), j, h(3, 3), growth, volume, u, slope, curvature
     real(wp) :: b(3*e%nel), c(3, e%nel, rule%n), js(rule%n)
     integer :: q, n
 
@@ -163,15 +165,16 @@ contains
     call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
     volume = sum(rule%weight(:rule%n))
     b = 0.0_wp
+    growth = 0.0_wp
     do q = 1, rule%n
-      call deform(rule, q, e, f, j)
+      call deform(rule, q, e, f, j, h)
+      growth = growth + rule%weight(q)*volume_growth(h)
       call invert(f, h, j)
       c(:, :, q) = matmul(transpose(h), rule%gradient(:, :e%nel, q))
       js(q) = rule%weight(q)*j
       b = b + reshape(js(q)*c(:, :, q), [n])
     end do
-    mean = sum(js)/volume
-    call neohooke_volume(lambda, mean, u, slope, curvature)
+    call neohooke_volume(lambda, growth/volume, u, slope, curvature)
     e%energy = e%energy + volume*u
     e%r(:n) = e%r(:n) + slope*b
     if (task == task_stress) e%state(state_stress(1:3)) = e%state(state_stress(1:3)) + slope
@@ -203,12 +206,12 @@ contains
   pure subroutine find_reach(rule, e)
     type(solid_rule_t), intent(in) :: rule !! points
     type(solid_t), intent(inout) :: e !! ul, dul given; gets reach
-    real(wp) :: f(3, 3), df(3, 3), cofactor(3, 3), dcofactor(3, 3), j
+    real(wp) :: f(3, 3), h(3, 3), df(3, 3), cofactor(3, 3), dcofactor(3, 3), j
     integer :: q
 
     e%reach = huge(1.0_wp)
     do q = 1, rule%n
-      call deform(rule, q, e, f, j)
+      call deform(rule, q, e, f, j, h)
       df = sum_products(e%dul(:, :e%nel), rule%gradient(:, :e%nel, q))
       cofactor = cofactors(f)
       if (short_way*norm2(cofactor)*norm2(df) < j) cycle

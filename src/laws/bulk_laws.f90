@@ -31,19 +31,19 @@ module bulk_laws
 contains
 
   !> Stress, its derivative and the energy of one point under a law of finite strain.
-  pure subroutine law_point(law, lambda, g, f, p, energy, a)
+  pure subroutine law_point(law, lambda, g, gradient, p, energy, a)
     integer, intent(in) :: law !! its number
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: f(3, 3) !! deformation gradient, det > 0
+    real(wp), intent(in) :: gradient(3, 3) !! displacement gradient F - I, det F > 0
     real(wp), intent(out) :: p(3, 3) !! first Piola-Kirchhoff stress P_iJ [force/length^2]
     real(wp), intent(out) :: energy !! [force/length^2]
     real(wp), intent(out), optional :: a(3, 3, 3, 3) !! dP_iJ/dF_kL [force/length^2]
 
     if (law == svk) then
-      call svk_point(lambda, g, f, p, energy, a)
+      call svk_point(lambda, g, gradient, p, energy, a)
     else
-      call neohooke_point(lambda, g, f, p, energy, a)
+      call neohooke_point(lambda, g, gradient, p, energy, a)
     end if
   end subroutine law_point
 end module bulk_laws

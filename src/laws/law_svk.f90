@@ -3,6 +3,7 @@
 !! S = lambda tr E I + 2 G E. It softens in compression: at a stretch of 1/sqrt(3) it gives way.
 module law_svk
   use kinds, only: wp
+  use deformation, only: green_strain
   implicit none
   private
   public :: svk_point
@@ -10,20 +11,21 @@ module law_svk
 contains
 
   !> First Piola-Kirchhoff stress, its derivative and the energy of one point.
-  pure subroutine svk_point(lambda, g, f, p, energy, a)
+  pure subroutine svk_point(lambda, g, gradient, p, energy, a)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: f(3, 3) !! deformation gradient
+    real(wp), intent(in) :: gradient(3, 3) !! displacement gradient F - I
     real(wp), intent(out) :: p(3, 3) !! stress P_iJ [force/length^2]
     real(wp), intent(out) :: energy !! W [force/length^2]
     real(wp), intent(out), optional :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
-    real(wp) :: strain(3, 3), s(3, 3), b(3, 3), trace
+    real(wp) :: f(3, 3), strain(3, 3), s(3, 3), b(3, 3), trace
     integer :: i, k, l
 
-    strain = 0.5_wp*matmul(transpose(f), f)
+    f = gradient
     do i = 1, 3
-      strain(i, i) = strain(i, i) - 0.5_wp
+      f(i, i) = f(i, i) + 1.0_wp
     end do
+    strain = green_strain(gradient)
     trace = strain(1, 1) + strain(2, 2) + strain(3, 3)
     s = 2.0_wp*g*strain
     do i = 1, 3

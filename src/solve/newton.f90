@@ -58,6 +58,9 @@ module newton
   real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
+  !> Iterations of an increment before points that turn back are held: at first, while it is found
+  !! out which of them slip, they are to turn.
+  integer, parameter :: free_turns = 2
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -157,8 +160,7 @@ contains
   end subroutine judge
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
-  !! with the same factor"). Not where a body is grounded or dragged, or where the tangent took
-  !! points for something else than they are.
+  !! with the same factor"). Not where a body is grounded or dragged.
   subroutine go_on(model, system, settings, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved
@@ -168,8 +170,7 @@ contains
 
     if (progress%energy_met .or. progress%length < 1.0_wp) return
     if (system%contact%n == 0 .or. system%tools%border%n > 0) return
-    if (system%body%drag > 0.0_wp .or. any(system%body%grounded) .or. &
-      any(system%contact%hold)) return
+    if (system%body%drag > 0.0_wp .or. any(system%body%grounded)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, chords)
     progress%energy_met = chords%energy_met .or. chords%settled
@@ -363,7 +364,7 @@ contains
 
     if (progress%updated) return
     system%contact%hold = .false.
-    if (progress%turns < most_turns) system%contact%hold = &
+    if (progress%turns < most_turns .and. progress%solves >= free_turns) system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held

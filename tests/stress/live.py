@@ -139,8 +139,10 @@ def bounds(outcome, scene, place):
     return faults
 
 
-# Share of the scenes with a solution that a long list of seeds must solve.
+# Share of the scenes with a solution that a long list of seeds must solve, and in how many linear
+# solves an increment (median).
 SHARE_SOLVED = 0.995
+MEDIAN_SOLVES = 4
 
 
 def run_live(program, seeds, jobs, keep, report, verbose=False):
@@ -168,6 +170,9 @@ def run_live(program, seeds, jobs, keep, report, verbose=False):
         report.add('share of the realistic scenes with a solution that are solved',
                    [] if share >= SHARE_SOLVED else
                    [f'{100*share:.1f} %, {100*SHARE_SOLVED:g} % wanted'])
+        middle = statistics.median([n for row in mine for n in row.solves] or [0])
+        report.add('median of linear solves an increment, realistic scenes',
+                   [] if middle <= MEDIAN_SOLVES else [f'{middle:g}, {MEDIAN_SOLVES} wanted'])
     return rows
 
 

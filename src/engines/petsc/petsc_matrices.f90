@@ -13,6 +13,7 @@ module petsc_matrices
     mat_destroy, mat_set_near_null_space, null_space_rigid_body, null_space_destroy, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
     vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
+  use petsc_partition, only: find_owners, note
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
@@ -34,14 +35,7 @@ module petsc_matrices
 
 contains
 
-  !> Keeps the first error.
-  pure subroutine note(fault, status)
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer(c_int), intent(in) :: status !! what a routine has returned
-    if (fault == 0_c_int) fault = status
-  end subroutine note
-
-  !> Gives the ranks equal parts of the nodes in their order.
+  !> Gives each rank its part of the nodes: numbered part by part, within a part in their order.
   subroutine make_layout(blocks, equation, layout, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
@@ -49,6 +43,7 @@ contains
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int) :: rank, ranks
     type(c_ptr) :: x
+    integer, allocatable :: owner(:)
     integer :: i, k
 
     call free_layout(layout)
@@ -57,6 +52,12 @@ contains
     if (fault /= 0_c_int) return
     layout%node = pack([(i, i=1, blocks%nodes)], blocks%ptr(2:) > blocks%ptr(:blocks%nodes))
     layout%nodes = size(layout%node)
+    allocate (owner(layout%nodes))
+    call find_owners(blocks, layout%node, int(ranks), owner, fault)
+    if (fault /= 0_c_int) return
+    layout%node = [(pack(layout%node, owner == i), i=0, int(ranks) - 1)]
+    layout%first = count(owner < rank)
+    layout%own = count(owner == rank)
     allocate (layout%place(blocks%nodes), layout%row(maxval(equation)), source=0)
     do i = 1, layout%nodes
       layout%place(layout%node(i)) = i
@@ -65,8 +66,6 @@ contains
           3*(i - 1) + k - 1
       end do
     end do
-    layout%first = share_before(layout%nodes, int(rank), int(ranks))
-    layout%own = share_before(layout%nodes, int(rank) + 1, int(ranks)) - layout%first
     call make_vector(layout, x, fault)
     if (fault /= 0_c_int) return
     call note(fault, scatter_to_all(x, layout%scatter, layout%whole))
@@ -81,15 +80,6 @@ contains
     fits = allocated(layout%place)
     if (fits) fits = all((layout%place > 0) .eqv. (blocks%ptr(2:) > blocks%ptr(:blocks%nodes)))
   end function fits_layout
-
-  !> Nodes of the ranks before one.
-  pure integer function share_before(nodes, rank, ranks) result(n)
-    integer, intent(in) :: nodes !! in all
-    integer, intent(in) :: rank !! from 0
-    integer, intent(in) :: ranks !! how many
-
-    n = (nodes/ranks)*rank + min(rank, mod(nodes, ranks))
-  end function share_before
 
   !> Releases what is PETSc's.
   subroutine free_layout(layout)

@@ -81,6 +81,7 @@ contains
     if (solver%fault /= 0_c_int) return
     solver%symmetric = nodes%symmetric
     solver%loose = nodes%loose
+    call solver%drop_factor() ! it would keep the tangent of before
     call make_matrix(solver%layout, matrix, equation, solver%tangent, solver%fault)
     if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%tangent, &
       solver%fault)

@@ -1,5 +1,5 @@
-!> More steps with the factor of an iteration, while each is much shorter than the one before
-!! (doc/theory, "Steps with the same factor").
+!> More steps with the factor of an iteration, while each leads on (doc/theory, "Steps with the same
+!! factor").
 module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord
@@ -8,6 +8,7 @@ module chord_steps
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm
   use line_search, only: take_trial
+  use secant_steps, only: secants_t, begin_secants, bend_direction, note_step
   use bulk_term, only: form_bulk_change, bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
   use equation_values, only: spread_direction
@@ -25,10 +26,13 @@ module chord_steps
   end type chords_t
 
   !> Most steps with one factor.
-  integer, parameter :: most_chords = 6
+  integer, parameter :: most_chords = 20
   !> A step is taken if its direction and the residual that it leaves are shorter than this share of
-  !! what they were before.
-  real(wp), parameter :: contraction = 0.2_wp
+  !! what they were before,
+  real(wp), parameter :: contraction = 0.9_wp
+  !> or than this where a direction is found by iteration, and costs about as much as a new tangent,
+  !! and between smooth surfaces, whose solves are rough until they have their shape.
+  real(wp), parameter :: strict_contraction = 0.2_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
   real(wp), parameter :: chord_accuracy = 1.0e-4_wp
   !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
@@ -44,32 +48,38 @@ contains
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     type(chords_t), intent(out) :: chords !! what has been done
-    real(wp) :: before, after, length, last, work, last_work
+    real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
+    type(secants_t) :: secants
     logical :: found
 
     last = norm2(system%solution)
     last_work = energy
+    share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
+      any(model%pairs%smooth))
+    call begin_secants(system, most_chords, secants)
     do while (chords%steps < most_chords)
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status
       call find_direction_again(model, system, found)
+      if (found) call bend_direction(secants, system, found)
       length = norm2(system%solution)
-      found = found .and. length <= contraction*last
+      found = found .and. length <= share*last
       if (found) then
         work = abs(dot_product(system%right, system%solution))
         call form_trial(system, model%mesh%x, 1.0_wp)
         after = residual_norm(system)
         chords%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
           all(status == system%contact%status)
-        found = (after <= contraction*before .or. (after <= before .and. chords%settled)) .and. &
+        found = (after <= share*before .or. (after <= before .and. chords%settled)) .and. &
           system%inner%inverted == 0
       end if
       if (.not. found) then
         call stay(model, system)
         return
       end if
+      call note_step(system, secants)
       call take_trial(system, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       chords%steps = chords%steps + 1
@@ -80,6 +90,14 @@ contains
       last_work = work
     end do
   end subroutine follow_chords
+
+  !> A direction with the factor at hand is no substitution.
+  pure logical function finds_by_iteration(system) result(iterated)
+    type(system_t), intent(in) :: system !! its solver
+
+    iterated = system%condensed%preconditions .or. system%whole%solver%by_nodes
+    if (system%condensed%active) iterated = system%condensed%tangent%parts%iterated
+  end function finds_by_iteration
 
   !> Leaves the system where it is: no share of the direction is taken.
   subroutine stay(model, system)

@@ -11,6 +11,7 @@ module nodal_dilatation
   use bulk_laws, only: laws
   use law_linear, only: lame
   use law_neohooke, only: neohooke_volume
+  use deformation, only: volume_growth
   use element_lists, only: volume_list_t
   use model_types, only: model_t
   use block_matrix, only: find_block
@@ -21,7 +22,8 @@ module nodal_dilatation
 
   !> What an element gives to the volumes of its nodes.
   type :: part_t
-    real(wp) :: volume = 0.0_wp !! V J, in small strain V tr e [length^3]
+    real(wp) :: growth = 0.0_wp !! V (J - 1), in small strain V tr e [length^3]
+    real(wp) :: volume = 0.0_wp !! V J, in finite strain [length^3]
     real(wp) :: gradient(3, 4) = 0.0_wp !! its derivative by the displacements [length^2]
     real(wp) :: c(3, 4) = 0.0_wp !! F^-T grad N_a, in finite strain [1/length]
   end type part_t
@@ -136,6 +138,7 @@ contains
     call shape_gradients(x, gradient, volume)
     if (finite) then
       f = matmul(u, transpose(gradient))
+      part%growth = volume*volume_growth(f)
       do i = 1, 3
         f(i, i) = f(i, i) + 1.0_wp
       end do
@@ -144,7 +147,7 @@ contains
       part%volume = volume*j
       part%gradient = part%volume*part%c
     else
-      part%volume = volume*sum(gradient*u)
+      part%growth = volume*sum(gradient*u)
       part%gradient = volume*gradient
     end if
   end function part_of
@@ -158,27 +161,27 @@ contains
     real(wp), intent(out) :: pressure(:) !! (n) U' [force/length^2]
     real(wp), intent(out) :: slope(:) !! (n) U'' [force/length^2]
     real(wp), intent(out) :: energy !! sum of V U [force length]
-    real(wp) :: j(list%n), density
+    real(wp) :: growth(list%n), density
     type(part_t) :: part
     integer :: e, v
 
-    j = 0.0_wp
+    growth = 0.0_wp
     do e = 1, size(list%corner, 2)
       if (list%corner(1, e) == 0) cycle
       associate (corners => list%corner(:, e), nodes => ix(:4, e))
         part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
-        j(corners) = j(corners) + 0.25_wp*part%volume
+        growth(corners) = growth(corners) + 0.25_wp*part%growth
       end associate
     end do
     energy = 0.0_wp
     do v = 1, list%n
       associate (lambda => list%lambda(list%set(v)))
-        j(v) = j(v)/list%size(v)
+        growth(v) = growth(v)/list%size(v)
         if (list%finite(list%set(v))) then
-          call neohooke_volume(lambda, j(v), density, pressure(v), slope(v))
+          call neohooke_volume(lambda, growth(v), density, pressure(v), slope(v))
         else
-          density = 0.5_wp*lambda*j(v)**2
-          pressure(v) = lambda*j(v)
+          density = 0.5_wp*lambda*growth(v)**2
+          pressure(v) = lambda*growth(v)
           slope(v) = lambda
         end if
       end associate
