@@ -22,7 +22,7 @@ module secant_steps
 
 contains
 
-  !> Makes room, with the direction at hand for the first step if it can be one.
+  !> Makes room for the steps of one factor.
   subroutine begin_secants(system, most, secants)
     type(system_t), intent(in) :: system !! direction given
     integer, intent(in) :: most !! steps
