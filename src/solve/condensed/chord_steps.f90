@@ -95,7 +95,7 @@ contains
   pure logical function finds_by_iteration(system) result(iterated)
     type(system_t), intent(in) :: system !! its solver
 
-    iterated = system%condensed%preconditions .or. system%whole%solver%by_nodes
+    iterated = system%condensed%preconditions
     if (system%condensed%active) iterated = system%condensed%tangent%parts%iterated
   end function finds_by_iteration
 
