@@ -58,9 +58,6 @@ module newton
   real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
-  !> Iterations of an increment before points that turn back are held: at first, while it is found
-  !! out which of them slip, they are to turn.
-  integer, parameter :: free_turns = 2
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -364,7 +361,7 @@ contains
 
     if (progress%updated) return
     system%contact%hold = .false.
-    if (progress%turns < most_turns .and. progress%solves >= free_turns) system%contact%hold = &
+    if (progress%turns < most_turns) system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
