@@ -10,11 +10,13 @@ program mfec
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
   use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files, &
-    wait_passively
+    wait_passively, start_again
+  use blas_kernels, only: choose_kernels
   implicit none
   type(options_t) :: options
   type(error_t), allocatable :: error
   integer :: status
+  logical :: again
 
   call open_standard_files()
   call catch_lack_of_memory()
@@ -33,7 +35,10 @@ program mfec
         call raise(error, exit_deck, 'command line: error: '//help_text(options%topic))
       end if
     else
-      if (options%threads > 1) call wait_passively()
+      again = .false.
+      if (options%threads > 1) call wait_passively(again)
+      call choose_kernels(again)
+      if (again) call start_again()
       call start_parallel(error)
       if (.not. allocated(error)) then
         call run_session(options, error)

@@ -9,7 +9,7 @@ module blas_info
   use lapack_interface, only: dsymv
   implicit none
   private
-  public :: blas_name, is_reference_blas, set_blas_threads, blas_threads, start_blas
+  public :: blas_name, blas_core, is_reference_blas, set_blas_threads, blas_threads, start_blas
 
   !> What OpenBLAS takes for itself at its first call, and never asks whether it got it: it tries
   !! for ever. A little is left for what follows [byte].
@@ -24,7 +24,7 @@ module blas_info
   end type symbol_t
 
   abstract interface
-    !> openblas_get_config
+    !> openblas_get_config, openblas_get_corename
     function text_i() bind(c) result(text)
       import :: c_ptr
       implicit none
@@ -95,6 +95,19 @@ contains
       end if
     end if
   end function blas_name
+
+  !> The processor whose kernels OpenBLAS runs on; '' with another BLAS.
+  function blas_core() result(name)
+    character(:), allocatable :: name
+    procedure(text_i), pointer :: get_core
+    type(c_funptr) :: address
+
+    name = ''
+    address = symbol('openblas_get_corename')
+    if (.not. c_associated(address)) return
+    call c_f_procpointer(address, get_core)
+    name = fortran_text(get_core())
+  end function blas_core
 
   !> Whether it is the slow reference BLAS.
   logical function is_reference_blas() result(yes)

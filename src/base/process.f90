@@ -12,7 +12,7 @@ module process
   implicit none
   private
   public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files, wait_passively, &
-    set_variable
+    start_again, set_variable
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
@@ -98,19 +98,28 @@ contains
   end subroutine keep_memory
 
   !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
-  !! those that are waited for. The library of threads reads that before the first statement of the
-  !! program, so the program starts itself once more with it; unless the user has said what they do.
-  subroutine wait_passively()
+  !! those that are waited for; unless the user has said what they do.
+  subroutine wait_passively(again)
+    logical, intent(inout) :: again !! gets true if the program has to start anew for it
     character(*), parameter :: policy = 'OMP_WAIT_POLICY'
-    character(kind=c_char), allocatable, target :: text(:)
-    character(:), allocatable :: word
-    type(c_ptr), allocatable :: arguments(:)
-    integer :: i, k, n, length, filled, status
-    integer(c_int) :: ignored
+    integer :: status
     logical :: set
 
     call get_environment_variable(policy, status=status)
     if (status == 0) return
+    call set_variable(policy, 'PASSIVE', set)
+    again = again .or. set
+  end subroutine wait_passively
+
+  !> Libraries read variables before the first statement of the program: it starts itself once more
+  !! with what has been set, in the same process. Returns only where that fails.
+  subroutine start_again()
+    character(kind=c_char), allocatable, target :: text(:)
+    character(:), allocatable :: word
+    type(c_ptr), allocatable :: arguments(:)
+    integer :: i, k, n, length, filled
+    integer(c_int) :: ignored
+
     n = command_argument_count()
     filled = 0
     do i = 0, n
@@ -132,9 +141,8 @@ contains
       filled = filled + length + 1
       deallocate (word)
     end do
-    call set_variable(policy, 'PASSIVE', set)
-    if (set) ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
-  end subroutine wait_passively
+    ignored = c_execv('/proc/self/exe'//c_null_char, arguments)
+  end subroutine start_again
 
   !> Sets an environment variable that a library asks for; what the user has set stays.
   subroutine set_variable(name, value, done)

@@ -35,29 +35,38 @@ contains
     real(wp), intent(in) :: tip_to(2) !! tip in that
     type(way_t), intent(out) :: way !! the way; a shortest one if none leads to the tip
     logical, intent(out) :: exact !! it leads to the tip
+    integer, parameter :: near = 2
     integer, allocatable :: distance(:)
-    type(way_t) :: trial
     integer :: limit, tried
 
-    call find_near_way(pair, x, from, tip_from, to, tip_to, way, exact)
+    exact = .false.
+    call search(near)
     if (exact) return
-    way%n = 0
     call measure_distances(pair, to, from, distance)
     if (distance(from) < 0 .or. distance(from) >= longest) return
-    tried = 0
     do limit = distance(from), min(distance(from) + 3, longest - 1)
-      trial%n = 1
-      trial%facet(1) = from
-      call extend(barycentric(tip_from), trial)
+      call search(limit)
       if (exact .or. tried >= most_ways) return
     end do
 
   contains
 
+    !> Tries all ways of so many steps at most.
+    subroutine search(steps)
+      integer, intent(in) :: steps !! from facet to facet
+      type(way_t) :: start
+
+      tried = 0
+      start%n = 1
+      start%facet(1) = from
+      call extend(barycentric(tip_from), start, steps)
+    end subroutine search
+
     !> Goes on from the last facet of a way in all directions that can arrive within the limit.
-    recursive subroutine extend(n, so_far)
+    recursive subroutine extend(n, so_far, steps)
       real(wp), intent(in) :: n(3) !! shape functions in its last facet
       type(way_t), intent(in) :: so_far !! the way
+      integer, intent(in) :: steps !! that are left
       type(way_t) :: longer
       real(wp) :: n_next(3)
       integer :: k, last, next
@@ -73,66 +82,27 @@ contains
       do k = 1, 3
         next = pair%surface%neighbours(k, last)
         if (next == 0 .or. exact .or. tried >= most_ways) cycle
-        if (distance(next) < 0 .or. any(so_far%facet(:so_far%n) == next)) cycle
-        if (so_far%n + distance(next) > limit) cycle
+        if (any(so_far%facet(:so_far%n) == next) .or. leads_too_far(next, steps - 1)) cycle
         call unfold_point(pair%surface%facets(:, last), pair%surface%facets(:, next), x, n, &
           n_next, found)
         if (.not. found) cycle
         longer = so_far
         longer%n = so_far%n + 1
         longer%facet(longer%n) = next
-        call extend(n_next, longer)
+        call extend(n_next, longer, steps - 1)
       end do
     end subroutine extend
+
+    !> From a facet the new host is farther than the steps that are left.
+    logical function leads_too_far(facet, steps)
+      integer, intent(in) :: facet !! the facet
+      integer, intent(in) :: steps !! left
+
+      leads_too_far = steps < 0 .or. (steps == 0 .and. facet /= to)
+      if (leads_too_far .or. .not. allocated(distance)) return
+      leads_too_far = distance(facet) < 0 .or. distance(facet) > steps
+    end function leads_too_far
   end subroutine find_way
-
-  !> The same where both hosts are neighbours, or have a common one.
-  subroutine find_near_way(pair, x, from, tip_from, to, tip_to, way, exact)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
-    integer, intent(in) :: from !! old host
-    real(wp), intent(in) :: tip_from(2) !! tip in it
-    integer, intent(in) :: to !! new host
-    real(wp), intent(in) :: tip_to(2) !! tip in that
-    type(way_t), intent(out) :: way !! the way
-    logical, intent(out) :: exact !! there is one that leads to the tip
-    integer :: k, i
-
-    exact = .false.
-    associate (next => pair%surface%neighbours)
-      do k = 1, 3
-        if (next(k, from) == to) call try([from, to])
-      end do
-      do k = 1, 3
-        if (next(k, from) == 0 .or. next(k, from) == to) cycle
-        do i = 1, 3
-          if (next(i, next(k, from)) == to) call try([from, next(k, from), to])
-        end do
-      end do
-    end associate
-
-  contains
-
-    !> Takes a way that leads to the tip, if none has before.
-    subroutine try(facets)
-      integer, intent(in) :: facets(:) !! from host to host
-      real(wp) :: n(3), n_next(3)
-      integer :: j
-      logical :: found
-
-      if (exact) return
-      n = barycentric(tip_from)
-      do j = 2, size(facets)
-        call unfold_point(pair%surface%facets(:, facets(j - 1)), pair%surface%facets(:, &
-          facets(j)), x, n, n_next, found)
-        if (.not. found) return
-        n = n_next
-      end do
-      exact = leads_to(n, tip_to)
-      way%n = size(facets)
-      way%facet(:way%n) = facets
-    end subroutine try
-  end subroutine find_near_way
 
   !> Shape functions are those of a tip.
   pure logical function leads_to(n, tip)

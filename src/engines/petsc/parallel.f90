@@ -15,7 +15,7 @@ module parallel
     mpi_test, mpi_abort, vec_create, vec_set_sizes, vec_set_type, vec_get_array, &
     vec_restore_array, vec_max, vec_destroy, petsc_options_set, petsc_initialize, petsc_finalize, &
     petsc_push_error_handler, petsc_return_error
-  use petsc_matrices, only: note
+  use petsc_faults, only: note
   use petsc_preconditioner, only: set_options
   implicit none
   private

@@ -13,11 +13,12 @@ module petsc_matrices
     mat_destroy, mat_set_near_null_space, null_space_rigid_body, null_space_destroy, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
     vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
-  use petsc_partition, only: find_owners, note
+  use petsc_faults, only: note
+  use petsc_partition, only: find_owners
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
-    make_vector, put_vector, take_vector, note
+    make_vector, put_vector, take_vector
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 

@@ -8,6 +8,7 @@ module petsc_partition
     c_null_char, c_f_pointer
   use process, only: set_variable
   use block_matrix, only: block_matrix_t
+  use petsc_faults, only: note
   use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mat_create, mat_set_sizes, &
     mat_set_type, mat_preallocate, mat_destroy, is_destroy, vec_create, vec_set_sizes, &
     vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, scatter_begin, &
@@ -17,7 +18,7 @@ module petsc_partition
     partitioning_set_parts, partitioning_apply, partitioning_destroy
   implicit none
   private
-  public :: find_owners, note
+  public :: find_owners
 
   !> Names a file with the owner of each node of the mesh, in their order: for tests.
   character(*), parameter :: option = '-mfec_owners'
@@ -29,14 +30,6 @@ module petsc_partition
   integer(c_int), parameter :: insert_values = 1_c_int, forward = 0_c_int
 
 contains
-
-  !> Keeps the first error.
-  pure subroutine note(fault, status)
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer(c_int), intent(in) :: status !! what a routine has returned
-
-    if (fault == 0_c_int) fault = status
-  end subroutine note
 
   !> The rank of each node that has rows.
   subroutine find_owners(blocks, node, ranks, owner, fault)

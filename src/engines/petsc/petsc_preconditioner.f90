@@ -8,7 +8,8 @@ module petsc_preconditioner
     is_create, is_destroy, scatter_create, scatter_begin, scatter_end, scatter_destroy
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
-  use petsc_matrices, only: layout_t, make_vector, note
+  use petsc_matrices, only: layout_t, make_vector
+  use petsc_faults, only: note
   implicit none
   private
   public :: preconditioner_t, set_options, make_whole, make_block, free_whole, &

@@ -15,7 +15,8 @@ module petsc_solver
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
   use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
-    add_rigid_modes, make_vector, put_vector, take_vector, note
+    add_rigid_modes, make_vector, put_vector, take_vector
+  use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
     free_preconditioner, apply_preconditioner, way_kept, way_renewed, way_algebraic, n_ways
   implicit none

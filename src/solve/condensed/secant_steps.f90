@@ -28,10 +28,8 @@ contains
     integer, intent(in) :: most !! steps
     type(secants_t), intent(out) :: secants !! empty
 
-    associate (values => size(packed(system)))
-      allocate (secants%step(values, most), secants%weight(values), secants%square(most))
-    end associate
     secants%weight = weights(system)
+    allocate (secants%step(size(secants%weight), most), secants%square(most))
   end subroutine begin_secants
 
   !> Bends the direction of the factor by what the steps so far have shown.
@@ -88,18 +86,16 @@ contains
     real(wp), allocatable :: values(:)
     integer :: k
 
-    allocate (values(size(packed(system))), source=0.0_wp)
     if (system%condensed%active) then
-      values(:system%condensed%alive%n_live) = 1.0_wp
+      associate (n => system%condensed%alive%n_live, modes => system%condensed%rigid%modes)
+        allocate (values(2*(n + modes)), source=0.0_wp)
+        values(:n) = 1.0_wp
+      end associate
     else
-      values(:size(system%solution)) = 1.0_wp
+      allocate (values(size(system%solution)), source=1.0_wp)
     end if
     if (.not. system%motion%active) return
-    associate (first => size(values) - 3*system%contact%n)
-      do k = 1, system%contact%n
-        values(first + 3*k - 2:first + 3*k) = system%motion%scale(k)**2
-      end do
-    end associate
+    values = [values, [(spread(system%motion%scale(k)**2, 1, 3), k=1, system%contact%n)]]
   end function weights
 
   !> The direction from all that changes along it.
