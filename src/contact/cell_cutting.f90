@@ -5,6 +5,7 @@ module cell_cutting
   use contact_types, only: pair_t, cell_t
   use facet_clipping, only: clip_outline, polygon_area, polygon_points, most_corners, cell_points
   use facet_geometry, only: project_points, facet_normal, corners_of => corners
+  use contact_points, only: is_too_deep
   use master_facets, only: is_quadratic, field_on_facet
   use slave_places, only: is_bent, place_of, project_into, share_of_area, slave_lift
   use smooth_normals, only: project_on_master
@@ -93,7 +94,8 @@ contains
         k))*normal
     end do
     call place_on_host(pair, host, x, y, place, gaps)
-    if (all(abs(gaps) > pair%search_radius)) return
+    if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, host, gaps(k)), k=1, &
+      cell_points)])) return
     do k = 1, cell_points
       associate (p => fresh%n + k)
         fresh%host(p) = host

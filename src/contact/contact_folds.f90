@@ -8,7 +8,7 @@ module contact_folds
   use kinds, only: wp
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, point_position, is_too_deep
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, barycentric, facet_normal, is_fold, is_convex
   use facet_tree, only: facets_near
@@ -103,7 +103,7 @@ contains
       do i = 1, n
         associate (nodes => pair%surface%facets(:, found(i)))
           call project_on_master(pair, found(i), x, y, xi, gap)
-          if (gap > 0.0_wp .or. gap < -pair%search_radius .or. gap <= best) cycle
+          if (gap > 0.0_wp .or. is_too_deep(pair, found(i), gap) .or. gap <= best) cycle
           if (any(barycentric(xi) < 0.0_wp)) cycle
           call project_on_master(pair, found(i), x_old, y_old, tip, gap_old)
           if (gap_old < outside*pair%search_radius) cycle

@@ -6,7 +6,7 @@ module contact_hosts
   use kinds, only: wp
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t, forget_moves
-  use contact_points, only: count_points, point_position, is_first, longest_facet
+  use contact_points, only: count_points, point_position, is_first, longest_facet, is_too_deep
   use contact_parameters, only: first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
@@ -339,12 +339,12 @@ contains
     real(wp) :: xi(2), gap, distance
 
     call nearest_facet(pair%surface%tree, pair%surface%facets, x, point_position(pair, p, x), &
-      facet, distance)
+      facet, distance, pair%surface%depth)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
     if (allocated(pair%surface%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
-    if (gap < -pair%search_radius) return
+    if (is_too_deep(pair, facet, gap)) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
     point%host = facet
     point%status = status_open

@@ -53,7 +53,8 @@ contains
     integer :: facet
 
     overlap = 0.0_wp
-    call nearest_facet(pair%surface%tree, pair%surface%facets, x, y, facet, distance)
+    call nearest_facet(pair%surface%tree, pair%surface%facets, x, y, facet, distance, &
+      pair%surface%depth)
     if (facet == 0 .or. distance > pair%search_radius) return
     call project_on_master(pair, facet, x, y, xi, gap)
     overlap = -gap

@@ -14,7 +14,7 @@ module contact_points
   public :: is_first, first_cell, count_points, used_points, point_position, point_field, &
     point_facet, point_lift, point_text, &
     make_node_points, make_facet_points, corner_weights, longest_facet, smallest_facet, coupling, &
-    most_coupled, coupled_nodes
+    most_coupled, coupled_nodes, is_too_deep
 
 contains
 
@@ -129,6 +129,17 @@ contains
     end do
     if (pair%surface%exact) h = smallest_facet(pair, x)
   end function longest_facet
+
+  !> A point is too far below a facet to be in contact with it: deeper than the search radius, or
+  !! nearer to the other side of the body.
+  pure logical function is_too_deep(pair, facet, gap) result(deep)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: gap !! negative below it [length]
+
+    deep = gap < -pair%search_radius
+    if (allocated(pair%surface%depth)) deep = deep .or. gap < -pair%surface%depth(facet)
+  end function is_too_deep
 
   !> The smallest of the longest edges of the master facets of a pair.
   pure real(wp) function smallest_facet(pair, x) result(h)

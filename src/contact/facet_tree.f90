@@ -136,13 +136,14 @@ contains
   !> The facet closest to a point. Of facets at the same distance, which meet at an edge or corner,
   !! the one whose plane is furthest below the point, for the others may point away from it; then
   !! the one with the lowest number.
-  pure subroutine nearest_facet(tree, facets, x, y, facet, distance)
+  pure subroutine nearest_facet(tree, facets, x, y, facet, distance, depth)
     type(facet_tree_t), intent(in) :: tree !! the tree, fitted to x
     integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
     integer, intent(out) :: facet !! the closest facet, 0 without facets
     real(wp), intent(out) :: distance !! its distance [length]
+    real(wp), intent(in), optional :: depth(:) !! (facets) what lies deeper below one is not below it
     integer :: waiting(deepest), n, b, k
     real(wp) :: d, xi(2), gap, highest
 
@@ -168,6 +169,9 @@ contains
           d = distance_to_facet(corners(x, facets(:, tree%order(k))), y)
           if (d > distance*(1.0_wp + same_distance)) cycle
           call project_on_facet(corners(x, facets(:, tree%order(k))), y, xi, gap)
+          if (present(depth)) then
+            if (gap < -depth(tree%order(k))) cycle
+          end if
           if (d >= distance*(1.0_wp - same_distance)) then
             if (gap < highest - same_distance*d) cycle
             if (gap <= highest + same_distance*d .and. tree%order(k) > facet) cycle

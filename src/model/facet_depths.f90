@@ -1,0 +1,97 @@
+!> How deep below a facet of the master a point still counts as below it: to the middle of the body
+!! behind the facet. What is deeper lies nearer to the body's other side (doc/theory, "Hosts").
+module facet_depths
+  use kinds, only: wp
+  use vectors, only: cross
+  use facets, only: facet_table_t
+  use contact_types, only: pair_t
+  use contact_points, only: longest_facet
+  use facet_geometry, only: facet_normal
+  use facet_tree, only: facet_tree_t, build_tree, facets_near
+  implicit none
+  private
+  public :: measure_depths
+
+  !> Where rays through the body start: in the middle of the facet and nearer to its corners.
+  integer, parameter :: n_rays = 4
+  real(wp), parameter :: starts(3, n_rays) = reshape([1.0_wp, 1.0_wp, 1.0_wp, 2.5_wp, 0.25_wp, &
+    0.25_wp, 0.25_wp, 2.5_wp, 0.25_wp, 0.25_wp, 0.25_wp, 2.5_wp]/3.0_wp, [3, n_rays])
+  !> A ray that passes an edge by less, in shape functions, meets the facet.
+  real(wp), parameter :: beside = 1.0e-6_wp
+  !> What is nearer than this share of a ray is the facet itself.
+  real(wp), parameter :: at_start = 1.0e-9_wp
+
+contains
+
+  !> Measures the depths of the master of a pair; none are kept where no body is thinner than twice
+  !! the search radius.
+  subroutine measure_depths(exterior, x, tree, pair)
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(facet_tree_t), intent(inout) :: tree !! over these facets; built where it is not
+    type(pair_t), intent(inout) :: pair !! with its master; gets depths
+    real(wp) :: depth(size(pair%surface%facets, 2)), radius
+    integer :: near(exterior%count), f
+
+    if (exterior%count == 0 .or. all(pair%surface%facet_elements == 0)) return
+    if (tree%boxes == 0) call build_tree(tree, exterior%corners, x)
+    radius = pair%search_radius
+    if (radius <= 0.0_wp) radius = longest_facet(pair, x)
+    depth = radius
+    do f = 1, size(depth)
+      if (pair%surface%facet_elements(f) == 0) cycle
+      depth(f) = depth_below(exterior, x, tree, x(:, pair%surface%facets(:, f)), radius, near)
+    end do
+    if (any(depth < radius)) pair%surface%depth = depth
+  end subroutine measure_depths
+
+  !> Half of the way through the body below a facet, along the longest of some rays.
+  real(wp) function depth_below(exterior, x, tree, corner, radius, near) result(depth)
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(facet_tree_t), intent(in) :: tree !! over these facets
+    real(wp), intent(in) :: corner(3, 3) !! corners of the facet [length]
+    real(wp), intent(in) :: radius !! the depth is at most this [length]
+    integer, intent(inout) :: near(:) !! room for facets
+    real(wp) :: ray(3), middle(3), way, first
+    integer :: r, k, n
+
+    ray = -2.0_wp*radius*facet_normal(corner)
+    middle = sum(corner, 2)/3.0_wp
+    call facets_near(tree, middle + 0.5_wp*ray, radius + maxval(norm2(corner - spread(middle, 2, &
+      3), 1)), near, n)
+    way = 0.0_wp
+    do r = 1, n_rays
+      first = 1.0_wp
+      do k = 1, n
+        first = min(first, share_to(x(:, exterior%corners(:, near(k))), matmul(corner, starts(:, &
+          r)), ray))
+      end do
+      way = max(way, first)
+    end do
+    depth = way*radius
+  end function depth_below
+
+  !> The share of a ray after which it leaves a body through a facet; 1 if it does not.
+  pure real(wp) function share_to(corner, start, ray) result(share)
+    real(wp), intent(in) :: corner(3, 3) !! corners of the facet, counter-clockwise from outside
+    real(wp), intent(in) :: start(3) !! of the ray [length]
+    real(wp), intent(in) :: ray(3) !! to its end [length]
+    real(wp) :: a(3), b(3), away(3), p(3), q(3), volume, xi, eta, s
+
+    share = 1.0_wp
+    a = corner(:, 2) - corner(:, 1)
+    b = corner(:, 3) - corner(:, 1)
+    away = start - corner(:, 1)
+    p = cross(ray, b)
+    volume = dot_product(a, p)
+    ! negative where the ray runs against the normal: it would enter
+    if (dot_product(ray, cross(a, b)) <= 0.0_wp) return
+    q = cross(away, a)
+    xi = dot_product(away, p)/volume
+    eta = dot_product(ray, q)/volume
+    if (min(xi, eta, 1.0_wp - xi - eta) < -beside) return
+    s = dot_product(b, q)/volume
+    if (s > at_start) share = min(1.0_wp, s)
+  end function share_to
+end module facet_depths
