@@ -3,6 +3,8 @@
 module facet_depths
   use kinds, only: wp
   use vectors, only: cross
+  use mesh_types, only: mesh_t
+  use bodies, only: find_bodies
   use facets, only: facet_table_t
   use contact_types, only: pair_t
   use contact_points, only: longest_facet
@@ -10,7 +12,13 @@ module facet_depths
   use facet_tree, only: facet_tree_t, build_tree, facets_near
   implicit none
   private
-  public :: measure_depths
+  public :: body_facets_t, measure_depths
+
+  !> The exterior facets of the mesh, for rays.
+  type :: body_facets_t
+    type(facet_tree_t) :: tree !! over the facets
+    integer, allocatable :: body(:) !! (elements) body of each
+  end type body_facets_t
 
   !> Where rays through the body start: in the middle of the facet and nearer to its corners.
   integer, parameter :: n_rays = 4
@@ -25,31 +33,37 @@ contains
 
   !> Measures the depths of the master of a pair; none are kept where no body is thinner than twice
   !! the search radius.
-  subroutine measure_depths(exterior, x, tree, pair)
-    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(facet_tree_t), intent(inout) :: tree !! over these facets; built where it is not
+  subroutine measure_depths(mesh, exterior, outside, pair)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(facet_table_t), intent(in) :: exterior !! its exterior facets
+    type(body_facets_t), intent(inout) :: outside !! the same for rays; made where it is not
     type(pair_t), intent(inout) :: pair !! with its master; gets depths
     real(wp) :: depth(size(pair%surface%facets, 2)), radius
-    integer :: near(exterior%count), f
+    integer, allocatable :: body_of_node(:)
+    integer :: near(exterior%count), f, bodies
 
     if (exterior%count == 0 .or. all(pair%surface%facet_elements == 0)) return
-    if (tree%boxes == 0) call build_tree(tree, exterior%corners, x)
+    if (.not. allocated(outside%body)) then
+      call build_tree(outside%tree, exterior%corners, mesh%x)
+      call find_bodies(mesh, outside%body, body_of_node, bodies)
+    end if
     radius = pair%search_radius
-    if (radius <= 0.0_wp) radius = longest_facet(pair, x)
+    if (radius <= 0.0_wp) radius = longest_facet(pair, mesh%x)
     depth = radius
     do f = 1, size(depth)
       if (pair%surface%facet_elements(f) == 0) cycle
-      depth(f) = depth_below(exterior, x, tree, x(:, pair%surface%facets(:, f)), radius, near)
+      depth(f) = depth_below(exterior, mesh%x, outside, pair%surface%facet_elements(f), &
+        mesh%x(:, pair%surface%facets(:, f)), radius, near)
     end do
     if (any(depth < radius)) pair%surface%depth = depth
   end subroutine measure_depths
 
   !> Half of the way through the body below a facet, along the longest of some rays.
-  real(wp) function depth_below(exterior, x, tree, corner, radius, near) result(depth)
+  real(wp) function depth_below(exterior, x, outside, element, corner, radius, near) result(depth)
     type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(facet_tree_t), intent(in) :: tree !! over these facets
+    type(body_facets_t), intent(in) :: outside !! the same for rays
+    integer, intent(in) :: element !! behind the facet
     real(wp), intent(in) :: corner(3, 3) !! corners of the facet [length]
     real(wp), intent(in) :: radius !! the depth is at most this [length]
     integer, intent(inout) :: near(:) !! room for facets
@@ -58,12 +72,13 @@ contains
 
     ray = -2.0_wp*radius*facet_normal(corner)
     middle = sum(corner, 2)/3.0_wp
-    call facets_near(tree, middle + 0.5_wp*ray, radius + maxval(norm2(corner - spread(middle, 2, &
+    call facets_near(outside%tree, middle + 0.5_wp*ray, radius + maxval(norm2(corner - spread(middle, 2, &
       3), 1)), near, n)
     way = 0.0_wp
     do r = 1, n_rays
       first = 1.0_wp
       do k = 1, n
+        if (outside%body(exterior%elements(near(k))) /= outside%body(element)) cycle
         first = min(first, share_to(x(:, exterior%corners(:, near(k))), matmul(corner, starts(:, &
           r)), ray))
       end do

@@ -21,8 +21,7 @@ module pair_builder
   use node_queries, only: report_unknown_name
   use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
-  use facet_tree, only: facet_tree_t
-  use facet_depths, only: measure_depths
+  use facet_depths, only: body_facets_t, measure_depths
   use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
   private
@@ -43,7 +42,7 @@ contains
     type(model_t), intent(inout) :: model !! mesh and materials; receives the pairs
     type(facet_table_t), intent(in), optional :: known !! exterior facets, if they are at hand
     type(facet_table_t) :: exterior
-    type(facet_tree_t) :: tree
+    type(body_facets_t) :: outside
     integer :: i
 
     allocate (model%pairs(size(drafts)))
@@ -60,7 +59,8 @@ contains
     do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
-      call build_pair(drafts(i), exterior, tree, diagnostics, model, model%pairs(i))
+      call build_pair(drafts(i), exterior, outside, diagnostics, model, &
+        model%pairs(i))
     end do
   end subroutine build_pairs
 
@@ -99,10 +99,10 @@ contains
   end subroutine adjust_pair
 
   !> Builds one pair.
-  subroutine build_pair(draft, exterior, tree, diagnostics, model, pair)
+  subroutine build_pair(draft, exterior, outside, diagnostics, model, pair)
     type(pair_draft_t), intent(in) :: draft !! the pair as read
     type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
-    type(facet_tree_t), intent(inout) :: tree !! over these facets; built when it is needed
+    type(body_facets_t), intent(inout) :: outside !! the same for rays; made when it is needed
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(in) :: model !! mesh and materials
     type(pair_t), intent(inout) :: pair !! the pair
@@ -119,7 +119,7 @@ contains
     call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
     if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
     call take_penalties(model, diagnostics, pair)
-    call measure_depths(exterior, model%mesh%x, tree, pair)
+    call measure_depths(model%mesh, exterior, outside, pair)
     if (pair%segmented) call prepare_cells(model%mesh%x, pair)
     allocate (pair%history%old(count_points(pair)), pair%history%new(count_points(pair)))
   end subroutine build_pair
