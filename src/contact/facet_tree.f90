@@ -143,7 +143,7 @@ contains
     real(wp), intent(in) :: y(3) !! the point [length]
     integer, intent(out) :: facet !! the closest facet, 0 without facets
     real(wp), intent(out) :: distance !! its distance [length]
-    real(wp), intent(in), optional :: depth(:) !! (facets) what lies deeper below one is not below it
+    real(wp), intent(in), optional :: depth(:) !! (facets) what is deeper is not below it
     integer :: waiting(deepest), n, b, k
     real(wp) :: d, xi(2), gap, highest
 

@@ -67,13 +67,13 @@ contains
     real(wp), intent(in) :: corner(3, 3) !! corners of the facet [length]
     real(wp), intent(in) :: radius !! the depth is at most this [length]
     integer, intent(inout) :: near(:) !! room for facets
-    real(wp) :: ray(3), middle(3), way, first
+    real(wp) :: ray(3), middle(3), way, first, reach
     integer :: r, k, n
 
     ray = -2.0_wp*radius*facet_normal(corner)
     middle = sum(corner, 2)/3.0_wp
-    call facets_near(outside%tree, middle + 0.5_wp*ray, radius + maxval(norm2(corner - spread(middle, 2, &
-      3), 1)), near, n)
+    reach = radius + maxval(norm2(corner - spread(middle, 2, 3), 1))
+    call facets_near(outside%tree, middle + 0.5_wp*ray, reach, near, n)
     way = 0.0_wp
     do r = 1, n_rays
       first = 1.0_wp

@@ -224,8 +224,8 @@ contains
 
     call fit_tree(tree, pair%surface%facets, x)
     do p = 1, count_points(pair)/pair%points%slots
-      call nearest_facet(tree, pair%surface%facets, x, point_position(pair, p, x), facet, distance, &
-        pair%surface%depth)
+      call nearest_facet(tree, pair%surface%facets, x, point_position(pair, p, x), facet, &
+        distance, pair%surface%depth)
       if (facet == 0 .or. distance > reach*pair%search_radius) cycle
       candidate(pair%points%point_nodes(:, p)) = .true.
       candidate(pair%surface%facets(:, facet)) = .true.

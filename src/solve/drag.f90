@@ -32,16 +32,20 @@ contains
   subroutine begin_drag(system)
     type(system_t), intent(inout) :: system !! gets drag, the place it is measured from
 
-    if (.not. system%body%adrift) system%body%drag = system%body%first_drag
-    if (.not. system%body%adrift) system%body%euler%too_small = 0.0_wp
+    if (.not. system%body%adrift) then
+      system%body%drag = system%body%first_drag
+      system%body%euler%too_small = 0.0_wp
+      system%body%euler%at_rest = huge(1.0_wp)
+    end if
     system%body%adrift = .false.
     if (system%body%drag > 0.0_wp) call note_center(system)
   end subroutine begin_drag
 
   !> Judges the Euler step after each of its iterations: goes on with it, takes it, or gives it up.
-  subroutine settle_drag(system, x, rests, hopeless)
+  subroutine settle_drag(system, x, halved, rests, hopeless)
     type(system_t), intent(inout) :: system !! residual formed; gets drag, and its place
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    logical, intent(inout) :: halved !! of a step that is over: it has halved what is out of balance
     logical, intent(out) :: rests !! no step is under way: the residual knows of no drag
     logical, intent(out) :: hopeless !! no drag is large enough
     real(wp) :: norm
@@ -68,7 +72,11 @@ contains
         rests = .true.
       end if
     end associate
-    if (rests) call form_residual(system, x)
+    if (.not. rests) return
+    call form_residual(system, x)
+    norm = residual_norm(system)
+    halved = norm <= 0.5_wp*system%body%euler%at_rest
+    system%body%euler%at_rest = norm
   end subroutine settle_drag
 
   !> The step takes too long, goes too far or leads away from its goal.

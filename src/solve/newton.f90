@@ -83,7 +83,6 @@ module newton
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
-    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step with a drag, without it
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: outcome = outcome_going_on !! one of the outcomes
   end type newton_t
@@ -126,14 +125,12 @@ contains
     type(system_t), intent(inout) :: system !! residual formed before and after
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets outcome
-    logical :: sound, rests, hopeless, stepped
+    logical :: sound, rests, hopeless
 
     do
       call estimate_round_off(system, model%mesh%x)
-      stepped = system%body%drag > 0.0_wp .and. system%body%euler%iterations > 0
-      call settle_drag(system, model%mesh%x, rests, hopeless)
+      call settle_drag(system, model%mesh%x, progress%halved, rests, hopeless)
       if (.not. rests) exit
-      if (stepped) call compare_rests(system, progress)
       if (.not. is_converged(system, settings, progress)) exit
       if (.not. system%inner%linearised) then
         call look_again(system, model%mesh%x, settings, sound)
@@ -158,17 +155,6 @@ contains
       progress%outcome = outcome_stopped
     end if
   end subroutine judge
-
-  !> A step with a drag is over: has it halved what is out of balance without the drag?
-  subroutine compare_rests(system, progress)
-    type(system_t), intent(in) :: system !! residual without the drag
-    type(newton_t), intent(inout) :: progress !! gets halved, at_rest
-    real(wp) :: norm
-
-    norm = residual_norm(system)
-    progress%halved = norm <= 0.5_wp*progress%at_rest
-    progress%at_rest = norm
-  end subroutine compare_rests
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
   !! with the same factor"). Not where a body is grounded or dragged.
