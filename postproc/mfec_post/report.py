@@ -19,7 +19,7 @@ CSS = ('body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1
        'img{max-width:100%}pre{background:#f6f6f6;padding:.8em;overflow:auto;font-size:12px}'
        'table{border-collapse:collapse}td,th{padding:.15em .9em .15em 0;text-align:left}'
        'td.n{text-align:right}.warning{color:#a60}.failed{color:#c00}')
-ITERATION = re.compile(r'^step +(\d+) time +\S+ iteration +(\d+) +Residual norm = *(\S+)', re.M)
+ITERATION = re.compile(r'^step +(\d+) time +\S+ iteration *(\d+) +Residual norm = *(\S+)', re.M)
 
 
 def image(path: str, text: str) -> str:

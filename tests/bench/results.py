@@ -38,7 +38,7 @@ def own(scene, folder):
 
 def own_log(log):
     """Iterations, cuts, solvers, cost table of a log."""
-    done = re.findall(r'increment +\d+ converged: .* solves +(\d+)', log)
+    done = re.findall(r'increment +\d+ converged: .* solves *(\d+)', log)
     values = {'increments': len(done), 'iterations': sum(map(int, done)),
               'median_iterations': statistics.median(map(int, done)) if done else None,
               'cuts': 0, 'costs': {}, 'counts': {}}

@@ -5,7 +5,7 @@ import re
 import statistics
 
 CUT = re.compile(r'^step +\d+ cut: ', re.MULTILINE)
-CONVERGED = re.compile(r'increment +\d+ converged:.* solves +(\d+)')
+CONVERGED = re.compile(r'increment +\d+ converged:.* solves *(\d+)')
 
 
 class Outcome:
