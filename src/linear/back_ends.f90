@@ -31,6 +31,7 @@ module back_ends
     logical :: linear = .true. !! the tangent of the bulk is constant
     logical :: loose = .false. !! the tangent of the bulk alone is singular
     logical :: symmetric = .false. !! the tangent is symmetric
+    logical :: apart = .false. !! contact's share of the tangent comes apart from the bulk's
   end type nodes_t
 
   !> An analysis of a pattern, which is kept while the pattern holds, and one factor.
@@ -59,7 +60,8 @@ module back_ends
     subroutine describe_nodes(solver, matrix, bulk, equation, nodes, costs)
       import :: nodal_back_end_t, nodes_t, block_matrix_t, cost_t
       class(nodal_back_end_t), intent(inout) :: solver !! handles
-      type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+      type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
+      !! alone, without nodes if there is none
       type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
       integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
       type(nodes_t), intent(in) :: nodes !! what is known of the nodes

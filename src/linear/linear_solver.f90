@@ -130,7 +130,7 @@ contains
   !> Hands a back end by nodes the matrix that the next factorise_matrix is about.
   subroutine describe_matrix(solver, matrix, bulk, equation, nodes, costs)
     type(linear_solver_t), intent(inout) :: solver !! handles; takes matrices by nodes
-    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
     type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(nodes_t), intent(in) :: nodes !! what is known of the nodes

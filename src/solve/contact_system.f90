@@ -193,16 +193,29 @@ contains
       return
     end if
     if (system%contact%n == 0) then
+      system%whole%apart = stays_apart(system)
       call fit_pattern(system)
       return
     end if
-    if (graph_holds(system%whole%matrix, system%contact)) then
+    if ((system%whole%apart .eqv. stays_apart(system)) .and. graph_holds(system%whole%matrix, &
+      system%contact)) then
       call fit_pattern(system)
     else
       call build_coupled(system)
     end if
     call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
+
+  !> Contact's share of the tangent is added to a bulk that stays by the solver, not here: one that
+  !! takes its matrix by nodes, where nothing else changes the tangent (doc/theory, "Beyond one
+  !! machine").
+  pure logical function stays_apart(system) result(apart)
+    type(system_t), intent(in) :: system !! the system
+
+    apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
+      .not. any(system%body%weak) .and. system%tools%border%n == 0 .and. &
+      .not. allocated(system%loads%pressed)
+  end function stays_apart
 
   !> Builds the pattern of the free equations if it is not there.
   subroutine fit_pattern(system)
@@ -236,10 +249,15 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
 
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
-      system%contact, &
-      system%volumes)
-    call place_bulk(system)
+    system%whole%apart = stays_apart(system)
+    if (system%whole%apart) then
+      if (allocated(system%whole%bulk_place)) deallocate (system%whole%bulk_place)
+      call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
+    else
+      call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
+        system%contact, system%volumes)
+      call place_bulk(system)
+    end if
     call build_free(system)
     call start_pattern(system%whole%solver)
     system%place%coupled_hosts = system%place%hosts

@@ -78,10 +78,12 @@ contains
     end if
     call begin_cost(system%costs, cost_contact_tangent)
     system%whole%matrix%val = 0.0_wp
-    do k = 1, size(system%whole%bulk_place)
-      system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
-        system%whole%bulk_matrix%val(:, :, k)
-    end do
+    if (.not. system%whole%apart) then
+      do k = 1, size(system%whole%bulk_place)
+        system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
+          system%whole%bulk_matrix%val(:, :, k)
+      end do
+    end if
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       system%whole%matrix)

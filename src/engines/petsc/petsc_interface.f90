@@ -10,12 +10,13 @@ module petsc_interface
     petsc_return_error
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
-    mat_mult, mat_create_vectors
+    mat_mult, mat_mult_add, mat_mult_transpose, mat_create_vectors, mat_duplicate, mat_axpy, mat_create_shell, &
+    mat_shell_set_operation, mat_shell_get_context
   public :: null_space_rigid_body, null_space_destroy
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
-  public :: is_create, is_destroy
+  public :: is_create, is_create_stride, is_destroy
 
   !> All ranks: PETSc's own variable, there once it has been initialised.
   type(c_ptr), bind(c, name='PETSC_COMM_WORLD') :: petsc_comm_world
@@ -193,6 +194,68 @@ module petsc_interface
       type(c_ptr), value :: a, x, y
     end function mat_mult
 
+    !> z = y + A x.
+    integer(c_int) function mat_mult_add(a, x, y, z) bind(c, name='MatMultAdd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, x, y, z
+    end function mat_mult_add
+
+    !> y = A^T x.
+    integer(c_int) function mat_mult_transpose(a, x, y) bind(c, name='MatMultTranspose')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, x, y
+    end function mat_mult_transpose
+
+    !> A matrix of the same pattern, or a copy.
+    integer(c_int) function mat_duplicate(a, what, copy) bind(c, name='MatDuplicate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: what
+      type(c_ptr), intent(out) :: copy
+    end function mat_duplicate
+
+    !> Y = Y + a X.
+    integer(c_int) function mat_axpy(y, a, x, pattern) bind(c, name='MatAXPY')
+      import :: c_int, c_ptr, c_double
+      implicit none
+      type(c_ptr), value :: y
+      real(c_double), value :: a
+      type(c_ptr), value :: x
+      integer(c_int), value :: pattern
+    end function mat_axpy
+
+    !> A matrix that we multiply by ourselves: rows and columns here and in all, what to know.
+    integer(c_int) function mat_create_shell(comm, m, n, all_rows, all_columns, context, a) &
+      bind(c, name='MatCreateShell')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), value :: m, n, all_rows, all_columns
+      type(c_ptr), value :: context
+      type(c_ptr), intent(out) :: a
+    end function mat_create_shell
+
+    !> The procedure that does something with it.
+    integer(c_int) function mat_shell_set_operation(a, what, procedure) &
+      bind(c, name='MatShellSetOperation')
+      import :: c_int, c_ptr, c_funptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: what
+      type(c_funptr), value :: procedure
+    end function mat_shell_set_operation
+
+    !> What it is to know; the place to put it.
+    integer(c_int) function mat_shell_get_context(a, context) bind(c, name='MatShellGetContext')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      type(c_ptr), intent(out) :: context
+    end function mat_shell_get_context
+
     !> The six rigid motions from coordinates.
     integer(c_int) function null_space_rigid_body(coordinates, space) &
       bind(c, name='MatNullSpaceCreateRigidBody')
@@ -344,6 +407,16 @@ module petsc_interface
       implicit none
       type(c_ptr), intent(inout) :: scatter
     end function scatter_destroy
+
+    !> A range of rows.
+    integer(c_int) function is_create_stride(comm, n, first, step, set) &
+      bind(c, name='ISCreateStride')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), value :: n, first, step
+      type(c_ptr), intent(out) :: set
+    end function is_create_stride
 
     !> A set of rows.
     integer(c_int) function is_create(comm, n, rows, copy, set) bind(c, name='ISCreateGeneral')

@@ -36,8 +36,9 @@ module petsc_matrices
 contains
 
   !> Gives each rank its part of the nodes: numbered part by part, within a part in their order.
-  subroutine make_layout(blocks, equation, layout, fault)
+  subroutine make_layout(blocks, more, equation, layout, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(layout_t), intent(inout) :: layout !! made anew
     integer(c_int), intent(inout) :: fault !! 0, or the first error
@@ -53,7 +54,7 @@ contains
     layout%node = pack([(i, i=1, blocks%nodes)], blocks%ptr(2:) > blocks%ptr(:blocks%nodes))
     layout%nodes = size(layout%node)
     allocate (owner(layout%nodes))
-    call find_owners(blocks, layout%node, int(ranks), owner, fault)
+    call find_owners(blocks, more, layout%node, int(ranks), owner, fault)
     if (fault /= 0_c_int) return
     layout%node = [(pack(layout%node, owner == i), i=0, int(ranks) - 1)]
     layout%first = count(owner < rank)
@@ -91,11 +92,13 @@ contains
     layout = layout_t()
   end subroutine free_layout
 
-  !> The rows of this rank of a matrix of blocks; an older matrix is released.
-  subroutine make_matrix(layout, blocks, equation, a, fault)
+  !> The rows of this rank of a matrix of blocks; an older matrix is released. What is added to
+  !! another one has no rows where restrained.
+  subroutine make_matrix(layout, blocks, equation, added, a, fault)
     type(layout_t), intent(in) :: layout !! whose rows
     type(block_matrix_t), intent(in) :: blocks !! values
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: added !! it is added to another one
     type(c_ptr), intent(inout) :: a !! the matrix
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int), allocatable :: ptr(:), column(:)
@@ -103,7 +106,7 @@ contains
 
     if (c_associated(a)) call note(fault, mat_destroy(a))
     a = c_null_ptr
-    call compress_rows(layout, blocks, equation, ptr, column, val)
+    call compress_rows(layout, blocks, equation, added, ptr, column, val)
     call note(fault, mat_create(petsc_comm_world, a))
     if (fault /= 0_c_int) return
     call note(fault, mat_set_sizes(a, int(3*layout%own, c_int), int(3*layout%own, c_int), &
@@ -116,22 +119,24 @@ contains
   end subroutine make_matrix
 
   !> Compressed rows of the nodes of this rank.
-  subroutine compress_rows(layout, blocks, equation, ptr, column, val)
+  subroutine compress_rows(layout, blocks, equation, added, ptr, column, val)
     type(layout_t), intent(in) :: layout !! whose rows
     type(block_matrix_t), intent(in) :: blocks !! values, by columns; its graph is symmetric
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: added !! it is added to another one
     integer(c_int), allocatable, intent(out) :: ptr(:) !! first entry of each row, from 0
     integer(c_int), allocatable, intent(out) :: column(:) !! column of each entry, from 0
     real(c_double), allocatable, intent(out) :: val(:) !! values
-    integer :: next(layout%own), i, j, k, r, c, node, at, width
+    integer :: next(layout%own), i, j, k, r, c, node, at, least
 
+    least = merge(0, 1, added)
     allocate (ptr(3*layout%own + 1))
     ptr(1) = 0_c_int
     do i = 1, layout%own
       node = layout%node(layout%first + i)
-      width = 3*max(1, blocks%ptr(node + 1) - blocks%ptr(node))
       do r = 1, 3
-        ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(width, c_int)
+        ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(3*max(least, blocks%ptr(node + 1) - &
+          blocks%ptr(node)), c_int)
       end do
     end do
     allocate (column(ptr(3*layout%own + 1)))
@@ -148,13 +153,14 @@ contains
             column(at) = int(3*(j - 1) + c - 1, c_int)
             val(at) = blocks%val(r, c, k)
             if (equation(r, node) > 0 .and. equation(c, layout%node(j)) > 0) cycle
-            if (node == layout%node(j) .and. r == c) cycle
+            if (node == layout%node(j) .and. r == c .and. .not. added) cycle
             val(at) = 0.0_c_double
           end do
         end do
         next(i) = next(i) + 3
       end do
     end do
+    if (added) return
     do i = 1, layout%own
       if (next(i) > 0) cycle
       do r = 1, 3

@@ -204,8 +204,10 @@ contains
     type(system_t), intent(inout) :: system !! tangent formed; the solver takes it
     logical, intent(in) :: symmetric !! it may be taken for symmetric
     type(nodes_t) :: nodes
+    type(block_matrix_t) :: none
     integer :: k
 
+    nodes%apart = system%whole%apart
     nodes%x = system%position%x_now - system%u
     nodes%linear = system%bulk%linear
     nodes%loose = any(system%body%weak)
@@ -219,6 +221,9 @@ contains
       if (list%n > 0) then
         call describe_matrix(whole%solver, whole%matrix, whole%bulk_matrix, system%equation, &
           nodes, system%costs)
+      else if (nodes%apart) then
+        call describe_matrix(whole%solver, none, whole%bulk_matrix, system%equation, nodes, &
+          system%costs)
       else
         call describe_matrix(whole%solver, whole%bulk_matrix, whole%bulk_matrix, &
           system%equation, nodes, system%costs)
