@@ -53,6 +53,8 @@ module back_ends
   type, abstract, extends(back_end_t) :: nodal_back_end_t
   contains
     procedure(describe_nodes), deferred :: describe !! before it is factorised
+    procedure(tell_nodes), deferred :: has_bulk !! it keeps the bulk's share, which came apart
+    procedure(multiply_nodes), deferred :: multiply !! by that
   end type nodal_back_end_t
 
   abstract interface
@@ -67,6 +69,22 @@ module back_ends
       type(nodes_t), intent(in) :: nodes !! what is known of the nodes
       type(cost_t), intent(inout) :: costs !! cost table
     end subroutine describe_nodes
+
+    !> Something is so.
+    logical function tell_nodes(solver)
+      import :: nodal_back_end_t
+      class(nodal_back_end_t), intent(in) :: solver !! handles
+    end function tell_nodes
+
+    !> y = A x, or |A| |x|, with A the bulk's share between free degrees of freedom.
+    subroutine multiply_nodes(solver, equation, x, absolute, y)
+      import :: nodal_back_end_t, wp
+      class(nodal_back_end_t), intent(inout) :: solver !! has it
+      integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+      real(wp), intent(in) :: x(:, :) !! (3, nodes)
+      logical, intent(in) :: absolute !! |A| |x|
+      real(wp), intent(out) :: y(:, :) !! (3, nodes) 0 where restrained
+    end subroutine multiply_nodes
 
     !> Analyses the pattern; an older analysis is dropped.
     subroutine analyse_pattern(solver, a, costs, outcome)

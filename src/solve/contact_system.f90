@@ -20,6 +20,7 @@ module contact_system
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: find_block
+  use bulk_term, only: take_bulk_back
   use block_graph, only: build_graph, graph_holds, locate_elements
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
@@ -254,6 +255,7 @@ contains
       if (allocated(system%whole%bulk_place)) deallocate (system%whole%bulk_place)
       call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
     else
+      call take_bulk_back(system%position%x_now - system%u, system)
       call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
         system%contact, system%volumes)
       call place_bulk(system)

@@ -10,8 +10,9 @@ module petsc_interface
     petsc_return_error
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
-    mat_mult, mat_mult_add, mat_mult_transpose, mat_create_vectors, mat_duplicate, mat_axpy, mat_create_shell, &
-    mat_shell_set_operation, mat_shell_get_context
+    mat_get_near_null_space, mat_get_row, mat_restore_row, mat_mult, &
+    mat_mult_add, mat_mult_transpose, mat_create_vectors, mat_duplicate, mat_axpy, &
+    mat_create_shell, mat_shell_set_operation, mat_shell_get_context
   public :: null_space_rigid_body, null_space_destroy
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
@@ -176,6 +177,35 @@ module petsc_interface
       implicit none
       type(c_ptr), value :: a, space
     end function mat_set_near_null_space
+
+    !> The same, asked for; not to be released.
+    integer(c_int) function mat_get_near_null_space(a, space) bind(c, name='MatGetNearNullSpace')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      type(c_ptr), intent(out) :: space
+    end function mat_get_near_null_space
+
+    !> One of the rows here.
+    integer(c_int) function mat_get_row(a, row, n, columns, values) bind(c, name='MatGetRow')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: row
+      integer(c_int), intent(out) :: n
+      type(c_ptr), intent(out) :: columns, values
+    end function mat_get_row
+
+    !> Gives it back.
+    integer(c_int) function mat_restore_row(a, row, n, columns, values) &
+      bind(c, name='MatRestoreRow')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: row
+      integer(c_int), intent(inout) :: n
+      type(c_ptr), intent(inout) :: columns, values
+    end function mat_restore_row
 
     !> Some rows and columns.
     integer(c_int) function mat_create_submatrix(a, rows, columns, reuse, part) &

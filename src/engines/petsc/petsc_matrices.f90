@@ -10,14 +10,15 @@ module petsc_matrices
   use block_matrix, only: block_matrix_t
   use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mat_create, &
     mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, mat_preallocate_parallel, &
-    mat_destroy, mat_set_near_null_space, null_space_rigid_body, null_space_destroy, vec_create, &
+    mat_get_row, mat_restore_row, mat_destroy, mat_set_near_null_space, null_space_rigid_body, &
+    null_space_destroy, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
     vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
   use petsc_partition, only: find_owners, note
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
-    make_vector, put_vector, take_vector, note
+    make_vector, put_vector, take_vector, multiply_rows, note
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
@@ -254,6 +255,73 @@ contains
     end do
     call note(fault, vec_restore_array(x, array))
   end subroutine put_vector
+
+  !> y = A x, or |A| |x|, row by row, the same on all ranks; 0 where restrained.
+  subroutine multiply_rows(layout, a, equation, x, absolute, work, y, fault)
+    type(layout_t), intent(in) :: layout !! whose rows
+    type(c_ptr), intent(in) :: a !! the matrix
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical, intent(in) :: absolute !! |A| |x|
+    type(c_ptr), intent(in) :: work !! a vector of the rows, destroyed
+    real(wp), intent(inout) :: y(:, :) !! (3, nodes)
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    real(c_double), allocatable :: along(:)
+    real(c_double), pointer :: values(:)
+    type(c_ptr) :: array
+    integer :: i
+
+    allocate (along(3*layout%nodes))
+    do i = 1, layout%nodes
+      along(3*i - 2:3*i) = x(:, layout%node(i))
+      where (equation(:, layout%node(i)) == 0) along(3*i - 2:3*i) = 0.0_c_double
+    end do
+    if (absolute) along = abs(along)
+    call note(fault, vec_get_array(work, array))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(array, values, [3*layout%own])
+    do i = 1, 3*layout%own
+      values(i) = row_product(a, 3*layout%first + i - 1, along, absolute, fault)
+    end do
+    call note(fault, vec_restore_array(work, array))
+    call note(fault, scatter_begin(layout%scatter, work, layout%whole, insert_values, &
+      scatter_forward))
+    call note(fault, scatter_end(layout%scatter, work, layout%whole, insert_values, &
+      scatter_forward))
+    call note(fault, vec_get_array(layout%whole, array))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(array, values, [3*layout%nodes])
+    y = 0.0_wp
+    do i = 1, layout%nodes
+      where (equation(:, layout%node(i)) > 0) y(:, layout%node(i)) = values(3*i - 2:3*i)
+    end do
+    call note(fault, vec_restore_array(layout%whole, array))
+  end subroutine multiply_rows
+
+  !> One row times a vector, or the sizes of both.
+  real(c_double) function row_product(a, row, along, absolute, fault) result(product)
+    type(c_ptr), intent(in) :: a !! the matrix
+    integer, intent(in) :: row !! one of this rank, from 0
+    real(c_double), intent(in) :: along(:) !! (rows) the vector
+    logical, intent(in) :: absolute !! sizes
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer(c_int), pointer :: column(:)
+    real(c_double), pointer :: val(:)
+    type(c_ptr) :: columns, vals
+    integer(c_int) :: n
+
+    product = 0.0_c_double
+    call note(fault, mat_get_row(a, int(row, c_int), n, columns, vals))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(columns, column, [n])
+    call c_f_pointer(vals, val, [n])
+    if (absolute) then
+      product = sum(abs(val)*along(column + 1))
+    else
+      product = sum(val*along(column + 1))
+    end if
+    call note(fault, mat_restore_row(a, int(row, c_int), n, columns, vals))
+  end function row_product
 
   !> A vector to values of the equations, the same on all ranks.
   subroutine take_vector(layout, x, b, fault)

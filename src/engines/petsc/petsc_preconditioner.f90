@@ -6,7 +6,8 @@ module petsc_preconditioner
   use petsc_interface, only: petsc_comm_world, petsc_options_set, mat_create_submatrix, &
     mat_destroy, mat_mult, mat_mult_add, mat_mult_transpose, mat_axpy, mat_shell_get_context, &
     mat_create_vectors, vec_aypx, vec_axpy, vec_zero, vec_destroy, &
-    is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, scatter_end, scatter_destroy
+    is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
+    scatter_end, scatter_destroy
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
   use petsc_matrices, only: layout_t, make_vector, note
@@ -29,7 +30,8 @@ module petsc_preconditioner
   ! petscmat.h, petscvec.h, petscsystypes.h
   integer(c_int), parameter :: initial_matrix = 0_c_int, copy_values = 0_c_int
   integer(c_int), parameter :: different_pattern = 0_c_int
-  integer(c_int), parameter :: insert_values = 1_c_int, add_values = 2_c_int, forward = 0_c_int, backward = 1_c_int
+  integer(c_int), parameter :: insert_values = 1_c_int, add_values = 2_c_int
+  integer(c_int), parameter :: forward = 0_c_int, backward = 1_c_int
 
   !> The parts; PETSc knows it by its address.
   type :: preconditioner_t

@@ -11,12 +11,13 @@ module petsc_solver
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
   use petsc_interface, only: petsc_comm_world, mat_destroy, mat_duplicate, mat_axpy, &
+    mat_get_near_null_space, mat_set_near_null_space, &
     mat_create_shell, mat_shell_set_operation, vec_destroy, vec_zero
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
   use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
-    add_rigid_modes, make_vector, put_vector, take_vector, note
+    add_rigid_modes, make_vector, put_vector, take_vector, multiply_rows, note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
     free_preconditioner, apply_preconditioner, multiply_sum, different_pattern, way_kept, &
     way_renewed, way_algebraic, n_ways
@@ -57,6 +58,8 @@ module petsc_solver
     integer(c_int) :: fault = 0_c_int !! first error of PETSc
   contains
     procedure :: describe
+    procedure :: has_bulk
+    procedure :: multiply
     procedure :: analyse
     procedure :: is_analysed
     procedure :: factor_bytes
@@ -150,6 +153,7 @@ contains
   subroutine find_sum(solver, matrix)
     class(petsc_t), intent(inout) :: solver !! may get sum
     type(c_ptr), intent(out) :: matrix !! the tangent
+    type(c_ptr) :: modes
 
     matrix = solver%tangent
     if (.not. solver%apart) return
@@ -160,10 +164,32 @@ contains
         call note(fault, mat_duplicate(solver%bulk, with_values, solver%sum))
         if (fault == 0_c_int) call note(fault, mat_axpy(solver%sum, 1.0_c_double, solver%contact, &
           different_pattern))
+        if (fault == 0_c_int) call note(fault, mat_get_near_null_space(solver%bulk, modes))
+        if (fault == 0_c_int) call note(fault, mat_set_near_null_space(solver%sum, modes))
       end if
     end associate
     matrix = solver%sum
   end subroutine find_sum
+
+  !> It keeps the bulk's share of a tangent that comes apart.
+  logical function has_bulk(solver) result(has)
+    class(petsc_t), intent(in) :: solver !! handles
+
+    has = solver%apart .and. c_associated(solver%bulk) .and. solver%fault == 0_c_int
+  end function has_bulk
+
+  !> y = A x, or |A| |x|, with A that share.
+  subroutine multiply(solver, equation, x, absolute, y)
+    class(petsc_t), intent(inout) :: solver !! has it; right is used
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical, intent(in) :: absolute !! |A| |x|
+    real(wp), intent(out) :: y(:, :) !! (3, nodes) 0 where restrained
+
+    y = 0.0_wp
+    call multiply_rows(solver%layout, solver%bulk, equation, x, absolute, solver%right, y, &
+      solver%fault)
+  end subroutine multiply
 
   !> Adds the neighbours of some nodes.
   pure subroutine add_ring(matrix, touched, inside)
@@ -213,7 +239,8 @@ contains
 
     call solver%analyse(a, costs, outcome)
     if (outcome /= solver_done) return
-    call make_block(solver%layout, solver%inside .and. solver%way < way_algebraic, solver%precon, failed, solver%fault)
+    call make_block(solver%layout, solver%inside .and. solver%way < way_algebraic, solver%precon, &
+      failed, solver%fault)
     if (failed) solver%way = max(solver%way, way_algebraic)
     if (solver%fault == 0_c_int) call make_method(solver)
     call prepare_way(solver, costs, outcome)

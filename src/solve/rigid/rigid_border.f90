@@ -11,6 +11,7 @@ module rigid_border
   use elmlib, only: routine_none
   use linear_solver, only: factorise_matrix, solve_system, describe_matrix
   use block_matrix, only: block_matrix_t, find_block
+  use bulk_products, only: give_bulk
   use rigid_bodies, only: lever
   use system_types, only: system_t
   implicit none
@@ -229,6 +230,7 @@ contains
           system%equation, nodes, system%costs)
       end if
     end associate
+    if (nodes%apart) call give_bulk(system)
   end subroutine describe_tangent
 
   !> Solves for nodes and rigid bodies with the last factor.
