@@ -20,7 +20,7 @@ module linear_solver
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
     free_solver, solver_of, solver_list, take_choice, describe_matrix, has_bulk, multiply_taken, &
-    refusal
+    rest_solver, refusal
   public :: solver_words, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
     solver_petsc, solver_reduced
 
@@ -170,6 +170,15 @@ contains
       call engine%multiply(equation, x, absolute, y)
     end select
   end subroutine multiply_taken
+
+  !> An increment is done: a back end by nodes gives back what the next matrix renews.
+  subroutine rest_solver(solver)
+    type(linear_solver_t), intent(inout) :: solver !! handles
+
+    if (.not. solver%by_nodes .or. solver%holds == solver_unknown) return
+    call solver%engine(solver%holds)%is%drop_factor()
+    solver%holds = solver_unknown
+  end subroutine rest_solver
 
   !> Why this program cannot take a solver, and what to do, in two lines; empty if it can.
   function refusal(solver) result(text)

@@ -207,9 +207,8 @@ contains
     call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
 
-  !> Contact's share of the tangent is added to a bulk that stays by the solver, not here: one that
-  !! takes its matrix by nodes, where nothing else changes the tangent (doc/theory, "Beyond one
-  !! machine").
+  !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
+  !! where nothing else changes the tangent (doc/theory, "Beyond one machine").
   pure logical function stays_apart(system) result(apart)
     type(system_t), intent(in) :: system !! the system
 
@@ -256,7 +255,7 @@ contains
       call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
     else
       call take_bulk_back(system%position%x_now - system%u, system)
-      call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
+      call build_graph(size(system%equation, 2), system%bulk, system%whole%matrix, &
         system%contact, system%volumes)
       call place_bulk(system)
     end if

@@ -8,17 +8,18 @@ module petsc_matrices
     c_associated, c_f_pointer
   use kinds, only: wp
   use block_matrix, only: block_matrix_t
-  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mat_create, &
-    mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, mat_preallocate_parallel, &
-    mat_get_row, mat_restore_row, mat_destroy, mat_set_near_null_space, null_space_rigid_body, &
-    null_space_destroy, vec_create, &
+  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
     vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, &
+    mat_preallocate, mat_preallocate_parallel, mat_get_row, mat_restore_row, mat_destroy, &
+    mat_set_near_null_space, null_space_rigid_body, null_space_destroy
   use petsc_partition, only: find_owners, note
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
-    make_vector, put_vector, take_vector, multiply_rows, note
+    make_vector, put_vector, take_vector, multiply_rows, &
+    add_ring, note
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
@@ -94,7 +95,7 @@ contains
   end subroutine free_layout
 
   !> The rows of this rank of a matrix of blocks; an older matrix is released. What is added to
-  !! another one has no rows where restrained.
+  !! another one has nothing where restrained, nor at nodes without rows: they are.
   subroutine make_matrix(layout, blocks, equation, added, a, fault)
     type(layout_t), intent(in) :: layout !! whose rows
     type(block_matrix_t), intent(in) :: blocks !! values
@@ -135,10 +136,12 @@ contains
     ptr(1) = 0_c_int
     do i = 1, layout%own
       node = layout%node(layout%first + i)
-      do r = 1, 3
-        ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(3*max(least, blocks%ptr(node + 1) - &
-          blocks%ptr(node)), c_int)
-      end do
+      associate (around => blocks%row(blocks%ptr(node):blocks%ptr(node + 1) - 1))
+        do r = 1, 3
+          ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(3*max(least, &
+            count(layout%place(around) > 0)), c_int)
+        end do
+      end associate
     end do
     allocate (column(ptr(3*layout%own + 1)))
     allocate (val(ptr(3*layout%own + 1)), source=0.0_c_double)
@@ -322,6 +325,19 @@ contains
     end if
     call note(fault, mat_restore_row(a, int(row, c_int), n, columns, vals))
   end function row_product
+
+  !> Adds the neighbours of some nodes.
+  pure subroutine add_ring(matrix, touched, inside)
+    type(block_matrix_t), intent(in) :: matrix !! graph, without nodes if there is none
+    logical, intent(in) :: touched(:) !! (nodes) these
+    logical, intent(inout) :: inside(:) !! (nodes) gets their neighbours
+    integer :: j
+
+    if (matrix%nodes == 0) return
+    do j = 1, size(touched)
+      if (touched(j)) inside(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
+    end do
+  end subroutine add_ring
 
   !> A vector to values of the equations, the same on all ranks.
   subroutine take_vector(layout, x, b, fault)

@@ -8,10 +8,11 @@ module petsc_partition
     c_null_char, c_f_pointer
   use process, only: set_variable
   use block_matrix, only: block_matrix_t
-  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mat_create, mat_set_sizes, &
-    mat_set_type, mat_preallocate, mat_destroy, is_destroy, vec_create, vec_set_sizes, &
-    vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, scatter_begin, &
-    scatter_end, scatter_destroy
+  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, is_destroy, vec_create, &
+    vec_set_sizes, vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, &
+    scatter_begin, scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_preallocate, &
+    mat_destroy
   use petsc_partition_interface, only: petsc_options_get, mpi_comm_split, mpi_comm_free, is_get, &
     is_restore, partitioning_create, partitioning_set_adjacency, partitioning_set_type, &
     partitioning_set_parts, partitioning_apply, partitioning_destroy

@@ -3,17 +3,17 @@
 module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
-  use petsc_interface, only: petsc_comm_world, petsc_options_set, mat_create_submatrix, &
-    mat_destroy, mat_mult, mat_mult_add, mat_mult_transpose, mat_axpy, mat_shell_get_context, &
-    mat_create_vectors, vec_aypx, vec_axpy, vec_zero, vec_destroy, &
-    is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
+  use petsc_interface, only: petsc_comm_world, petsc_options_set, vec_aypx, vec_axpy, vec_zero, &
+    vec_destroy, is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
     scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create_submatrix, mat_destroy, mat_mult, mat_mult_add, &
+    mat_mult_transpose, mat_axpy, mat_shell_get_context, mat_create_vectors
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
   use petsc_matrices, only: layout_t, make_vector, note
   implicit none
   private
-  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, &
+  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, free_block, &
     free_preconditioner, apply_preconditioner, multiply_sum, different_pattern
   public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
 

@@ -10,17 +10,18 @@ module petsc_solver
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
-  use petsc_interface, only: petsc_comm_world, mat_destroy, mat_duplicate, mat_axpy, &
-    mat_get_near_null_space, mat_set_near_null_space, &
-    mat_create_shell, mat_shell_set_operation, vec_destroy, vec_zero
+  use petsc_interface, only: petsc_comm_world, vec_destroy, vec_zero
+  use petsc_matrix_interface, only: mat_destroy, mat_duplicate, mat_axpy, &
+    mat_get_near_null_space, mat_set_near_null_space, mat_create_shell, mat_shell_set_operation
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
   use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
-    add_rigid_modes, make_vector, put_vector, take_vector, multiply_rows, note
+    add_rigid_modes, make_vector, put_vector, take_vector, multiply_rows, &
+    add_ring, note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
-    free_preconditioner, apply_preconditioner, multiply_sum, different_pattern, way_kept, &
-    way_renewed, way_algebraic, n_ways
+    free_block, free_preconditioner, apply_preconditioner, multiply_sum, different_pattern, &
+    way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
   public :: petsc_t
@@ -72,7 +73,7 @@ module petsc_solver
 
 contains
 
-  !> Takes the values of a tangent; those of the bulk where multigrid of it is to be made.
+  !> Takes a tangent, and the bulk's where multigrid of it is to be made.
   subroutine describe(solver, matrix, bulk, equation, nodes, costs)
     class(petsc_t), intent(inout) :: solver !! gets the matrices
     type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
@@ -86,11 +87,8 @@ contains
     if (.not. associated(solver%precon)) allocate (solver%precon)
     if (solver%apart .neqv. nodes%apart) call drop_all(solver)
     solver%apart = nodes%apart
-    if (nodes%apart) then
-      call prepare_layout(solver, bulk, matrix, equation)
-    else
-      call prepare_layout(solver, matrix, none, equation)
-    end if
+    if (nodes%apart) call prepare_layout(solver, bulk, matrix, equation)
+    if (.not. nodes%apart) call prepare_layout(solver, matrix, none, equation)
     if (solver%fault /= 0_c_int) return
     solver%symmetric = nodes%symmetric
     solver%loose = nodes%loose
@@ -190,19 +188,6 @@ contains
     call multiply_rows(solver%layout, solver%bulk, equation, x, absolute, solver%right, y, &
       solver%fault)
   end subroutine multiply
-
-  !> Adds the neighbours of some nodes.
-  pure subroutine add_ring(matrix, touched, inside)
-    type(block_matrix_t), intent(in) :: matrix !! graph, without nodes if there is none
-    logical, intent(in) :: touched(:) !! (nodes) these
-    logical, intent(inout) :: inside(:) !! (nodes) gets their neighbours
-    integer :: j
-
-    if (matrix%nodes == 0) return
-    do j = 1, size(touched)
-      if (touched(j)) inside(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
-    end do
-  end subroutine add_ring
 
   !> There is nothing to analyse: patterns come with the values.
   subroutine analyse(solver, a, costs, outcome)
@@ -362,13 +347,14 @@ contains
     call solver%drop_factor()
   end subroutine forget_pattern
 
-  !> Releases the method; matrices are made anew with the next values.
+  !> Releases method and block; matrices are made anew with the next values.
   subroutine drop_factor(solver)
     class(petsc_t), intent(inout) :: solver !! handles
     integer(c_int) :: ignored
 
     if (c_associated(solver%method)) ignored = ksp_destroy(solver%method)
     solver%method = c_null_ptr
+    if (associated(solver%precon)) call free_block(solver%precon)
   end subroutine drop_factor
 
   !> Releases the tangent, and the method, which would keep it.
