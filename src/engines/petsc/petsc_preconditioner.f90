@@ -67,12 +67,13 @@ contains
     call set(trim(prefixes(way_algebraic))//'pc_hypre_type', 'boomeramg')
     call set(trim(prefixes(way_direct))//'pc_type', 'lu')
     call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
-    ! coarser matrices without the product in between, which would stay beside them
-    call set('matptap_via', 'allatonce')
     if (ranks == 1) then
       call set('mfec_block_pc_type', 'lu')
       call set('mfec_block_pc_factor_mat_ordering_type', 'nd')
     else
+      ! coarser matrices without the product in between, which would stay beside them; matrices of
+      ! one rank know no such way
+      call set('matptap_via', 'allatonce')
       call set('mfec_block_pc_type', 'redundant')
       call set('mfec_block_redundant_pc_type', 'lu')
       call set('mfec_block_redundant_pc_factor_mat_ordering_type', 'nd')
