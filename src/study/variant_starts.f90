@@ -4,6 +4,7 @@ module variant_starts
   use kinds, only: wp
   use lapack_interface, only: dgelss
   use model_types, only: model_t
+  use condensed_types, only: influence_t
   use lever_sums, only: contact_nodes
   use study_types, only: study_t
   implicit none
@@ -16,11 +17,17 @@ module variant_starts
   !> Memory for the forces of all variants together [byte].
   real(wp), parameter :: most_bytes = 1.0e9_wp
 
+  !> Contact forces before friction acted at points that have touched first, if there are any.
+  type :: touching_t
+    real(wp), allocatable :: force(:, :) !! (3, contact nodes) [force]
+  end type touching_t
+
   !> Contact forces of one variant.
   type :: forces_t
     integer :: variant = 0 !! its number, 0 for none yet
     integer :: steps = 0 !! its end times
     real(wp), allocatable :: force(:, :, :) !! (3, contact nodes, end times) [force]
+    type(touching_t), allocatable :: touching(:) !! (end times)
   end type forces_t
 
   !> What the starts of a study are made of.
@@ -133,41 +140,56 @@ contains
   end subroutine find_shares
 
   !> Forces to start from: those of the neighbours there, and by how much the present variant has
-  !! been off them at the end time before.
-  subroutine guess_forces(starts, i, kept, foretold)
+  !! been off them at the end time before. Where the neighbours have had points that touched first,
+  !! also those before friction acted there.
+  subroutine guess_forces(starts, i, outer)
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
-    real(wp), intent(inout) :: kept(:, :) !! (3, nodes) in: of the end time before [force]
-    logical, intent(out) :: foretold !! there are any
+    type(influence_t), intent(inout) :: outer !! kept in: of the end time before; gets it, smooth,
+    !! foretold
     integer :: k
+    logical :: touches
 
-    foretold = .false.
+    outer%foretold = .false.
+    if (allocated(outer%touching)) deallocate (outer%touching)
+    if (allocated(outer%smooth)) deallocate (outer%smooth)
     if (size(starts%neighbours) == 0) return
     if (any(starts%done(starts%neighbours)%steps < i)) return
-    foretold = .true.
-    if (i == 1) kept = 0.0_wp
+    outer%foretold = .true.
+    if (i == 1) outer%kept = 0.0_wp
+    touches = .true.
     do k = 1, size(starts%neighbours)
-      associate (force => starts%done(starts%neighbours(k))%force)
-        if (i > 1) then
-          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*(force(:, :, i) &
-            - force(:, :, i - 1))
-        else
-          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*force(:, :, i)
-        end if
+      associate (done => starts%done(starts%neighbours(k)))
+        if (i > 1) outer%kept(:, starts%nodes) = outer%kept(:, starts%nodes) &
+          - starts%shares(k)*done%force(:, :, i - 1)
+        touches = touches .and. allocated(done%touching(i)%force)
+      end associate
+    end do
+    if (touches) outer%smooth = outer%kept
+    do k = 1, size(starts%neighbours)
+      associate (done => starts%done(starts%neighbours(k)))
+        outer%kept(:, starts%nodes) = outer%kept(:, starts%nodes) + starts%shares(k) &
+          *done%force(:, :, i)
+        if (touches) outer%smooth(:, starts%nodes) = outer%smooth(:, starts%nodes) &
+          + starts%shares(k)*done%touching(i)%force
       end associate
     end do
   end subroutine guess_forces
 
   !> Keeps the forces of the present variant.
-  subroutine keep_forces_of(starts, i, kept)
+  subroutine keep_forces_of(starts, i, outer)
     type(starts_t), intent(inout) :: starts !! gets them
     integer, intent(in) :: i !! the end time
-    real(wp), intent(in) :: kept(:, :) !! (3, nodes) at its end [force]
+    type(influence_t), intent(in) :: outer !! kept, touching: those at its end, and before friction
 
     associate (mine => starts%done(starts%last))
-      if (.not. allocated(mine%force)) allocate (mine%force(3, size(starts%nodes), starts%times), &
-        source=0.0_wp)
-      mine%force(:, :, i) = kept(:, starts%nodes)
+      if (.not. allocated(mine%force)) then
+        allocate (mine%force(3, size(starts%nodes), starts%times), source=0.0_wp)
+        allocate (mine%touching(starts%times))
+      end if
+      mine%force(:, :, i) = outer%kept(:, starts%nodes)
+      if (allocated(mine%touching(i)%force)) deallocate (mine%touching(i)%force)
+      if (allocated(outer%touching)) mine%touching(i)%force = outer%touching(:, starts%nodes)
       mine%steps = i
     end associate
   end subroutine keep_forces_of
