@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance
+  use condensed_bodies, only: apply_compliance, yield_to_residual
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
@@ -224,8 +224,8 @@ contains
       call push_live(condensed, condensed%alive%right, push)
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
-      allocate (b(condensed%alive%n_live), source=0.0_wp)
-      call apply_compliance(condensed, condensed%alive%right, b)
+      allocate (b(condensed%alive%n_live))
+      call yield_to_residual(condensed, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
     end associate

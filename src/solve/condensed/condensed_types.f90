@@ -146,6 +146,8 @@ module condensed_types
     integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
     real(wp), allocatable :: right(:) !! (n_live) residual [force]
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
+    real(wp), allocatable :: pushed(:) !! (n_live) residual that was multiplied last [force]
+    real(wp), allocatable :: yields(:) !! (n_live) C times that one [length]
   end type live_t
 
   !> The contact forces that the bulk bears, and by how much the iterate is off.
