@@ -13,8 +13,8 @@ module increment_start
   use predictor, only: carry_bodies
   use force_scales, only: begin_scales
   use touch_path, only: touch_waits
-  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects, &
-    expect_without_friction, note_touching, take_rubbed
+  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
+  use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
   use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t

@@ -18,7 +18,7 @@ module sensitivities
   use full_answers, only: start_full, solve_full, full_reactions
   use sensitivity_start, only: start_scene, remember_points
   use lever_sums, only: sum_by_levers
-  use sensitivity_types, only: sensitivity_t, slope_t
+  use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t, state_t
   implicit none
   private

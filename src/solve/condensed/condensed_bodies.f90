@@ -19,7 +19,7 @@ module condensed_bodies
   private
   public :: condense_all, begin_influence, number_candidates, load_candidates, &
     find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
-    apply_compliance, yield_to_residual, free_condensed
+    apply_compliance, free_condensed
 
   !> Live candidates over those that are needed.
   real(wp), parameter :: most_idle = 1.25_wp
@@ -385,20 +385,6 @@ contains
       end associate
     end do
   end subroutine apply_compliance
-
-  !> C times the residual of the live candidates, unless it is that of the last time.
-  subroutine yield_to_residual(condensed, y)
-    type(condensed_t), intent(inout) :: condensed !! live compliances, right; keeps the product
-    real(wp), intent(out) :: y(:) !! (n_live) [length]
-
-    associate (alive => condensed%alive)
-      if (.not. (condensed%active .and. all(abs(alive%right - alive%pushed) <= 0.0_wp))) then
-        call apply_compliance(condensed, alive%right, alive%yields)
-        alive%pushed = alive%right
-      end if
-      y = alive%yields
-    end associate
-  end subroutine yield_to_residual
 
   !> Releases all factors.
   subroutine free_condensed(system)

@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance, yield_to_residual
+  use condensed_bodies, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
@@ -232,6 +232,20 @@ contains
     call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
+
+  !> C times the residual of the live candidates, unless it is that of the last time.
+  subroutine yield_to_residual(condensed, y)
+    type(condensed_t), intent(inout) :: condensed !! live compliances, right; keeps the product
+    real(wp), intent(out) :: y(:) !! (n_live) [length]
+
+    associate (alive => condensed%alive)
+      if (.not. (condensed%active .and. all(abs(alive%right - alive%pushed) <= 0.0_wp))) then
+        call apply_compliance(condensed, alive%right, alive%yields)
+        alive%pushed = alive%right
+      end if
+      y = alive%yields
+    end associate
+  end subroutine yield_to_residual
 
   !> The answer of contact to a displacement b, by the factor or by blocks.
   subroutine answer(condensed, b, push, floor, most, y, t, arrived)

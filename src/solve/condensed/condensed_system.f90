@@ -7,7 +7,7 @@ module condensed_system
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
-  use condensed_types, only: condensed_t, influence_t
+  use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
@@ -19,7 +19,7 @@ module condensed_system
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
-    recover_interior, keep_forces, expect_without_friction, note_touching, take_rubbed
+    recover_interior, keep_forces, spread_forces
 
 contains
 
@@ -362,9 +362,9 @@ contains
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
     integer :: k
 
-    if (system%condensed%surface_only) call refresh_candidates(system)
-    if (system%condensed%surface_only) return
     associate (condensed => system%condensed)
+      if (condensed%surface_only) call refresh_candidates(system)
+      if (condensed%surface_only) return
       call spread_yield(system, system%du)
       do k = 1, size(condensed%outer%factors)
         system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
@@ -383,7 +383,6 @@ contains
     type(condensed_t), intent(inout) :: condensed !! force given; gets kept
 
     call spread_forces(condensed, condensed%outer%kept)
-    if (allocated(condensed%outer%smooth)) deallocate (condensed%outer%smooth)
     if (allocated(condensed%outer%rubbed)) deallocate (condensed%outer%rubbed)
   end subroutine keep_forces
 
@@ -398,44 +397,4 @@ contains
       force(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
     end do
   end subroutine spread_forces
-
-  !> Friction waits at points that touch first: the increment starts from the forces that are
-  !! expected without it, if these are foretold, and those with it come later.
-  pure subroutine expect_without_friction(outer)
-    type(influence_t), intent(inout) :: outer !! kept, smooth given; gets kept, rubbed
-
-    if (.not. (outer%foretold .and. allocated(outer%smooth))) return
-    call move_alloc(outer%kept, outer%rubbed)
-    call move_alloc(outer%smooth, outer%kept)
-  end subroutine expect_without_friction
-
-  !> Notes the forces of an increment before friction acts at points that touch first.
-  pure subroutine note_touching(condensed)
-    type(condensed_t), intent(inout) :: condensed !! force given; gets touching
-
-    if (.not. condensed%narrow) return
-    if (.not. allocated(condensed%outer%touching)) allocate (condensed%outer%touching(3, &
-      size(condensed%place, 2)))
-    call spread_forces(condensed, condensed%outer%touching)
-  end subroutine note_touching
-
-  !> Candidates in equilibrium with the forces that are expected once friction acts.
-  subroutine take_rubbed(system, taken)
-    type(system_t), intent(inout) :: system !! gets u, force, defect
-    logical, intent(out) :: taken !! these were foretold
-    real(wp) :: u(system%condensed%n)
-    integer :: i
-
-    associate (condensed => system%condensed)
-      taken = allocated(condensed%outer%rubbed) .and. .not. any(system%body%weak)
-      if (.not. taken) return
-      call move_alloc(condensed%outer%rubbed, condensed%outer%kept)
-      call restore_forces(condensed)
-      call find_equilibrium(condensed, u)
-      do i = 1, condensed%n
-        system%u(condensed%direction(i), condensed%node(i)) = u(i)
-      end do
-      call find_defects(system)
-    end associate
-  end subroutine take_rubbed
 end module condensed_system
