@@ -31,6 +31,7 @@ module back_ends
     logical :: linear = .true. !! the tangent of the bulk is constant
     logical :: loose = .false. !! the tangent of the bulk alone is singular
     logical :: symmetric = .false. !! the tangent is symmetric
+    logical :: apart = .false. !! contact's share of the tangent comes apart from the bulk's
   end type nodes_t
 
   !> An analysis of a pattern, which is kept while the pattern holds, and one factor.
@@ -52,6 +53,8 @@ module back_ends
   type, abstract, extends(back_end_t) :: nodal_back_end_t
   contains
     procedure(describe_nodes), deferred :: describe !! before it is factorised
+    procedure(tell_nodes), deferred :: has_bulk !! it keeps the bulk's share, which came apart
+    procedure(multiply_nodes), deferred :: multiply !! by that
   end type nodal_back_end_t
 
   abstract interface
@@ -59,12 +62,29 @@ module back_ends
     subroutine describe_nodes(solver, matrix, bulk, equation, nodes, costs)
       import :: nodal_back_end_t, nodes_t, block_matrix_t, cost_t
       class(nodal_back_end_t), intent(inout) :: solver !! handles
-      type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+      type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
+      !! alone, without nodes if there is none
       type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
       integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
       type(nodes_t), intent(in) :: nodes !! what is known of the nodes
       type(cost_t), intent(inout) :: costs !! cost table
     end subroutine describe_nodes
+
+    !> Something is so.
+    logical function tell_nodes(solver)
+      import :: nodal_back_end_t
+      class(nodal_back_end_t), intent(in) :: solver !! handles
+    end function tell_nodes
+
+    !> y = A x, or |A| |x|, with A the bulk's share between free degrees of freedom.
+    subroutine multiply_nodes(solver, equation, x, absolute, y)
+      import :: nodal_back_end_t, wp
+      class(nodal_back_end_t), intent(inout) :: solver !! has it
+      integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+      real(wp), intent(in) :: x(:, :) !! (3, nodes)
+      logical, intent(in) :: absolute !! |A| |x|
+      real(wp), intent(out) :: y(:, :) !! (3, nodes) 0 where restrained
+    end subroutine multiply_nodes
 
     !> Analyses the pattern; an older analysis is dropped.
     subroutine analyse_pattern(solver, a, costs, outcome)

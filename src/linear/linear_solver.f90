@@ -19,7 +19,8 @@ module linear_solver
   implicit none
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
-    free_solver, solver_of, solver_list, take_choice, describe_matrix, refusal
+    free_solver, solver_of, solver_list, take_choice, describe_matrix, has_bulk, multiply_taken, &
+    rest_solver, refusal
   public :: solver_words, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
     solver_petsc, solver_reduced
 
@@ -130,7 +131,7 @@ contains
   !> Hands a back end by nodes the matrix that the next factorise_matrix is about.
   subroutine describe_matrix(solver, matrix, bulk, equation, nodes, costs)
     type(linear_solver_t), intent(inout) :: solver !! handles; takes matrices by nodes
-    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
     type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(nodes_t), intent(in) :: nodes !! what is known of the nodes
@@ -143,6 +144,41 @@ contains
       call engine%describe(matrix, bulk, equation, nodes, costs)
     end select
   end subroutine describe_matrix
+
+  !> The back end by nodes keeps the bulk's share of the matrix.
+  logical function has_bulk(solver) result(has)
+    type(linear_solver_t), intent(in) :: solver !! handles; takes matrices by nodes
+
+    has = .false.
+    select type (engine => solver%engine(solver%alone)%is)
+    class is (nodal_back_end_t)
+      has = engine%has_bulk()
+    end select
+  end function has_bulk
+
+  !> y = A x, or |A| |x|, with A the share of the bulk between free degrees of freedom.
+  subroutine multiply_taken(solver, equation, x, absolute, y)
+    type(linear_solver_t), intent(inout) :: solver !! has it
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical, intent(in) :: absolute !! |A| |x|
+    real(wp), intent(out) :: y(:, :) !! (3, nodes) 0 where restrained
+
+    y = 0.0_wp
+    select type (engine => solver%engine(solver%alone)%is)
+    class is (nodal_back_end_t)
+      call engine%multiply(equation, x, absolute, y)
+    end select
+  end subroutine multiply_taken
+
+  !> An increment is done: a back end by nodes gives back what the next matrix renews.
+  subroutine rest_solver(solver)
+    type(linear_solver_t), intent(inout) :: solver !! handles
+
+    if (.not. solver%by_nodes .or. solver%holds == solver_unknown) return
+    call solver%engine(solver%holds)%is%drop_factor()
+    solver%holds = solver_unknown
+  end subroutine rest_solver
 
   !> Why this program cannot take a solver, and what to do, in two lines; empty if it can.
   function refusal(solver) result(text)

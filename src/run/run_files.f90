@@ -57,7 +57,7 @@ module run_files
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
-    real(wp), allocatable :: bulk_state(:, :) !! (n_solid_state, elements) of the last fields
+    real(wp), allocatable :: bulk_state(:, :) !! (n_solid_state, elements) of a row not written
   end type run_files_t
 
 contains
@@ -170,6 +170,7 @@ contains
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)
+    if (allocated(files%bulk_state)) deallocate (files%bulk_state)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 

@@ -20,6 +20,7 @@ module contact_system
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: find_block
+  use bulk_term, only: take_bulk_back
   use block_graph, only: build_graph, graph_holds, locate_elements
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
@@ -193,16 +194,28 @@ contains
       return
     end if
     if (system%contact%n == 0) then
+      system%whole%apart = stays_apart(system)
       call fit_pattern(system)
       return
     end if
-    if (graph_holds(system%whole%matrix, system%contact)) then
+    if ((system%whole%apart .eqv. stays_apart(system)) .and. graph_holds(system%whole%matrix, &
+      system%contact)) then
       call fit_pattern(system)
     else
       call build_coupled(system)
     end if
     call locate_elements(system%whole%matrix, system%contact)
   end subroutine couple
+
+  !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
+  !! where nothing else changes the tangent (doc/theory, "Beyond one machine").
+  pure logical function stays_apart(system) result(apart)
+    type(system_t), intent(in) :: system !! the system
+
+    apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
+      .not. any(system%body%weak) .and. system%tools%border%n == 0 .and. &
+      .not. allocated(system%loads%pressed)
+  end function stays_apart
 
   !> Builds the pattern of the free equations if it is not there.
   subroutine fit_pattern(system)
@@ -236,10 +249,16 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
 
     call begin_cost(system%costs, cost_pattern)
-    call build_graph(system%whole%bulk_matrix%nodes, system%bulk, system%whole%matrix, &
-      system%contact, &
-      system%volumes)
-    call place_bulk(system)
+    system%whole%apart = stays_apart(system)
+    if (system%whole%apart) then
+      if (allocated(system%whole%bulk_place)) deallocate (system%whole%bulk_place)
+      call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
+    else
+      call take_bulk_back(system%position%x_now - system%u, system)
+      call build_graph(size(system%equation, 2), system%bulk, system%whole%matrix, &
+        system%contact, system%volumes)
+      call place_bulk(system)
+    end if
     call build_free(system)
     call start_pattern(system%whole%solver)
     system%place%coupled_hosts = system%place%hosts

@@ -1,6 +1,7 @@
 !> One increment: start, solves with frozen hosts, multipliers, acceptance.
 module increments
   use kinds, only: wp
+  use linear_solver, only: rest_solver
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again, &
     start_rubbing
@@ -359,5 +360,6 @@ contains
     call keep_rigid(system, state)
     system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
+    call rest_solver(system%whole%solver)
   end subroutine accept
 end module increments

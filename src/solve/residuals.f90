@@ -5,9 +5,10 @@ module residuals
   use element_types, only: task_tangent, task_residual, status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
-  use block_matrix, only: block_matrix_t, multiply_absolute
+  use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, fill_values
   use assembly, only: assemble
+  use bulk_products, only: multiply_bulk_absolute
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
   use right_side, only: gather_right, drag_shares
@@ -78,10 +79,12 @@ contains
     end if
     call begin_cost(system%costs, cost_contact_tangent)
     system%whole%matrix%val = 0.0_wp
-    do k = 1, size(system%whole%bulk_place)
-      system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
-        system%whole%bulk_matrix%val(:, :, k)
-    end do
+    if (.not. system%whole%apart) then
+      do k = 1, size(system%whole%bulk_place)
+        system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
+          system%whole%bulk_matrix%val(:, :, k)
+      end do
+    end if
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       system%whole%matrix)
@@ -183,7 +186,7 @@ contains
     if (system%condensed%active) then
       terms = hypot(norm2(system%condensed%bulk%force), carried_terms(system))
     else
-      call multiply_absolute(system%whole%bulk_matrix, system%u, system%trial)
+      call multiply_bulk_absolute(system, system%u, system%trial)
       where (system%equation == 0) system%trial = 0.0_wp
       terms = norm2(system%trial)
     end if

@@ -10,6 +10,7 @@ module solver_choice
   use ranks, only: count_ranks
   use linear_solver, only: solver_words, solver_unknown, solver_auto, solver_cholmod, &
     solver_petsc, solver_reduced, take_choice
+  use bulk_term, only: take_bulk_back
   use condensed_bodies, only: free_condensed
   use condensed_system, only: start_condensed
   use system_types, only: system_t
@@ -58,6 +59,7 @@ contains
     if (system%whole%choice /= solver_unknown) return
     scene = look_at(model, system)
     call decide(scene, system%whole%asked, system%whole%choice, reason)
+    call take_bulk_back(model%mesh%x, system)
     condensed = system%condensed%active .or. system%condensed%preconditions
     if (system%whole%choice == solver_reduced .and. .not. condensed) then
       call start_condensed(model, system, system%whole%asked == solver_auto, obstacle, &

@@ -78,6 +78,9 @@ module system_types
   type :: whole_form_t
     type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
     type(block_matrix_t) :: matrix !! tangent of bulk and contact
+    logical :: apart = .false. !! matrix has contact's share alone
+    logical :: given = .false. !! the solver has the values of bulk_matrix, which keeps its graph
+    type(block_matrix_t) :: rim !! of these what the solver has not: restrained rows and columns
     integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
     type(csc_matrix_t) :: csc !! its free part
     logical :: symmetric = .false. !! its values are symmetric

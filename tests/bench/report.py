@@ -6,6 +6,7 @@ import time
 
 import bare
 import figures
+import large
 import measure
 import paired
 import targets
@@ -39,6 +40,7 @@ def write(folder, measured):
     text = ''.join([head(measured), target_table(targets.rows(found, measured.started)),
                     cube_table(found), other_table(found),
                     paired.section(os.path.join(inner, 'ratios.csv')), scaling_table(found),
+                    large.section(os.path.join(inner, 'petsc.csv')),
                     hertz_table(found), tip_table(found),
                     where_it_goes(measured)])
     with open(os.path.join(folder, 'benchmark.md'), 'w', encoding='utf-8') as stream:

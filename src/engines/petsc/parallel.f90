@@ -13,8 +13,8 @@ module parallel
   use ranks, only: count_ranks, this_rank
   use petsc_interface, only: petsc_comm_world, mpi_comm_size, mpi_comm_dup, mpi_ibarrier, &
     mpi_test, mpi_abort, vec_create, vec_set_sizes, vec_set_type, vec_get_array, &
-    vec_restore_array, vec_max, vec_destroy, petsc_options_set, petsc_initialize, petsc_finalize, &
-    petsc_push_error_handler, petsc_return_error
+    vec_restore_array, vec_max, vec_destroy, petsc_options_set, petsc_initialize, &
+    petsc_finalize, petsc_push_error_handler, petsc_return_error
   use petsc_matrices, only: note
   use petsc_preconditioner, only: set_options
   implicit none

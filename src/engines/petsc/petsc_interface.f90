@@ -8,14 +8,10 @@ module petsc_interface
     mpi_test, mpi_abort
   public :: petsc_options_set, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
     petsc_return_error
-  public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
-    mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_create_submatrix, &
-    mat_mult, mat_create_vectors
-  public :: null_space_rigid_body, null_space_destroy
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
-  public :: is_create, is_destroy
+  public :: is_create, is_create_stride, is_destroy
 
   !> All ranks: PETSc's own variable, there once it has been initialised.
   type(c_ptr), bind(c, name='PETSC_COMM_WORLD') :: petsc_comm_world
@@ -109,106 +105,6 @@ module petsc_interface
       integer(c_int), value :: line, n, p
     end function petsc_return_error
 
-    !> A matrix, empty.
-    integer(c_int) function mat_create(comm, a) bind(c, name='MatCreate')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: comm
-      type(c_ptr), intent(out) :: a
-    end function mat_create
-
-    !> Rows and columns here and in all.
-    integer(c_int) function mat_set_sizes(a, m, n, all_rows, all_columns) &
-      bind(c, name='MatSetSizes')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a
-      integer(c_int), value :: m, n, all_rows, all_columns
-    end function mat_set_sizes
-
-    !> Its format.
-    integer(c_int) function mat_set_type(a, name) bind(c, name='MatSetType')
-      import :: c_int, c_ptr, c_char
-      implicit none
-      type(c_ptr), value :: a
-      character(kind=c_char), intent(in) :: name(*)
-    end function mat_set_type
-
-    !> Degrees of freedom of a node.
-    integer(c_int) function mat_set_block_size(a, n) bind(c, name='MatSetBlockSize')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a
-      integer(c_int), value :: n
-    end function mat_set_block_size
-
-    !> Copies compressed rows, where there is one rank; else nothing.
-    integer(c_int) function mat_preallocate(a, ptr, column, val) &
-      bind(c, name='MatSeqAIJSetPreallocationCSR')
-      import :: c_int, c_ptr, c_double
-      implicit none
-      type(c_ptr), value :: a
-      integer(c_int), intent(in) :: ptr(*), column(*)
-      real(c_double), intent(in) :: val(*)
-    end function mat_preallocate
-
-    !> The same where there are more ranks.
-    integer(c_int) function mat_preallocate_parallel(a, ptr, column, val) &
-      bind(c, name='MatMPIAIJSetPreallocationCSR')
-      import :: c_int, c_ptr, c_double
-      implicit none
-      type(c_ptr), value :: a
-      integer(c_int), intent(in) :: ptr(*), column(*)
-      real(c_double), intent(in) :: val(*)
-    end function mat_preallocate_parallel
-
-    !> Releases a matrix.
-    integer(c_int) function mat_destroy(a) bind(c, name='MatDestroy')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), intent(inout) :: a
-    end function mat_destroy
-
-    !> What multigrid must reproduce.
-    integer(c_int) function mat_set_near_null_space(a, space) bind(c, name='MatSetNearNullSpace')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a, space
-    end function mat_set_near_null_space
-
-    !> Some rows and columns.
-    integer(c_int) function mat_create_submatrix(a, rows, columns, reuse, part) &
-      bind(c, name='MatCreateSubMatrix')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a, rows, columns
-      integer(c_int), value :: reuse
-      type(c_ptr), intent(inout) :: part
-    end function mat_create_submatrix
-
-    !> y = A x.
-    integer(c_int) function mat_mult(a, x, y) bind(c, name='MatMult')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a, x, y
-    end function mat_mult
-
-    !> The six rigid motions from coordinates.
-    integer(c_int) function null_space_rigid_body(coordinates, space) &
-      bind(c, name='MatNullSpaceCreateRigidBody')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: coordinates
-      type(c_ptr), intent(out) :: space
-    end function null_space_rigid_body
-
-    !> Releases it.
-    integer(c_int) function null_space_destroy(space) bind(c, name='MatNullSpaceDestroy')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), intent(inout) :: space
-    end function null_space_destroy
-
     !> A vector, empty.
     integer(c_int) function vec_create(comm, x) bind(c, name='VecCreate')
       import :: c_int, c_ptr
@@ -295,14 +191,6 @@ module petsc_interface
       type(c_ptr), value :: x
     end function vec_zero
 
-    !> The vectors that fit a matrix, from its columns and from its rows.
-    integer(c_int) function mat_create_vectors(a, x, y) bind(c, name='MatCreateVecs')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a
-      type(c_ptr), intent(out) :: x, y
-    end function mat_create_vectors
-
     !> What brings some rows of x to y; no rows of y: all of them.
     integer(c_int) function scatter_create(x, rows_of_x, y, rows_of_y, scatter) &
       bind(c, name='VecScatterCreate')
@@ -344,6 +232,16 @@ module petsc_interface
       implicit none
       type(c_ptr), intent(inout) :: scatter
     end function scatter_destroy
+
+    !> A range of rows.
+    integer(c_int) function is_create_stride(comm, n, first, step, set) &
+      bind(c, name='ISCreateStride')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: comm
+      integer(c_int), value :: n, first, step
+      type(c_ptr), intent(out) :: set
+    end function is_create_stride
 
     !> A set of rows.
     integer(c_int) function is_create(comm, n, rows, copy, set) bind(c, name='ISCreateGeneral')

@@ -8,16 +8,18 @@ module petsc_matrices
     c_associated, c_f_pointer
   use kinds, only: wp
   use block_matrix, only: block_matrix_t
-  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mat_create, &
-    mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, mat_preallocate_parallel, &
-    mat_destroy, mat_set_near_null_space, null_space_rigid_body, null_space_destroy, vec_create, &
+  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
     vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, &
+    mat_preallocate, mat_preallocate_parallel, mat_get_row, mat_restore_row, mat_destroy, &
+    mat_set_near_null_space, null_space_rigid_body, null_space_destroy
   use petsc_partition, only: find_owners, note
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
-    make_vector, put_vector, take_vector, note
+    make_vector, put_vector, take_vector, multiply_rows, &
+    add_ring, note
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
@@ -36,8 +38,9 @@ module petsc_matrices
 contains
 
   !> Gives each rank its part of the nodes: numbered part by part, within a part in their order.
-  subroutine make_layout(blocks, equation, layout, fault)
+  subroutine make_layout(blocks, more, equation, layout, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(layout_t), intent(inout) :: layout !! made anew
     integer(c_int), intent(inout) :: fault !! 0, or the first error
@@ -53,7 +56,7 @@ contains
     layout%node = pack([(i, i=1, blocks%nodes)], blocks%ptr(2:) > blocks%ptr(:blocks%nodes))
     layout%nodes = size(layout%node)
     allocate (owner(layout%nodes))
-    call find_owners(blocks, layout%node, int(ranks), owner, fault)
+    call find_owners(blocks, more, layout%node, int(ranks), owner, fault)
     if (fault /= 0_c_int) return
     layout%node = [(pack(layout%node, owner == i), i=0, int(ranks) - 1)]
     layout%first = count(owner < rank)
@@ -91,11 +94,13 @@ contains
     layout = layout_t()
   end subroutine free_layout
 
-  !> The rows of this rank of a matrix of blocks; an older matrix is released.
-  subroutine make_matrix(layout, blocks, equation, a, fault)
+  !> The rows of this rank of a matrix of blocks; an older matrix is released. What is added to
+  !! another one has nothing where restrained, nor at nodes without rows: they are.
+  subroutine make_matrix(layout, blocks, equation, added, a, fault)
     type(layout_t), intent(in) :: layout !! whose rows
     type(block_matrix_t), intent(in) :: blocks !! values
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: added !! it is added to another one
     type(c_ptr), intent(inout) :: a !! the matrix
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int), allocatable :: ptr(:), column(:)
@@ -103,7 +108,7 @@ contains
 
     if (c_associated(a)) call note(fault, mat_destroy(a))
     a = c_null_ptr
-    call compress_rows(layout, blocks, equation, ptr, column, val)
+    call compress_rows(layout, blocks, equation, added, ptr, column, val)
     call note(fault, mat_create(petsc_comm_world, a))
     if (fault /= 0_c_int) return
     call note(fault, mat_set_sizes(a, int(3*layout%own, c_int), int(3*layout%own, c_int), &
@@ -116,23 +121,27 @@ contains
   end subroutine make_matrix
 
   !> Compressed rows of the nodes of this rank.
-  subroutine compress_rows(layout, blocks, equation, ptr, column, val)
+  subroutine compress_rows(layout, blocks, equation, added, ptr, column, val)
     type(layout_t), intent(in) :: layout !! whose rows
     type(block_matrix_t), intent(in) :: blocks !! values, by columns; its graph is symmetric
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: added !! it is added to another one
     integer(c_int), allocatable, intent(out) :: ptr(:) !! first entry of each row, from 0
     integer(c_int), allocatable, intent(out) :: column(:) !! column of each entry, from 0
     real(c_double), allocatable, intent(out) :: val(:) !! values
-    integer :: next(layout%own), i, j, k, r, c, node, at, width
+    integer :: next(layout%own), i, j, k, r, c, node, at, least
 
+    least = merge(0, 1, added)
     allocate (ptr(3*layout%own + 1))
     ptr(1) = 0_c_int
     do i = 1, layout%own
       node = layout%node(layout%first + i)
-      width = 3*max(1, blocks%ptr(node + 1) - blocks%ptr(node))
-      do r = 1, 3
-        ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(width, c_int)
-      end do
+      associate (around => blocks%row(blocks%ptr(node):blocks%ptr(node + 1) - 1))
+        do r = 1, 3
+          ptr(3*(i - 1) + r + 1) = ptr(3*(i - 1) + r) + int(3*max(least, &
+            count(layout%place(around) > 0)), c_int)
+        end do
+      end associate
     end do
     allocate (column(ptr(3*layout%own + 1)))
     allocate (val(ptr(3*layout%own + 1)), source=0.0_c_double)
@@ -148,13 +157,14 @@ contains
             column(at) = int(3*(j - 1) + c - 1, c_int)
             val(at) = blocks%val(r, c, k)
             if (equation(r, node) > 0 .and. equation(c, layout%node(j)) > 0) cycle
-            if (node == layout%node(j) .and. r == c) cycle
+            if (node == layout%node(j) .and. r == c .and. .not. added) cycle
             val(at) = 0.0_c_double
           end do
         end do
         next(i) = next(i) + 3
       end do
     end do
+    if (added) return
     do i = 1, layout%own
       if (next(i) > 0) cycle
       do r = 1, 3
@@ -248,6 +258,86 @@ contains
     end do
     call note(fault, vec_restore_array(x, array))
   end subroutine put_vector
+
+  !> y = A x, or |A| |x|, row by row, the same on all ranks; 0 where restrained.
+  subroutine multiply_rows(layout, a, equation, x, absolute, work, y, fault)
+    type(layout_t), intent(in) :: layout !! whose rows
+    type(c_ptr), intent(in) :: a !! the matrix
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical, intent(in) :: absolute !! |A| |x|
+    type(c_ptr), intent(in) :: work !! a vector of the rows, destroyed
+    real(wp), intent(inout) :: y(:, :) !! (3, nodes)
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    real(c_double), allocatable :: along(:)
+    real(c_double), pointer :: values(:)
+    type(c_ptr) :: array
+    integer :: i
+
+    allocate (along(3*layout%nodes))
+    do i = 1, layout%nodes
+      along(3*i - 2:3*i) = x(:, layout%node(i))
+      where (equation(:, layout%node(i)) == 0) along(3*i - 2:3*i) = 0.0_c_double
+    end do
+    if (absolute) along = abs(along)
+    call note(fault, vec_get_array(work, array))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(array, values, [3*layout%own])
+    do i = 1, 3*layout%own
+      values(i) = row_product(a, 3*layout%first + i - 1, along, absolute, fault)
+    end do
+    call note(fault, vec_restore_array(work, array))
+    call note(fault, scatter_begin(layout%scatter, work, layout%whole, insert_values, &
+      scatter_forward))
+    call note(fault, scatter_end(layout%scatter, work, layout%whole, insert_values, &
+      scatter_forward))
+    call note(fault, vec_get_array(layout%whole, array))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(array, values, [3*layout%nodes])
+    y = 0.0_wp
+    do i = 1, layout%nodes
+      where (equation(:, layout%node(i)) > 0) y(:, layout%node(i)) = values(3*i - 2:3*i)
+    end do
+    call note(fault, vec_restore_array(layout%whole, array))
+  end subroutine multiply_rows
+
+  !> One row times a vector, or the sizes of both.
+  real(c_double) function row_product(a, row, along, absolute, fault) result(product)
+    type(c_ptr), intent(in) :: a !! the matrix
+    integer, intent(in) :: row !! one of this rank, from 0
+    real(c_double), intent(in) :: along(:) !! (rows) the vector
+    logical, intent(in) :: absolute !! sizes
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    integer(c_int), pointer :: column(:)
+    real(c_double), pointer :: val(:)
+    type(c_ptr) :: columns, vals
+    integer(c_int) :: n
+
+    product = 0.0_c_double
+    call note(fault, mat_get_row(a, int(row, c_int), n, columns, vals))
+    if (fault /= 0_c_int) return
+    call c_f_pointer(columns, column, [n])
+    call c_f_pointer(vals, val, [n])
+    if (absolute) then
+      product = sum(abs(val)*along(column + 1))
+    else
+      product = sum(val*along(column + 1))
+    end if
+    call note(fault, mat_restore_row(a, int(row, c_int), n, columns, vals))
+  end function row_product
+
+  !> Adds the neighbours of some nodes.
+  pure subroutine add_ring(matrix, touched, inside)
+    type(block_matrix_t), intent(in) :: matrix !! graph, without nodes if there is none
+    logical, intent(in) :: touched(:) !! (nodes) these
+    logical, intent(inout) :: inside(:) !! (nodes) gets their neighbours
+    integer :: j
+
+    if (matrix%nodes == 0) return
+    do j = 1, size(touched)
+      if (touched(j)) inside(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
+    end do
+  end subroutine add_ring
 
   !> A vector to values of the equations, the same on all ranks.
   subroutine take_vector(layout, x, b, fault)

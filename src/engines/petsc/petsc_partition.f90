@@ -8,10 +8,11 @@ module petsc_partition
     c_null_char, c_f_pointer
   use process, only: set_variable
   use block_matrix, only: block_matrix_t
-  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mat_create, mat_set_sizes, &
-    mat_set_type, mat_preallocate, mat_destroy, is_destroy, vec_create, vec_set_sizes, &
-    vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, scatter_begin, &
-    scatter_end, scatter_destroy
+  use petsc_interface, only: petsc_comm_world, mpi_comm_rank, is_destroy, vec_create, &
+    vec_set_sizes, vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, &
+    scatter_begin, scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_preallocate, &
+    mat_destroy
   use petsc_partition_interface, only: petsc_options_get, mpi_comm_split, mpi_comm_free, is_get, &
     is_restore, partitioning_create, partitioning_set_adjacency, partitioning_set_type, &
     partitioning_set_parts, partitioning_apply, partitioning_destroy
@@ -39,8 +40,9 @@ contains
   end subroutine note
 
   !> The rank of each node that has rows.
-  subroutine find_owners(blocks, node, ranks, owner, fault)
+  subroutine find_owners(blocks, more, node, ranks, owner, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph of all nodes of the mesh
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
     integer, intent(in) :: node(:) !! (n) those with rows, ascending
     integer, intent(in) :: ranks !! how many
     integer, intent(out) :: owner(:) !! (n) from 0
@@ -53,7 +55,7 @@ contains
     if (len(file) > 0) then
       call read_owners(file, blocks%nodes, ranks, node, owner, fault)
     else
-      call part_graph(blocks, node, ranks, owner, fault)
+      call part_graph(blocks, more, node, ranks, owner, fault)
     end if
     if (fault == 0_c_int) call take_from_first(owner, fault)
   end subroutine find_owners
@@ -102,8 +104,9 @@ contains
   end subroutine read_owners
 
   !> Owners by Scotch.
-  subroutine part_graph(blocks, node, ranks, owner, fault)
+  subroutine part_graph(blocks, more, node, ranks, owner, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph of all nodes of the mesh
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
     integer, intent(in) :: node(:) !! (n) those with rows
     integer, intent(in) :: ranks !! how many
     integer, intent(out) :: owner(:) !! (n) from 0
@@ -118,7 +121,7 @@ contains
     if (.not. set_now) call note(fault, out_of_memory)
     call note(fault, mpi_comm_rank(petsc_comm_world, rank))
     call note(fault, mpi_comm_split(petsc_comm_world, rank, 0_c_int, alone))
-    if (fault == 0_c_int) call make_graph(blocks, node, alone, graph, fault)
+    if (fault == 0_c_int) call make_graph(blocks, more, node, alone, graph, fault)
     if (fault == 0_c_int) call note(fault, partitioning_create(alone, parting))
     if (fault /= 0_c_int) return
     call note(fault, partitioning_set_adjacency(parting, graph))
@@ -138,8 +141,9 @@ contains
   end subroutine part_graph
 
   !> The graph as a matrix of this rank alone.
-  subroutine make_graph(blocks, node, alone, graph, fault)
+  subroutine make_graph(blocks, more, node, alone, graph, fault)
     type(block_matrix_t), intent(in) :: blocks !! graph of all nodes of the mesh
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
     integer, intent(in) :: node(:) !! (n) those with rows
     type(c_ptr), intent(in) :: alone !! this rank alone
     type(c_ptr), intent(out) :: graph !! the matrix
@@ -147,18 +151,19 @@ contains
     integer(c_int) :: ptr(size(node) + 1), n
     integer(c_int), allocatable :: column(:)
     real(c_double), allocatable :: val(:)
-    integer :: place(blocks%nodes), i
+    integer, allocatable :: around(:)
+    integer :: place(blocks%nodes), pass, i
 
     place = 0
     place(node) = [(i, i=1, size(node))]
     ptr(1) = 0_c_int
-    do i = 1, size(node)
-      ptr(i + 1) = ptr(i) + int(blocks%ptr(node(i) + 1) - blocks%ptr(node(i)), c_int)
-    end do
-    allocate (column(ptr(size(node) + 1)))
-    do i = 1, size(node)
-      column(ptr(i) + 1:ptr(i + 1)) = int(place(blocks%row(blocks%ptr(node(i)): &
-        blocks%ptr(node(i) + 1) - 1)) - 1, c_int)
+    do pass = 1, 2
+      do i = 1, size(node)
+        around = neighbours(blocks, more, place, node(i))
+        ptr(i + 1) = ptr(i) + size(around, kind=c_int)
+        if (pass == 2) column(ptr(i) + 1:ptr(i + 1)) = int(around - 1, c_int)
+      end do
+      if (pass == 1) allocate (column(ptr(size(node) + 1)))
     end do
     allocate (val(size(column)), source=1.0_c_double)
     n = size(node, kind=c_int)
@@ -169,6 +174,24 @@ contains
     call note(fault, mat_set_type(graph, 'seqaij'//c_null_char))
     if (fault == 0_c_int) call note(fault, mat_preallocate(graph, ptr, column, val))
   end subroutine make_graph
+
+  !> Places of the nodes around one, itself among them, ascending.
+  pure function neighbours(blocks, more, place, node) result(around)
+    type(block_matrix_t), intent(in) :: blocks !! graph of all nodes of the mesh
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
+    integer, intent(in) :: place(:) !! (nodes) ascending, 0 for those without rows
+    integer, intent(in) :: node !! the node
+    integer, allocatable :: around(:)
+    integer :: k, other
+
+    around = place(blocks%row(blocks%ptr(node):blocks%ptr(node + 1) - 1))
+    if (more%nodes == 0) return
+    do k = more%ptr(node), more%ptr(node + 1) - 1
+      other = place(more%row(k))
+      if (other == 0 .or. any(around == other)) cycle
+      around = [pack(around, around < other), other, pack(around, around > other)]
+    end do
+  end function neighbours
 
   !> All ranks take the numbers of the first one.
   subroutine take_from_first(numbers, fault)

@@ -3,16 +3,18 @@
 module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
-  use petsc_interface, only: petsc_comm_world, petsc_options_set, mat_create_submatrix, &
-    mat_destroy, mat_mult, mat_create_vectors, vec_aypx, vec_axpy, vec_zero, vec_destroy, &
-    is_create, is_destroy, scatter_create, scatter_begin, scatter_end, scatter_destroy
+  use petsc_interface, only: petsc_comm_world, petsc_options_set, vec_aypx, vec_axpy, vec_zero, &
+    vec_destroy, is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
+    scatter_end, scatter_destroy
+  use petsc_matrix_interface, only: mat_create_submatrix, mat_destroy, mat_mult, mat_mult_add, &
+    mat_mult_transpose, mat_axpy, mat_shell_get_context, mat_create_vectors
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
   use petsc_matrices, only: layout_t, make_vector, note
   implicit none
   private
-  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, &
-    free_preconditioner, apply_preconditioner
+  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, free_block, &
+    free_preconditioner, apply_preconditioner, multiply_sum, different_pattern
   public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
 
   !> What stands for the inverse of the whole matrix, the cheapest first.
@@ -27,17 +29,23 @@ module petsc_preconditioner
 
   ! petscmat.h, petscvec.h, petscsystypes.h
   integer(c_int), parameter :: initial_matrix = 0_c_int, copy_values = 0_c_int
-  integer(c_int), parameter :: insert_values = 1_c_int, forward = 0_c_int, backward = 1_c_int
+  integer(c_int), parameter :: different_pattern = 0_c_int
+  integer(c_int), parameter :: insert_values = 1_c_int, add_values = 2_c_int
+  integer(c_int), parameter :: forward = 0_c_int, backward = 1_c_int
 
   !> The parts; PETSc knows it by its address.
   type :: preconditioner_t
     type(c_ptr) :: tangent = c_null_ptr !! the matrix, not ours
+    type(c_ptr) :: bulk = c_null_ptr !! the bulk's share of it, not ours
+    type(c_ptr) :: contact = c_null_ptr !! contact's share of it, not ours; null if there is none
     type(c_ptr) :: whole = c_null_ptr !! what stands for its inverse
     type(c_ptr) :: pick = c_null_ptr !! brings the rows of the block together
     type(c_ptr) :: asked = c_null_ptr !! right-hand side of the block
     type(c_ptr) :: answer = c_null_ptr !! solution of the block
     type(c_ptr) :: block = c_null_ptr !! the block
     type(c_ptr) :: inverse = c_null_ptr !! its factor
+    type(c_ptr) :: rows = c_null_ptr !! its rows of the bulk's share
+    type(c_ptr) :: taken = c_null_ptr !! what these answer
     type(c_ptr) :: rest = c_null_ptr !! residual within a pass
     type(c_ptr) :: step = c_null_ptr !! a part of the answer
     logical :: has_block = .false. !! there is a block
@@ -58,6 +66,8 @@ contains
     call set(trim(prefixes(way_algebraic))//'pc_hypre_type', 'boomeramg')
     call set(trim(prefixes(way_direct))//'pc_type', 'lu')
     call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
+    ! coarser matrices without the product in between, which would stay beside them
+    call set('matptap_via', 'allatonce')
     if (ranks == 1) then
       call set('mfec_block_pc_type', 'lu')
       call set('mfec_block_pc_factor_mat_ordering_type', 'nd')
@@ -109,24 +119,22 @@ contains
     if (failed) call free_whole(precon)
   end subroutine make_whole
 
-  !> The block of some nodes of a matrix, and its factor.
-  subroutine make_block(layout, a, inside, precon, failed, fault)
+  !> The block of some nodes of the matrix, and its factor.
+  subroutine make_block(layout, inside, precon, failed, fault)
     type(layout_t), intent(in) :: layout !! whose rows
-    type(c_ptr), intent(in) :: a !! the matrix
     logical, intent(in) :: inside(:) !! (mesh nodes) in the block
-    type(preconditioner_t), intent(inout) :: precon !! gets the block
+    type(preconditioner_t), intent(inout) :: precon !! tangent, or its shares; gets the block
     logical, intent(out) :: failed !! it is singular
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int) :: status, reason
 
     call free_block(precon)
-    precon%tangent = a
     failed = .false.
     precon%has_block = any(inside)
     if (.not. c_associated(precon%rest)) call make_vector(layout, precon%rest, fault)
     if (.not. c_associated(precon%step)) call make_vector(layout, precon%step, fault)
     if (.not. precon%has_block .or. fault /= 0_c_int) return
-    call gather_block(layout, a, inside, precon, fault)
+    call gather_block(layout, inside, precon, fault)
     call note(fault, pc_create(petsc_comm_world, precon%inverse))
     if (fault /= 0_c_int) return
     call note(fault, pc_set_operators(precon%inverse, precon%block, precon%block))
@@ -140,16 +148,17 @@ contains
   end subroutine make_block
 
   !> The block itself, and the way of vectors to it and back.
-  subroutine gather_block(layout, a, inside, precon, fault)
+  subroutine gather_block(layout, inside, precon, fault)
     type(layout_t), intent(in) :: layout !! whose rows
-    type(c_ptr), intent(in) :: a !! the matrix
     logical, intent(in) :: inside(:) !! (mesh nodes) in the block
     type(preconditioner_t), intent(inout) :: precon !! gets block, pick, asked, answer
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int), allocatable :: rows(:)
-    type(c_ptr) :: set
+    type(c_ptr) :: set, a, part
     integer :: i, k
 
+    a = precon%tangent
+    if (c_associated(precon%bulk)) a = precon%bulk
     associate (own => layout%node(layout%first + 1:layout%first + layout%own))
       rows = pack([((int(3*(layout%first + i - 1) + k, c_int), k=0, 2), i=1, size(own))], &
         [((inside(own(i)), k=0, 2), i=1, size(own))])
@@ -157,12 +166,38 @@ contains
     call note(fault, is_create(petsc_comm_world, size(rows, kind=c_int), rows, copy_values, set))
     if (fault /= 0_c_int) return
     call note(fault, mat_create_submatrix(a, set, set, initial_matrix, precon%block))
+    if (fault == 0_c_int .and. c_associated(precon%contact)) then
+      part = c_null_ptr
+      call note(fault, mat_create_submatrix(precon%contact, set, set, initial_matrix, part))
+      if (fault == 0_c_int) call note(fault, mat_axpy(precon%block, 1.0_c_double, part, &
+        different_pattern))
+      if (fault == 0_c_int) call note(fault, mat_destroy(part))
+    end if
     if (fault /= 0_c_int) return
     call note(fault, mat_create_vectors(precon%block, precon%answer, precon%asked))
     if (fault /= 0_c_int) return
     call note(fault, scatter_create(precon%rest, set, precon%asked, c_null_ptr, precon%pick))
+    if (c_associated(precon%bulk)) call pick_rows(layout, set, precon, fault)
     call note(fault, is_destroy(set))
   end subroutine gather_block
+
+  !> The rows of the block, of the bulk's share.
+  subroutine pick_rows(layout, set, precon, fault)
+    type(layout_t), intent(in) :: layout !! whose rows
+    type(c_ptr), intent(in) :: set !! those of the block
+    type(preconditioner_t), intent(inout) :: precon !! bulk given; gets rows, taken
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    type(c_ptr) :: columns, ignored
+
+    call note(fault, is_create_stride(petsc_comm_world, int(3*layout%own, c_int), &
+      int(3*layout%first, c_int), 1_c_int, columns))
+    if (fault /= 0_c_int) return
+    call note(fault, mat_create_submatrix(precon%bulk, set, columns, initial_matrix, precon%rows))
+    if (fault /= 0_c_int) return
+    call note(fault, mat_create_vectors(precon%rows, ignored, precon%taken))
+    call note(fault, vec_destroy(ignored))
+    call note(fault, is_destroy(columns))
+  end subroutine pick_rows
 
   !> z = M r, called by PETSc: the block, the whole on what that leaves, and the block again.
   integer(c_int) function apply_preconditioner(pc, r, z) bind(c) result(fault)
@@ -180,39 +215,91 @@ contains
       return
     end if
     call note(fault, vec_zero(z))
-    call answer_block(precon, r, z, fault)
-    call find_rest(precon, r, z, fault)
+    call pick_block(precon, r, fault)
+    call answer_block(precon, z, fault)
+    if (c_associated(precon%rows)) then
+      ! the answer is zero outside the block, and the bulk's share symmetric
+      call note(fault, mat_mult_transpose(precon%rows, precon%answer, precon%rest))
+      if (c_associated(precon%contact)) call note(fault, mat_mult_add(precon%contact, z, &
+        precon%rest, precon%rest))
+      call note(fault, vec_aypx(precon%rest, -1.0_c_double, r))
+    else
+      call find_rest(precon, precon%tangent, r, z, fault)
+    end if
     call note(fault, pc_apply(precon%whole, precon%rest, precon%step))
     call note(fault, vec_axpy(z, 1.0_c_double, precon%step))
-    call find_rest(precon, r, z, fault)
-    call note(fault, vec_zero(precon%step))
-    call answer_block(precon, precon%rest, precon%step, fault)
-    call note(fault, vec_axpy(z, 1.0_c_double, precon%step))
+    call ask_again(precon, r, z, fault)
+    call answer_block(precon, z, fault)
   end function apply_preconditioner
 
-  !> rest = r - A z.
-  subroutine find_rest(precon, r, z, fault)
-    type(preconditioner_t), intent(in) :: precon !! gets rest
+  !> asked = r - A z in the rows of the block.
+  subroutine ask_again(precon, r, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! gets asked; rest is used
     type(c_ptr), intent(in) :: r !! residual
     type(c_ptr), intent(in) :: z !! answer so far
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
-    call note(fault, mat_mult(precon%tangent, z, precon%rest))
+    if (.not. c_associated(precon%rows)) then
+      call find_rest(precon, precon%tangent, r, z, fault)
+      call pick_block(precon, precon%rest, fault)
+      return
+    end if
+    if (c_associated(precon%contact)) then
+      call find_rest(precon, precon%contact, r, z, fault)
+      call pick_block(precon, precon%rest, fault)
+    else
+      call pick_block(precon, r, fault)
+    end if
+    call note(fault, mat_mult(precon%rows, z, precon%taken))
+    call note(fault, vec_axpy(precon%asked, -1.0_c_double, precon%taken))
+  end subroutine ask_again
+
+  !> y = A x, called by PETSc: the bulk's share and that of contact.
+  integer(c_int) function multiply_sum(a, x, y) bind(c) result(fault)
+    type(c_ptr), value :: a !! the matrix
+    type(c_ptr), value :: x !! vector
+    type(c_ptr), value :: y !! product
+    type(c_ptr) :: address
+    type(preconditioner_t), pointer :: precon
+
+    fault = mat_shell_get_context(a, address)
+    if (fault /= 0_c_int) return
+    call c_f_pointer(address, precon)
+    fault = mat_mult(precon%bulk, x, y)
+    if (c_associated(precon%contact)) call note(fault, mat_mult_add(precon%contact, x, y, y))
+  end function multiply_sum
+
+  !> rest = r - A z.
+  subroutine find_rest(precon, a, r, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! gets rest
+    type(c_ptr), intent(in) :: a !! the matrix
+    type(c_ptr), intent(in) :: r !! residual
+    type(c_ptr), intent(in) :: z !! answer so far
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
+    call note(fault, mat_mult(a, z, precon%rest))
     call note(fault, vec_aypx(precon%rest, -1.0_c_double, r))
   end subroutine find_rest
 
-  !> The block's answer to a residual, in the rows of the block.
-  subroutine answer_block(precon, r, z, fault)
-    type(preconditioner_t), intent(in) :: precon !! block
+  !> Asks the block about a residual.
+  subroutine pick_block(precon, r, fault)
+    type(preconditioner_t), intent(in) :: precon !! gets asked
     type(c_ptr), intent(in) :: r !! residual
-    type(c_ptr), intent(in) :: z !! zero; gets the answer
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
     call note(fault, scatter_begin(precon%pick, r, precon%asked, insert_values, forward))
     call note(fault, scatter_end(precon%pick, r, precon%asked, insert_values, forward))
+  end subroutine pick_block
+
+  !> Adds the block's answer to what it has been asked.
+  subroutine answer_block(precon, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! block, asked
+    type(c_ptr), intent(in) :: z !! grows
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
     call note(fault, pc_apply(precon%inverse, precon%asked, precon%answer))
-    call note(fault, scatter_begin(precon%pick, precon%answer, z, insert_values, backward))
-    call note(fault, scatter_end(precon%pick, precon%answer, z, insert_values, backward))
+    call note(fault, scatter_begin(precon%pick, precon%answer, z, add_values, backward))
+    call note(fault, scatter_end(precon%pick, precon%answer, z, add_values, backward))
   end subroutine answer_block
 
   !> Releases what stands for the inverse of the whole matrix.
@@ -231,11 +318,15 @@ contains
 
     if (c_associated(precon%inverse)) ignored = pc_destroy(precon%inverse)
     if (c_associated(precon%block)) ignored = mat_destroy(precon%block)
+    if (c_associated(precon%rows)) ignored = mat_destroy(precon%rows)
+    if (c_associated(precon%taken)) ignored = vec_destroy(precon%taken)
     if (c_associated(precon%pick)) ignored = scatter_destroy(precon%pick)
     if (c_associated(precon%asked)) ignored = vec_destroy(precon%asked)
     if (c_associated(precon%answer)) ignored = vec_destroy(precon%answer)
     precon%inverse = c_null_ptr
     precon%block = c_null_ptr
+    precon%rows = c_null_ptr
+    precon%taken = c_null_ptr
     precon%pick = c_null_ptr
     precon%asked = c_null_ptr
     precon%answer = c_null_ptr

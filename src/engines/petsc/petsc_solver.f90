@@ -10,14 +10,18 @@ module petsc_solver
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
-  use petsc_interface, only: petsc_comm_world, mat_destroy, vec_destroy, vec_zero
+  use petsc_interface, only: petsc_comm_world, vec_destroy, vec_zero
+  use petsc_matrix_interface, only: mat_destroy, mat_duplicate, mat_axpy, &
+    mat_get_near_null_space, mat_set_near_null_space, mat_create_shell, mat_shell_set_operation
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
   use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
-    add_rigid_modes, make_vector, put_vector, take_vector, note
+    add_rigid_modes, make_vector, put_vector, take_vector, multiply_rows, &
+    add_ring, note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
-    free_preconditioner, apply_preconditioner, way_kept, way_renewed, way_algebraic, n_ways
+    free_block, free_preconditioner, apply_preconditioner, multiply_sum, different_pattern, &
+    way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
   public :: petsc_t
@@ -28,6 +32,9 @@ module petsc_solver
   !! iterations, and this many times those of the first solve with it.
   real(wp), parameter :: worn_share = 1.5_wp
   integer, parameter :: worn_least = 10
+  ! petscmat.h
+  integer(c_int), parameter :: operation_multiply = 3_c_int, with_values = 1_c_int
+
   !> Memory of the matrix, multigrid and the vectors of GMRES for one row [byte].
   real(wp), parameter :: row_bytes = 1800.0_wp
 
@@ -35,8 +42,11 @@ module petsc_solver
   type, extends(nodal_back_end_t) :: petsc_t
     type(layout_t) :: layout !! whose rows
     type(preconditioner_t), pointer :: precon => null() !! PETSc keeps its address
-    type(c_ptr) :: tangent = c_null_ptr !! the matrix
+    type(c_ptr) :: tangent = c_null_ptr !! the matrix; with shares it multiplies and nothing else
     type(c_ptr) :: bulk = c_null_ptr !! that of the bulk
+    type(c_ptr) :: contact = c_null_ptr !! contact's share, if it comes apart
+    type(c_ptr) :: sum = c_null_ptr !! the sum of the shares, where it is wanted
+    logical :: apart = .false. !! the matrix comes as shares
     type(c_ptr) :: method = c_null_ptr !! GMRES or conjugate gradients
     type(c_ptr) :: right = c_null_ptr !! right-hand side
     type(c_ptr) :: answer = c_null_ptr !! solution
@@ -49,6 +59,8 @@ module petsc_solver
     integer(c_int) :: fault = 0_c_int !! first error of PETSc
   contains
     procedure :: describe
+    procedure :: has_bulk
+    procedure :: multiply
     procedure :: analyse
     procedure :: is_analysed
     procedure :: factor_bytes
@@ -61,54 +73,121 @@ module petsc_solver
 
 contains
 
-  !> Takes the values of a tangent; those of the bulk where multigrid of it is to be made.
+  !> Takes a tangent, and the bulk's where multigrid of it is to be made.
   subroutine describe(solver, matrix, bulk, equation, nodes, costs)
     class(petsc_t), intent(inout) :: solver !! gets the matrices
-    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact
+    type(block_matrix_t), intent(in) :: matrix !! tangent of bulk and contact; apart: contact's
     type(block_matrix_t), intent(in) :: bulk !! tangent of the bulk
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(nodes_t), intent(in) :: nodes !! what is known of the nodes
     type(cost_t), intent(inout) :: costs !! cost table
+    type(block_matrix_t) :: none
 
     call begin_cost(costs, cost_solve)
     if (.not. associated(solver%precon)) allocate (solver%precon)
-    if (.not. fits_layout(solver%layout, matrix)) then
-      call drop_all(solver)
-      call make_layout(matrix, equation, solver%layout, solver%fault)
-      if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%right, solver%fault)
-      if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%answer, solver%fault)
-    end if
+    if (solver%apart .neqv. nodes%apart) call drop_all(solver)
+    solver%apart = nodes%apart
+    if (nodes%apart) call prepare_layout(solver, bulk, matrix, equation)
+    if (.not. nodes%apart) call prepare_layout(solver, matrix, none, equation)
     if (solver%fault /= 0_c_int) return
     solver%symmetric = nodes%symmetric
     solver%loose = nodes%loose
-    call solver%drop_factor() ! it would keep the tangent of before
-    call make_matrix(solver%layout, matrix, equation, solver%tangent, solver%fault)
-    if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%tangent, &
-      solver%fault)
+    call drop_tangent(solver)
+    if (.not. nodes%apart) then
+      call make_matrix(solver%layout, matrix, equation, .false., solver%tangent, solver%fault)
+      if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%tangent, &
+        solver%fault)
+    end if
     if (nodes%loose) solver%way = max(solver%way, way_renewed)
-    if (solver%way == way_kept .and. solver%fault == 0_c_int .and. ((solver%worn .and. &
-      .not. nodes%linear) .or. .not. c_associated(solver%bulk))) then
+    if (solver%fault == 0_c_int .and. (.not. c_associated(solver%bulk) .or. (solver%worn .and. &
+      .not. nodes%linear)) .and. (solver%way == way_kept .or. nodes%apart)) then
       call free_whole(solver%precon)
-      call make_matrix(solver%layout, bulk, equation, solver%bulk, solver%fault)
+      call make_matrix(solver%layout, bulk, equation, .false., solver%bulk, solver%fault)
       if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%bulk, &
         solver%fault)
     end if
-    solver%inside = with_ring(matrix, nodes%touched)
+    if (nodes%apart .and. solver%fault == 0_c_int) call join_shares(solver, matrix, equation)
+    solver%precon%tangent = solver%tangent
+    solver%inside = nodes%touched
+    call add_ring(matrix, nodes%touched, solver%inside)
+    if (nodes%apart) call add_ring(bulk, nodes%touched, solver%inside)
     call end_cost(costs, cost_solve)
   end subroutine describe
 
-  !> Nodes and their neighbours.
-  pure function with_ring(matrix, touched) result(inside)
-    type(block_matrix_t), intent(in) :: matrix !! graph
-    logical, intent(in) :: touched(:) !! (nodes)
-    logical :: inside(size(touched))
-    integer :: j
+  !> Whose rows are whose, anew where other nodes have rows.
+  subroutine prepare_layout(solver, graph, more, equation)
+    class(petsc_t), intent(inout) :: solver !! gets layout and its vectors
+    type(block_matrix_t), intent(in) :: graph !! of the nodes that have rows
+    type(block_matrix_t), intent(in) :: more !! more edges of it, if it has nodes
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
 
-    inside = touched
-    do j = 1, size(touched)
-      if (touched(j)) inside(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
-    end do
-  end function with_ring
+    if (fits_layout(solver%layout, graph)) return
+    call drop_all(solver)
+    call make_layout(graph, more, equation, solver%layout, solver%fault)
+    if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%right, solver%fault)
+    if (solver%fault == 0_c_int) call make_vector(solver%layout, solver%answer, solver%fault)
+  end subroutine prepare_layout
+
+  !> The tangent as a matrix that multiplies by its shares.
+  subroutine join_shares(solver, matrix, equation)
+    class(petsc_t), intent(inout) :: solver !! bulk given; gets contact, tangent
+    type(block_matrix_t), intent(in) :: matrix !! tangent of contact, without nodes if there is none
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+
+    associate (fault => solver%fault, own => int(3*solver%layout%own, c_int), &
+               all_rows => int(3*solver%layout%nodes, c_int))
+      if (matrix%nodes > 0) call make_matrix(solver%layout, matrix, equation, .true., &
+        solver%contact, fault)
+      solver%precon%bulk = solver%bulk
+      solver%precon%contact = solver%contact
+      call note(fault, mat_create_shell(petsc_comm_world, own, own, all_rows, all_rows, &
+        c_loc(solver%precon), solver%tangent))
+      if (fault == 0_c_int) call note(fault, mat_shell_set_operation(solver%tangent, &
+        operation_multiply, c_funloc(multiply_sum)))
+    end associate
+  end subroutine join_shares
+
+  !> The tangent as one matrix.
+  subroutine find_sum(solver, matrix)
+    class(petsc_t), intent(inout) :: solver !! may get sum
+    type(c_ptr), intent(out) :: matrix !! the tangent
+    type(c_ptr) :: modes
+
+    matrix = solver%tangent
+    if (.not. solver%apart) return
+    matrix = solver%bulk
+    if (.not. c_associated(solver%contact)) return
+    associate (fault => solver%fault)
+      if (.not. c_associated(solver%sum)) then
+        call note(fault, mat_duplicate(solver%bulk, with_values, solver%sum))
+        if (fault == 0_c_int) call note(fault, mat_axpy(solver%sum, 1.0_c_double, solver%contact, &
+          different_pattern))
+        if (fault == 0_c_int) call note(fault, mat_get_near_null_space(solver%bulk, modes))
+        if (fault == 0_c_int) call note(fault, mat_set_near_null_space(solver%sum, modes))
+      end if
+    end associate
+    matrix = solver%sum
+  end subroutine find_sum
+
+  !> It keeps the bulk's share of a tangent that comes apart.
+  logical function has_bulk(solver) result(has)
+    class(petsc_t), intent(in) :: solver !! handles
+
+    has = solver%apart .and. c_associated(solver%bulk) .and. solver%fault == 0_c_int
+  end function has_bulk
+
+  !> y = A x, or |A| |x|, with A that share.
+  subroutine multiply(solver, equation, x, absolute, y)
+    class(petsc_t), intent(inout) :: solver !! has it; right is used
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical, intent(in) :: absolute !! |A| |x|
+    real(wp), intent(out) :: y(:, :) !! (3, nodes) 0 where restrained
+
+    y = 0.0_wp
+    call multiply_rows(solver%layout, solver%bulk, equation, x, absolute, solver%right, y, &
+      solver%fault)
+  end subroutine multiply
 
   !> There is nothing to analyse: patterns come with the values.
   subroutine analyse(solver, a, costs, outcome)
@@ -145,8 +224,8 @@ contains
 
     call solver%analyse(a, costs, outcome)
     if (outcome /= solver_done) return
-    call make_block(solver%layout, solver%tangent, solver%inside .and. &
-      solver%way < way_algebraic, solver%precon, failed, solver%fault)
+    call make_block(solver%layout, solver%inside .and. solver%way < way_algebraic, solver%precon, &
+      failed, solver%fault)
     if (failed) solver%way = max(solver%way, way_algebraic)
     if (solver%fault == 0_c_int) call make_method(solver)
     call prepare_way(solver, costs, outcome)
@@ -158,6 +237,7 @@ contains
     class(petsc_t), intent(inout) :: solver !! way may go on
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done, or singular
+    type(c_ptr) :: matrix
     logical :: failed
 
     outcome = solver_done
@@ -168,7 +248,8 @@ contains
       if (solver%way == way_kept) then
         call make_whole(solver%way, solver%bulk, solver%precon, failed, solver%fault)
       else
-        call make_whole(solver%way, solver%tangent, solver%precon, failed, solver%fault)
+        call find_sum(solver, matrix)
+        call make_whole(solver%way, matrix, solver%precon, failed, solver%fault)
       end if
       call end_cost(costs, cost_multigrid)
       solver%first_count = 0
@@ -266,27 +347,40 @@ contains
     call solver%drop_factor()
   end subroutine forget_pattern
 
-  !> Releases the method; matrices are made anew with the next values.
+  !> Releases method and block; matrices are made anew with the next values.
   subroutine drop_factor(solver)
     class(petsc_t), intent(inout) :: solver !! handles
     integer(c_int) :: ignored
 
     if (c_associated(solver%method)) ignored = ksp_destroy(solver%method)
     solver%method = c_null_ptr
+    if (associated(solver%precon)) call free_block(solver%precon)
   end subroutine drop_factor
+
+  !> Releases the tangent, and the method, which would keep it.
+  subroutine drop_tangent(solver)
+    class(petsc_t), intent(inout) :: solver !! keeps the bulk's
+    integer(c_int) :: ignored
+
+    call solver%drop_factor()
+    if (c_associated(solver%tangent)) ignored = mat_destroy(solver%tangent)
+    if (c_associated(solver%contact)) ignored = mat_destroy(solver%contact)
+    if (c_associated(solver%sum)) ignored = mat_destroy(solver%sum)
+    solver%tangent = c_null_ptr
+    solver%contact = c_null_ptr
+    solver%sum = c_null_ptr
+  end subroutine drop_tangent
 
   !> Releases all that depends on whose rows are whose.
   subroutine drop_all(solver)
     class(petsc_t), intent(inout) :: solver !! keeps its way
     integer(c_int) :: ignored
 
-    call solver%drop_factor()
+    call drop_tangent(solver)
     call free_preconditioner(solver%precon)
-    if (c_associated(solver%tangent)) ignored = mat_destroy(solver%tangent)
     if (c_associated(solver%bulk)) ignored = mat_destroy(solver%bulk)
     if (c_associated(solver%right)) ignored = vec_destroy(solver%right)
     if (c_associated(solver%answer)) ignored = vec_destroy(solver%answer)
-    solver%tangent = c_null_ptr
     solver%bulk = c_null_ptr
     solver%right = c_null_ptr
     solver%answer = c_null_ptr

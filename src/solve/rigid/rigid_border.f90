@@ -11,6 +11,7 @@ module rigid_border
   use elmlib, only: routine_none
   use linear_solver, only: factorise_matrix, solve_system, describe_matrix
   use block_matrix, only: block_matrix_t, find_block
+  use bulk_products, only: give_bulk
   use rigid_bodies, only: lever
   use system_types, only: system_t
   implicit none
@@ -204,8 +205,10 @@ contains
     type(system_t), intent(inout) :: system !! tangent formed; the solver takes it
     logical, intent(in) :: symmetric !! it may be taken for symmetric
     type(nodes_t) :: nodes
+    type(block_matrix_t) :: none
     integer :: k
 
+    nodes%apart = system%whole%apart
     nodes%x = system%position%x_now - system%u
     nodes%linear = system%bulk%linear
     nodes%loose = any(system%body%weak)
@@ -219,11 +222,15 @@ contains
       if (list%n > 0) then
         call describe_matrix(whole%solver, whole%matrix, whole%bulk_matrix, system%equation, &
           nodes, system%costs)
+      else if (nodes%apart) then
+        call describe_matrix(whole%solver, none, whole%bulk_matrix, system%equation, nodes, &
+          system%costs)
       else
         call describe_matrix(whole%solver, whole%bulk_matrix, whole%bulk_matrix, &
           system%equation, nodes, system%costs)
       end if
     end associate
+    if (nodes%apart) call give_bulk(system)
   end subroutine describe_tangent
 
   !> Solves for nodes and rigid bodies with the last factor.

@@ -9,8 +9,9 @@ module bulk_term
   use element_lists, only: allocate_bulk
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
-  use block_matrix, only: multiply
+  use block_matrix, only: block_matrix_t
   use block_graph, only: build_graph, locate_elements
+  use bulk_products, only: multiply_bulk
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
   use nodal_dilatation, only: list_volumes, add_volume_forces, add_volume_tangent
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
@@ -18,7 +19,8 @@ module bulk_term
   use system_types, only: system_t
   implicit none
   private
-  public :: build_bulk, form_solid_tangent, start_bulk, return_bulk, form_bulk_force, &
+  public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
+    form_bulk_force, &
     form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step
 
   !> A step ends at this share of the way to where an element would be turned inside out.
@@ -42,6 +44,20 @@ contains
     if (size(system%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
       maxval(abs(system%whole%bulk_matrix%val))
   end subroutine build_bulk
+
+  !> Forms the values anew that have been given to a solver.
+  subroutine take_bulk_back(x, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(inout) :: system !! bulk_matrix has values again
+
+    if (.not. system%whole%given) return
+    system%whole%given = .false.
+    system%whole%rim = block_matrix_t()
+    call locate_elements(system%whole%bulk_matrix, system%bulk)
+    allocate (system%whole%bulk_matrix%val(3, 3, size(system%whole%bulk_matrix%row)))
+    call form_solid_tangent(x, system%u, system)
+    deallocate (system%bulk%block)
+  end subroutine take_bulk_back
 
   !> Lists the elements; those of rigid materials take no part.
   subroutine list_bulk(model, system)
@@ -162,10 +178,9 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
 
     if (system%bulk%linear) then
-      call multiply(system%whole%bulk_matrix, system%u, system%inner%bulk_force)
+      call multiply_bulk(system, system%u, system%inner%bulk_force)
     else if (system%inner%linearised) then
-      call multiply(system%whole%bulk_matrix, system%u - system%inner%u_start, &
-        system%inner%bulk_force)
+      call multiply_bulk(system, system%u - system%inner%u_start, system%inner%bulk_force)
       system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
       call form_force_at(x, system%u, system)
@@ -182,7 +197,7 @@ contains
     if (.not. system%bulk%linear) then
       call form_force_at(x, system%trial, system)
     else if (system%tools%border%n > 0) then
-      call multiply(system%whole%bulk_matrix, system%trial, system%inner%bulk_force)
+      call multiply_bulk(system, system%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
@@ -214,8 +229,7 @@ contains
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
     if (system%bulk%linear .and. system%tools%border%n == 0) &
-      call multiply(system%whole%bulk_matrix, &
-      system%du, system%inner%bulk_change)
+      call multiply_bulk(system, system%du, system%inner%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment

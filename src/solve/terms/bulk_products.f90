@@ -1,0 +1,89 @@
+!> Products with the bulk's matrix, wherever that is: here, or with a solver that has taken it
+!! (doc/theory, "Beyond one machine").
+module bulk_products
+  use kinds, only: wp
+  use block_matrix, only: block_matrix_t, multiply, multiply_absolute
+  use linear_solver, only: has_bulk, multiply_taken
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: multiply_bulk, multiply_bulk_absolute, give_bulk
+
+contains
+
+  !> y = K x.
+  subroutine multiply_bulk(system, x, y)
+    type(system_t), intent(inout) :: system !! bulk's matrix
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(out) :: y(:, :) !! (3, nodes)
+    real(wp), allocatable :: rest(:, :)
+
+    if (.not. system%whole%given) then
+      call multiply(system%whole%bulk_matrix, x, y)
+      return
+    end if
+    call multiply_taken(system%whole%solver, system%equation, x, .false., y)
+    allocate (rest(3, size(x, 2)))
+    call multiply(system%whole%rim, x, rest)
+    y = y + rest
+  end subroutine multiply_bulk
+
+  !> y = |K| |x|.
+  subroutine multiply_bulk_absolute(system, x, y)
+    type(system_t), intent(inout) :: system !! bulk's matrix
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    real(wp), intent(out) :: y(:, :) !! (3, nodes)
+    real(wp), allocatable :: rest(:, :)
+
+    if (.not. system%whole%given) then
+      call multiply_absolute(system%whole%bulk_matrix, x, y)
+      return
+    end if
+    call multiply_taken(system%whole%solver, system%equation, x, .true., y)
+    allocate (rest(3, size(x, 2)))
+    call multiply_absolute(system%whole%rim, x, rest)
+    y = y + rest
+  end subroutine multiply_bulk_absolute
+
+  !> Gives the values to a solver that has taken the free ones: what it does not know stays here.
+  subroutine give_bulk(system)
+    type(system_t), intent(inout) :: system !! gets given, rim; bulk_matrix keeps its graph
+
+    if (system%whole%given) return
+    if (.not. has_bulk(system%whole%solver)) return
+    call find_rim(system%whole%bulk_matrix, system%equation, system%whole%rim)
+    deallocate (system%whole%bulk_matrix%val)
+    system%whole%given = .true.
+  end subroutine give_bulk
+
+  !> What a matrix has in rows or columns that are restrained.
+  pure subroutine find_rim(matrix, equation, rim)
+    type(block_matrix_t), intent(in) :: matrix !! all of it
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(block_matrix_t), intent(out) :: rim !! the same without the free entries
+    logical :: bound(matrix%nodes)
+    integer :: j, k, n, pass, c
+
+    bound = any(equation == 0, 1)
+    rim%nodes = matrix%nodes
+    allocate (rim%ptr(matrix%nodes + 1))
+    do pass = 1, 2
+      n = 0
+      do j = 1, matrix%nodes
+        rim%ptr(j) = n + 1
+        do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+          if (.not. (bound(j) .or. bound(matrix%row(k)))) cycle
+          n = n + 1
+          if (pass == 1) cycle
+          rim%row(n) = matrix%row(k)
+          rim%val(:, :, n) = matrix%val(:, :, k)
+          do c = 1, 3
+            if (equation(c, j) > 0) where (equation(:, matrix%row(k)) > 0) rim%val(:, c, n) = 0.0_wp
+          end do
+        end do
+      end do
+      rim%ptr(matrix%nodes + 1) = n + 1
+      if (pass == 1) allocate (rim%row(n), rim%val(3, 3, n))
+    end do
+  end subroutine find_rim
+end module bulk_products
