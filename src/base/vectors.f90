@@ -3,7 +3,7 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: identity, cross, determinant, dyad, invert, sum_products
+  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent
 
   !> The unit matrix.
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
@@ -19,6 +19,21 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> The least and the largest coordinates of some places.
+  pure subroutine find_extent(x, low, high)
+    real(wp), intent(in) :: x(:, :) !! (3, places)
+    real(wp), intent(out) :: low(3) !! least ones
+    real(wp), intent(out) :: high(3) !! largest ones
+    integer :: i
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do i = 1, size(x, 2)
+      low = min(low, x(:, i))
+      high = max(high, x(:, i))
+    end do
+  end subroutine find_extent
 
   !> Determinant of three columns.
   pure real(wp) function determinant(a)

@@ -79,7 +79,8 @@ contains
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
-    call begin_starts(study, context%model, size(shared%plan%times), shared%starts)
+    call begin_starts(study, context%model, size(shared%plan%times), shared%common%step + 1, &
+      shared%starts)
     allocate (shared%energy(size(shared%plan%times)), source=0.0_wp)
     failed = 0
     began = wall_seconds()
@@ -248,8 +249,7 @@ contains
       if (sharing) then
         if (.not. allocated(system%condensed%outer%kept)) allocate (system%condensed%outer%kept(3, &
           model%mesh%nodes), source=0.0_wp)
-        call guess_forces(shared%starts, i, system%condensed%outer%kept, &
-          system%condensed%outer%foretold)
+        call guess_forces(shared%starts, i, system%condensed)
         settings%first_energy = shared%energy(i)
       end if
       monitor%first_energy = 0.0_wp
@@ -259,7 +259,7 @@ contains
       result%step = i
       if (sharing) then
         if (shared%energy(i) <= 0.0_wp) shared%energy(i) = monitor%first_energy
-        call keep_forces_of(shared%starts, i, system%condensed%outer%kept)
+        call keep_forces_of(shared%starts, i, system%condensed)
         call reactions_by_levers(model, system, state%time, shared%levers, &
           result%reactions(:, :, i))
       else

@@ -2,6 +2,7 @@
 !! body can go (doc/theory, "When an increment has converged").
 module force_scales
   use kinds, only: wp
+  use vectors, only: find_extent
   use system_types, only: system_t, state_t
   use rigid_bodies, only: rigid_loads
   implicit none
@@ -29,11 +30,13 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(state_t), intent(in) :: state !! last converged state
     type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
+    real(wp) :: low(3), high(3)
 
     system%scale%given_forces = max(hypot(norm2(system%loads%external), rigid_loads(system)), &
       norm2(state%reaction))
     system%scale%seen_forces = 0.0_wp
-    system%scale%bound = farthest*norm2(maxval(x, 2) - minval(x, 2)) + maxval(abs(state%u)) + &
+    call find_extent(x, low, high)
+    system%scale%bound = farthest*norm2(high - low) + maxval(abs(state%u)) + &
       max(0.0_wp, maxval(abs(system%u), system%equation == 0))
     system%scale%stroke = maxval(abs(system%u - state%u))
   end subroutine begin_scales

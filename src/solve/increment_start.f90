@@ -12,14 +12,16 @@ module increment_start
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies
   use force_scales, only: begin_scales
+  use touch_path, only: touch_waits
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
+  use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
   use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
-  use system_types, only: system_t, state_t
+  use system_types, only: system_t, state_t, settings_t
   implicit none
   private
-  public :: take_overlaps, begin_at, choose_start, start_here, start_again
+  public :: take_overlaps, begin_at, choose_start, start_here, start_again, start_rubbing
 
 contains
 
@@ -93,6 +95,7 @@ contains
     system%position%x_ahead = model%mesh%x + system%position%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
+      if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
       call place_starts(system)
       if (system%condensed%outer%foretold) then
         system%u = system%position%carried
@@ -110,6 +113,23 @@ contains
     call start_here(model, system, norm_left)
     call monitor%detail('  predictor dropped: it does not lower the residual')
   end subroutine choose_start
+
+  !> Friction begins to act at points that have touched first: where forces with it are foretold,
+  !! the increment goes on from there.
+  subroutine start_rubbing(model, system, settings)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u may be moved
+    type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
+    integer :: changes
+    logical :: taken
+
+    if (.not. system%condensed%active) return
+    call note_touching(system%condensed)
+    call take_rubbed(system, taken)
+    if (.not. taken) return
+    system%position%x_now = model%mesh%x + system%u
+    call move_hosts(model, system, settings%extrapolation, changes)
+  end subroutine start_rubbing
 
   !> Hosts and residual at the present u.
   subroutine start_here(model, system, norm)

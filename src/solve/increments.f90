@@ -3,7 +3,8 @@ module increments
   use kinds, only: wp
   use linear_solver, only: rest_solver
   use model_types, only: model_t
-  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again
+  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again, &
+    start_rubbing
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple, settle_contact
   use touch_path, only: touch_waits
   use first_touch, only: begin_touch_again, find_touches, keep_path
@@ -257,6 +258,7 @@ contains
       if (settled .and. .not. rough) then
         call settle_touches(model, system, monitor, settled)
         if (settled) return
+        call start_rubbing(model, system, settings)
         pass = 0
         renewals = 0
         rough = any(model%pairs%smooth)

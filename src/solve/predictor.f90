@@ -2,7 +2,7 @@
 !! "Nonlinear solution").
 module predictor
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, find_extent
   use rigid_motions, only: rigid_row
   use lapack_interface, only: dgelss
   implicit none
@@ -23,12 +23,13 @@ contains
     integer, intent(in) :: bodies !! number of bodies
     real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) in: prescribed values set; out: all [length]
-    real(wp) :: motion(6), center(3), size_x
+    real(wp) :: motion(6), center(3), low(3), high(3), size_x
     real(wp) :: turned(3)
     integer :: body, i, k
 
-    center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
-    size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
+    call find_extent(x, low, high)
+    center = 0.5_wp*(high + low)
+    size_x = max(maxval(high - low), tiny(1.0_wp))
     do body = 1, bodies
       motion = best_motion(x, equation, node_body, body, u_old, u, center, size_x)
       if (all(abs(motion) <= 0.0_wp)) cycle

@@ -4,7 +4,7 @@ module increment_answers
   use kinds, only: wp
   use element_types, only: status_open
   use elmt03, only: d03_epsilon
-  use loads, only: load_factor
+  use loads, only: load_factor, add_force
   use model_types, only: model_t
   use back_ends, only: solver_done
   use linear_answers, only: prepare_answers, answer_all
@@ -13,7 +13,7 @@ module increment_answers
   use system_types, only: system_t
   implicit none
   private
-  public :: solve_all, factor_change
+  public :: solve_all, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
   real(wp), parameter :: share_left = 5.0e-12_wp, share_of_euler = 1.0e-13_wp
@@ -117,6 +117,27 @@ contains
       end do
     end associate
   end subroutine collect_right
+
+  !> Adds the derivatives of the applied forces, times a factor.
+  subroutine add_changes(model, slope, time, factor, force)
+    type(model_t), intent(in) :: model !! loads and their tables
+    type(slope_t), intent(in) :: slope !! the parameter
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(in) :: factor !! the factor
+    real(wp), intent(inout) :: force(:, :) !! (3, nodes) [force]
+    integer :: k
+
+    do k = 1, size(slope%loads)
+      call add_force(slope%loads(k), factor*load_factor(model%tables, slope%loads(k)%table, time), &
+        force)
+    end do
+    do k = 1, size(model%conditions%loads)
+      associate (load => model%conditions%loads(k))
+        call add_force(load, factor*(factor_change(slope, load%table, time) + slope%forces &
+          *load_factor(model%tables, load%table, time)), force)
+      end associate
+    end do
+  end subroutine add_changes
 
   !> Derivative of the factor of a proportional load by a parameter.
   real(wp) function factor_change(slope, table, time) result(change)

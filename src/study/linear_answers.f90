@@ -186,7 +186,7 @@ contains
   !> What displacements d become when the leading part of contact answers them.
   subroutine answer_leading_block(condensed, touched, d, z)
     type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
-    type(touched_t), intent(in) :: touched !! rows, C U
+    type(touched_t), intent(in) :: touched !! rows
     real(wp), intent(inout) :: d(:, :) !! (columns, rows) in and out [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), allocatable :: force(:, :)
@@ -208,7 +208,7 @@ contains
         call add_leading_block(tangent, touched, z, force)
         call add_product(condensed%bodies, touched, -force, d)
       else
-        call subtract_leading(touched, columns, z, d)
+        call subtract_leading(touched, tangent%cu, z, d)
       end if
     end associate
   end subroutine answer_leading_block

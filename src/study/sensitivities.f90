@@ -6,7 +6,7 @@ module sensitivities
   use element_types, only: status_open
   use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
-  use loads, only: load_factor, add_displacement, add_force
+  use loads, only: load_factor, add_displacement
   use model_types, only: model_t
   use contact_points, only: count_points
   use facet_geometry, only: facet_size
@@ -14,10 +14,11 @@ module sensitivities
   use late_displacements, only: complete_nodes
   use increment_elements, only: work_t, load_elements, find_causes, element_change, add_motion, &
     element_motion, add_forces
-  use increment_answers, only: solve_all, factor_change
+  use increment_answers, only: solve_all, factor_change, add_changes
+  use full_answers, only: start_full, solve_full, full_reactions
   use sensitivity_start, only: start_scene, remember_points
   use lever_sums, only: sum_by_levers
-  use sensitivity_types, only: sensitivity_t, slope_t
+  use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -39,11 +40,18 @@ contains
     real(wp), allocatable :: right(:), contact_force(:, :)
 
     trouble = ''
-    if (.not. system%condensed%active) then
-      trouble = 'SENSitivity needs the solver REDUced and a linear bulk in this version'
+    if (.not. system%bulk%linear) then
+      trouble = 'SENSitivity needs a linear bulk in this version'
       return
     end if
-    if (.not. s%started) call start_scene(model, system, s)
+    if (.not. s%started) then
+      s%full = .not. system%condensed%active
+      if (s%full) call start_full(model, system, s)
+      if (.not. s%full) call start_scene(model, system, s)
+    else if (s%full .eqv. system%condensed%active) then
+      trouble = 'the solver has changed between the condensed and the full form'
+      return
+    end if
     right = system%right
     contact_force = system%contact_force
     system%contact%hold = .false.
@@ -52,7 +60,11 @@ contains
     call load_elements(model, system, work)
     call find_causes(model, system, s, work)
     call change_ways(model, system, state%time, s)
-    call solve_all(model, system, state%time, s, work, trouble)
+    if (s%full) then
+      call solve_full(model, system, state%time, s, work, trouble)
+    else
+      call solve_all(model, system, state%time, s, work, trouble)
+    end if
     if (len(trouble) > 0) return
     call collect_forces(model, system, s, work)
     call settle(model, system, s, work)
@@ -96,27 +108,6 @@ contains
       end associate
     end do
   end subroutine change_ways
-
-  !> Adds the derivatives of the applied forces, times a factor.
-  subroutine add_changes(model, slope, time, factor, force)
-    type(model_t), intent(in) :: model !! loads and their tables
-    type(slope_t), intent(in) :: slope !! the parameter
-    real(wp), intent(in) :: time !! end of the increment
-    real(wp), intent(in) :: factor !! the factor
-    real(wp), intent(inout) :: force(:, :) !! (3, nodes) [force]
-    integer :: k
-
-    do k = 1, size(slope%loads)
-      call add_force(slope%loads(k), factor*load_factor(model%tables, slope%loads(k)%table, time), &
-        force)
-    end do
-    do k = 1, size(model%conditions%loads)
-      associate (load => model%conditions%loads(k))
-        call add_force(load, factor*(factor_change(slope, load%table, time) + slope%forces &
-          *load_factor(model%tables, load%table, time)), force)
-      end associate
-    end do
-  end subroutine add_changes
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
   subroutine collect_forces(model, system, s, work)
@@ -265,12 +256,32 @@ contains
     call remember_points(model, system, s)
   end subroutine settle
 
-  !> Derivatives of the reactions, by the levers of the sets, and Euler's sum.
+  !> Derivatives of the reactions, and Euler's sum.
   subroutine add_reactions(model, system, state, s)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
+
+    if (s%full) then
+      call full_reactions(model, system, state, s)
+    else
+      call sum_supports(model, system, state, s)
+    end if
+    associate (euler => s%euler)
+      euler%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &
+        euler%factor(1)*s%reaction(:, :, euler%slope(1)) &
+        + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - s%total))/maxval(abs(s%total))
+    end associate
+  end subroutine add_reactions
+
+  !> Reactions of the condensed form, by the levers of the sets.
+  subroutine sum_supports(model, system, state, s)
+    type(model_t), intent(in) :: model !! conditions
+    type(system_t), intent(in) :: system !! equations, bodies
+    type(state_t), intent(in) :: state !! time, displacements
+    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total
     real(wp) :: force(3, size(state%u, 2)), given(3, size(state%u, 2))
     integer :: i, k, j
 
@@ -295,11 +306,5 @@ contains
         end do
       end do
     end associate
-    associate (euler => s%euler)
-      euler%error = 0.0_wp
-      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &
-        euler%factor(1)*s%reaction(:, :, euler%slope(1)) &
-        + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - s%total))/maxval(abs(s%total))
-    end associate
-  end subroutine add_reactions
+  end subroutine sum_supports
 end module sensitivities

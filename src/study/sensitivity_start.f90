@@ -95,6 +95,7 @@ contains
       end associate
     end do
     if (allocated(system%loads%spring)) call refuse('SPRIng')
+    if (allocated(system%loads%pressed)) call refuse('a pressure that follows its faces')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
     if (system%tools%border%n > 0) call refuse('a rigid body with free motions')
     if (any(system%body%weak)) call refuse('a body that contact alone holds')

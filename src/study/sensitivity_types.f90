@@ -43,6 +43,7 @@ module sensitivity_types
   type :: sensitivity_t
     logical :: active = .false. !! derivatives are asked for
     logical :: started = .false. !! what belongs to the scene has been found
+    logical :: full = .false. !! with the matrix of all nodes, not with the condensed form
     integer :: shown = 0 !! parameters in the table; others check them
     type(slope_t), allocatable :: slopes(:) !! (n) what they change
     integer, allocatable :: host(:) !! (points of all pairs) facet at the last state, 0 for none

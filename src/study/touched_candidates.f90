@@ -14,8 +14,6 @@ module touched_candidates
   integer, parameter :: most_columns = 64, small_product = 900000
   !> Rows of a block of a symmetric matrix that stay in the cache for its second product.
   integer, parameter :: most_rows = 512
-  !> Rows and columns of a tile that is turned.
-  integer, parameter :: tile_rows = 64, tile_columns = 8
   !> Rows over those that are not needed, at least.
   integer, parameter :: most_idle = 10
 
@@ -36,7 +34,6 @@ module touched_candidates
     integer, allocatable :: place(:) !! (live) place in rows, 0 for none
     integer, allocatable :: first(:) !! (bodies+1) rows before each body
     type(part_t), allocatable :: bodies(:) !! their compliances
-    real(wp), allocatable :: cu(:, :) !! (rank, n or more) C U, turned [length]
   end type touched_t
 
 contains
@@ -67,7 +64,6 @@ contains
       do i = 1, size(touched%rows)
         if (touched%live_rows(i) > 0) touched%place(touched%live_rows(i)) = i
       end do
-      if (.not. tangent%whole) call gather_columns(tangent%cu(:, :tangent%rank), touched)
     end associate
 
   contains
@@ -98,40 +94,25 @@ contains
     serves = k > size(wanted)
   end function serves
 
-  !> C U of the rows, turned: a tile after the other; nothing at rows that no live candidate has.
-  subroutine gather_columns(cu, touched)
-    real(wp), intent(in) :: cu(:, :) !! (live, rank) [length]
-    type(touched_t), intent(inout) :: touched !! live_rows given; gets cu
-    integer :: i, j, row, last
+  !> y = y - C U z; rows that no live candidate has stay.
+  subroutine subtract_leading(touched, cu, z, y)
+    type(touched_t), intent(in) :: touched !! rows
+    real(wp), intent(in), contiguous :: cu(:, :) !! (live, rank or more) C U [length]
+    real(wp), intent(in), contiguous :: z(:, :) !! (rank, columns)
+    real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
+    real(wp) :: yields(size(cu, 1), size(z, 2))
+    integer :: i
 
-    if (allocated(touched%cu)) then
-      if (size(touched%cu, 1) /= size(cu, 2) .or. size(touched%cu, 2) < size(touched%live_rows)) &
-        deallocate (touched%cu)
+    if (size(z) == 0) return
+    if (size(z, 2) == 1) then
+      call dgemv('N', size(cu, 1), size(z, 1), 1.0_wp, cu, size(cu, 1), z, 1, 0.0_wp, yields, 1)
+    else
+      call dgemm('N', 'N', size(cu, 1), size(z, 2), size(z, 1), 1.0_wp, cu, size(cu, 1), z, &
+        size(z, 1), 0.0_wp, yields, size(cu, 1))
     end if
-    if (.not. allocated(touched%cu)) allocate (touched%cu(size(cu, 2), size(touched%live_rows) &
-      + size(touched%live_rows)/most_idle))
-    do row = 1, size(touched%live_rows), tile_rows
-      do j = 1, size(cu, 2), tile_columns
-        last = min(size(cu, 2), j + tile_columns - 1)
-        do i = row, min(size(touched%live_rows), row + tile_rows - 1)
-          if (touched%live_rows(i) > 0) then
-            touched%cu(j:last, i) = cu(touched%live_rows(i), j:last)
-          else
-            touched%cu(j:last, i) = 0.0_wp
-          end if
-        end do
-      end do
+    do i = 1, size(touched%live_rows)
+      if (touched%live_rows(i) > 0) y(:, i) = y(:, i) - yields(touched%live_rows(i), :)
     end do
-  end subroutine gather_columns
-
-  !> y = y - C U z.
-  subroutine subtract_leading(touched, few, z, y)
-    type(touched_t), intent(in) :: touched !! C U
-    integer, intent(in) :: few !! columns
-    real(wp), intent(in) :: z(:, :) !! (rank, columns)
-    real(wp), intent(inout) :: y(few, *) !! (columns, rows) [length]
-
-    call add_times(few, size(z, 1), size(touched%live_rows), -transpose(z), touched%cu, y)
   end subroutine subtract_leading
 
   !> The touched candidates body by body, and their compliances where those of the last call do not

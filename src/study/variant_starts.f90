@@ -4,6 +4,7 @@ module variant_starts
   use kinds, only: wp
   use lapack_interface, only: dgelss
   use model_types, only: model_t
+  use condensed_types, only: condensed_t
   use lever_sums, only: contact_nodes
   use study_types, only: study_t
   implicit none
@@ -16,17 +17,26 @@ module variant_starts
   !> Memory for the forces of all variants together [byte].
   real(wp), parameter :: most_bytes = 1.0e9_wp
 
+  !> Contact forces before friction acted at points that have touched first, if there are any.
+  type :: touching_t
+    real(wp), allocatable :: force(:, :) !! (3, contact nodes) [force]
+  end type touching_t
+
   !> Contact forces of one variant.
   type :: forces_t
     integer :: variant = 0 !! its number, 0 for none yet
     integer :: steps = 0 !! its end times
     real(wp), allocatable :: force(:, :, :) !! (3, contact nodes, end times) [force]
+    type(touching_t), allocatable :: touching(:) !! (end times)
+    real(wp), allocatable :: yielded(:, :) !! (candidates, end times) what bodies yield to these;
+    !! not allocated if it is not known [length]
   end type forces_t
 
   !> What the starts of a study are made of.
   type :: starts_t
     integer, allocatable :: nodes(:) !! nodes that contact may load
     integer :: times = 0 !! end times of a run
+    integer :: first = 1 !! the first end time that variants do not have in common
     real(wp), allocatable :: places(:, :) !! (parameters, variants) values in steps of the study
     type(forces_t), allocatable :: done(:) !! variants that have been solved; the oldest go first
     integer :: last = 0 !! where the present one goes
@@ -37,18 +47,20 @@ module variant_starts
 contains
 
   !> Nothing has been solved yet.
-  subroutine begin_starts(study, model, times, starts)
+  subroutine begin_starts(study, model, times, first, starts)
     type(study_t), intent(in) :: study !! its variants
     type(model_t), intent(in) :: model !! pairs
     integer, intent(in) :: times !! end times of a run
+    integer, intent(in) :: first !! the first one that variants do not have in common
     type(starts_t), intent(out) :: starts !! empty
     real(wp) :: bytes
     integer :: n
 
     starts%nodes = contact_nodes(model)
     starts%times = times
+    starts%first = first
     starts%places = spread_values(study)
-    bytes = 24.0_wp*real(size(starts%nodes), wp)*real(max(1, times), wp)
+    bytes = 48.0_wp*real(size(starts%nodes), wp)*real(max(1, times), wp)
     n = max(2, min(size(study%order), int(min(most_bytes/bytes, 1.0e6_wp))))
     allocate (starts%done(n), starts%neighbours(0), starts%shares(0))
   end subroutine begin_starts
@@ -133,42 +145,139 @@ contains
   end subroutine find_shares
 
   !> Forces to start from: those of the neighbours there, and by how much the present variant has
-  !! been off them at the end time before.
-  subroutine guess_forces(starts, i, kept, foretold)
+  !! been off them at the end time before. Where the neighbours have had points that touched first,
+  !! also those before friction acted there.
+  subroutine guess_forces(starts, i, condensed)
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
-    real(wp), intent(inout) :: kept(:, :) !! (3, nodes) in: of the end time before [force]
-    logical, intent(out) :: foretold !! there are any
+    type(condensed_t), intent(inout) :: condensed !! forces kept of the end time before; gets those
+    !! foretold, and what bodies yield to them
     integer :: k
+    logical :: touches
 
-    foretold = .false.
-    if (size(starts%neighbours) == 0) return
-    if (any(starts%done(starts%neighbours)%steps < i)) return
-    foretold = .true.
-    if (i == 1) kept = 0.0_wp
-    do k = 1, size(starts%neighbours)
-      associate (force => starts%done(starts%neighbours(k))%force)
-        if (i > 1) then
-          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*(force(:, :, i) &
-            - force(:, :, i - 1))
-        else
-          kept(:, starts%nodes) = kept(:, starts%nodes) + starts%shares(k)*force(:, :, i)
-        end if
-      end associate
-    end do
+    associate (outer => condensed%outer)
+      outer%foretold = .false.
+      if (allocated(outer%touching)) deallocate (outer%touching)
+      if (allocated(outer%smooth)) deallocate (outer%smooth)
+      if (size(starts%neighbours) == 0) return
+      if (any(starts%done(starts%neighbours)%steps < i)) return
+      outer%foretold = .true.
+      if (i == starts%first) outer%kept = 0.0_wp
+      touches = .true.
+      do k = 1, size(starts%neighbours)
+        associate (done => starts%done(starts%neighbours(k)))
+          if (i > starts%first) outer%kept(:, starts%nodes) = outer%kept(:, starts%nodes) &
+            - starts%shares(k)*done%force(:, :, i - 1)
+          touches = touches .and. allocated(done%touching(i)%force)
+        end associate
+      end do
+      if (touches) outer%smooth = outer%kept
+      do k = 1, size(starts%neighbours)
+        associate (done => starts%done(starts%neighbours(k)))
+          outer%kept(:, starts%nodes) = outer%kept(:, starts%nodes) + starts%shares(k) &
+            *done%force(:, :, i)
+          if (touches) outer%smooth(:, starts%nodes) = outer%smooth(:, starts%nodes) &
+            + starts%shares(k)*done%touching(i)%force
+        end associate
+      end do
+    end associate
+    call guess_yields(starts, i, condensed)
   end subroutine guess_forces
 
+  !> What bodies yield to the forces foretold is the same sum of what they yielded before.
+  subroutine guess_yields(starts, i, condensed)
+    type(starts_t), intent(in) :: starts !! neighbours chosen
+    integer, intent(in) :: i !! the end time
+    type(condensed_t), intent(inout) :: condensed !! forces foretold; gets yielded
+    integer :: k
+
+    if (.not. knows_yields(starts, i, condensed)) return
+    associate (bulk => condensed%bulk)
+      if (i == starts%first) bulk%yielded = spread(0.0_wp, 1, condensed%n)
+      do k = 1, size(starts%neighbours)
+        associate (yielded => starts%done(starts%neighbours(k))%yielded)
+          if (i == starts%first) bulk%yielded = bulk%yielded + starts%shares(k)*yielded(:, i)
+          if (i > starts%first) bulk%yielded = bulk%yielded + starts%shares(k)*(yielded(:, i) &
+            - yielded(:, i - 1))
+        end associate
+      end do
+      bulk%yielded_to = candidate_forces(condensed)
+    end associate
+  end subroutine guess_yields
+
+  !> Yields are known of all neighbours and of the end time before.
+  logical function knows_yields(starts, i, condensed) result(known)
+    type(starts_t), intent(in) :: starts !! neighbours chosen
+    integer, intent(in) :: i !! the end time
+    type(condensed_t), intent(in) :: condensed !! candidates, yielded
+    integer :: k
+
+    known = i == starts%first .or. has_yielded(condensed)
+    do k = 1, size(starts%neighbours)
+      if (.not. known) return
+      associate (done => starts%done(starts%neighbours(k)))
+        known = allocated(done%yielded)
+        if (known) known = size(done%yielded, 1) == condensed%n
+      end associate
+    end do
+  end function knows_yields
+
+  !> Yields are those to the forces of the iterate.
+  pure logical function has_yielded(condensed) result(yields)
+    type(condensed_t), intent(in) :: condensed !! force, yielded
+
+    yields = allocated(condensed%bulk%yielded_to)
+    if (yields) yields = all(abs(condensed%bulk%force - condensed%bulk%yielded_to) <= 0.0_wp)
+  end function has_yielded
+
+  !> The forces to start from, at the candidates.
+  pure function candidate_forces(condensed) result(force)
+    type(condensed_t), intent(in) :: condensed !! kept
+    real(wp) :: force(condensed%n)
+    integer :: j
+
+    do j = 1, condensed%n
+      force(j) = condensed%outer%kept(condensed%direction(j), condensed%node(j))
+    end do
+  end function candidate_forces
+
   !> Keeps the forces of the present variant.
-  subroutine keep_forces_of(starts, i, kept)
+  subroutine keep_forces_of(starts, i, condensed)
     type(starts_t), intent(inout) :: starts !! gets them
     integer, intent(in) :: i !! the end time
-    real(wp), intent(in) :: kept(:, :) !! (3, nodes) at its end [force]
+    type(condensed_t), intent(in) :: condensed !! forces at its end, and before friction; yielded
 
-    associate (mine => starts%done(starts%last))
-      if (.not. allocated(mine%force)) allocate (mine%force(3, size(starts%nodes), starts%times), &
-        source=0.0_wp)
-      mine%force(:, :, i) = kept(:, starts%nodes)
+    associate (mine => starts%done(starts%last), outer => condensed%outer)
+      if (.not. allocated(mine%force)) then
+        allocate (mine%force(3, size(starts%nodes), starts%times), source=0.0_wp)
+        allocate (mine%touching(starts%times))
+      end if
+      mine%force(:, :, i) = outer%kept(:, starts%nodes)
+      if (allocated(mine%touching(i)%force)) deallocate (mine%touching(i)%force)
+      if (allocated(outer%touching)) mine%touching(i)%force = outer%touching(:, starts%nodes)
+      call keep_yields_of(starts, i, condensed)
       mine%steps = i
     end associate
   end subroutine keep_forces_of
+
+  !> Keeps what bodies yield to them, as long as candidates are the same.
+  subroutine keep_yields_of(starts, i, condensed)
+    type(starts_t), intent(inout) :: starts !! gets them
+    integer, intent(in) :: i !! the end time
+    type(condensed_t), intent(in) :: condensed !! yielded
+    logical :: whole
+
+    associate (mine => starts%done(starts%last))
+      whole = has_yielded(condensed)
+      if (allocated(mine%yielded)) then
+        if (size(mine%yielded, 1) /= condensed%n .or. .not. whole) deallocate (mine%yielded)
+        whole = whole .and. allocated(mine%yielded)
+      else
+        whole = whole .and. i == starts%first
+      end if
+      if (.not. whole) return
+      if (.not. allocated(mine%yielded)) allocate (mine%yielded(condensed%n, starts%times))
+      mine%yielded(:, i) = condensed%bulk%yielded
+    end associate
+  end subroutine keep_yields_of
 end module variant_starts

@@ -318,6 +318,8 @@ contains
     end do
     condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
     condensed%alive%change = condensed%alive%right
+    condensed%alive%pushed = condensed%alive%right
+    condensed%alive%yields = condensed%alive%right
   end subroutine number_live
 
   !> Compliance of the live candidates of each body, unless it is at hand.

@@ -225,13 +225,33 @@ contains
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
       allocate (b(condensed%alive%n_live), source=0.0_wp)
-      call apply_compliance(condensed, condensed%alive%right, b)
+      call yield_to_residual(condensed, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
     end associate
     call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
   end subroutine respond
+
+  !> C times the residual of the live candidates, unless it is that of the last time.
+  subroutine yield_to_residual(condensed, y)
+    type(condensed_t), intent(inout) :: condensed !! live compliances, right; keeps the product
+    real(wp), intent(inout) :: y(:) !! (n_live) gets the product [length]
+    logical :: known
+
+    associate (alive => condensed%alive)
+      known = condensed%active .and. allocated(alive%pushed)
+      if (known) known = size(alive%pushed) == size(alive%right)
+      if (known) known = all(abs(alive%right - alive%pushed) <= 0.0_wp)
+      if (known) then
+        y = alive%yields
+      else
+        call apply_compliance(condensed, alive%right, y)
+        alive%pushed = alive%right
+        alive%yields = y
+      end if
+    end associate
+  end subroutine yield_to_residual
 
   !> The answer of contact to a displacement b, by the factor or by blocks.
   subroutine answer(condensed, b, push, floor, most, y, t, arrived)

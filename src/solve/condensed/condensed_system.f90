@@ -19,7 +19,7 @@ module condensed_system
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
     find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
-    recover_interior, keep_forces
+    recover_interior, keep_forces, spread_forces
 
 contains
 
@@ -362,9 +362,9 @@ contains
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
     integer :: k
 
-    if (system%condensed%surface_only) call refresh_candidates(system)
-    if (system%condensed%surface_only) return
     associate (condensed => system%condensed)
+      if (condensed%surface_only) call refresh_candidates(system)
+      if (condensed%surface_only) return
       call spread_yield(system, system%du)
       do k = 1, size(condensed%outer%factors)
         system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
@@ -381,11 +381,20 @@ contains
   !> Keeps the contact forces of the converged state.
   subroutine keep_forces(condensed)
     type(condensed_t), intent(inout) :: condensed !! force given; gets kept
+
+    call spread_forces(condensed, condensed%outer%kept)
+    if (allocated(condensed%outer%rubbed)) deallocate (condensed%outer%rubbed)
+  end subroutine keep_forces
+
+  !> The forces of the iterate as a nodal field.
+  pure subroutine spread_forces(condensed, force)
+    type(condensed_t), intent(in) :: condensed !! its candidates
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
     integer :: i
 
-    condensed%outer%kept = 0.0_wp
+    force = 0.0_wp
     do i = 1, condensed%n
-      condensed%outer%kept(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
+      force(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
     end do
-  end subroutine keep_forces
+  end subroutine spread_forces
 end module condensed_system

@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
-    columns_t, defects_t, carried_t
+    columns_t, defects_t, carried_t, influence_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -115,6 +115,11 @@ module condensed_types
     real(wp), allocatable :: influence(:, :, :) !! (3, nodes, loads) u of unit loads [length]
     real(wp), allocatable :: kept(:, :) !! (3, nodes) contact forces of the last state [force]
     logical :: foretold = .false. !! they are those that are expected at the end of the increment
+    real(wp), allocatable :: smooth(:, :) !! (3, nodes) those that are expected before friction acts
+    !! at points that touch first, if it waits [force]
+    real(wp), allocatable :: rubbed(:, :) !! (3, nodes) those that are expected once it does [force]
+    real(wp), allocatable :: touching(:, :) !! (3, nodes) those that the increment had before; not
+    !! allocated if no point has touched first [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
   end type influence_t
@@ -141,6 +146,8 @@ module condensed_types
     integer, allocatable :: live_place(:) !! (n) place in live, 0 for none
     real(wp), allocatable :: right(:) !! (n_live) residual [force]
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
+    real(wp), allocatable :: pushed(:) !! (n_live) residual that was multiplied last [force]
+    real(wp), allocatable :: yields(:) !! (n_live) C times that one [length]
   end type live_t
 
   !> The contact forces that the bulk bears, and by how much the iterate is off.

@@ -1,0 +1,143 @@
+!> Derivatives of an increment with the matrix of all nodes: its tangent at the converged state has
+!! one right-hand side a parameter (doc/theory, "Derivatives along the path").
+module full_answers
+  use kinds, only: wp
+  use element_types, only: status_open
+  use elmt03, only: d03_epsilon
+  use elmlib, only: routine_none
+  use back_ends, only: solver_done
+  use block_matrix, only: multiply
+  use mesh_names, only: find_nodes
+  use model_types, only: model_t, load_t
+  use residuals, only: form_tangent
+  use rigid_border, only: factorise_bordered, solve_bordered
+  use equation_values, only: gather_values
+  use increment_elements, only: work_t, element_change, add_forces
+  use increment_answers, only: add_changes
+  use lever_sums, only: supported_nodes, loaded_nodes
+  use sensitivity_types, only: sensitivity_t
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: start_full, solve_full, full_reactions
+
+  !> Residual over right-hand side that an iterative solver may leave.
+  real(wp), parameter :: share_left = 1.0e-13_wp
+
+contains
+
+  !> Nodes with supports, and those that contact or a load may load.
+  subroutine start_full(model, system, s)
+    type(model_t), intent(in) :: model !! pairs, loads
+    type(system_t), intent(in) :: system !! equations
+    type(sensitivity_t), intent(inout) :: s !! gets supports and loaded of levers
+    type(load_t), allocatable :: others(:)
+    integer :: j, k, n
+
+    allocate (others(sum([(size(s%slopes(j)%loads), j=1, size(s%slopes))])))
+    n = 0
+    do j = 1, size(s%slopes)
+      do k = 1, size(s%slopes(j)%loads)
+        n = n + 1
+        others(n) = s%slopes(j)%loads(k)
+      end do
+    end do
+    s%levers%supports = supported_nodes(system%equation)
+    s%levers%loaded = loaded_nodes(model, others)
+    s%started = .true.
+  end subroutine start_full
+
+  !> Displacements of all nodes: K du = dp - dK u - K dw - c with the tangent K of bulk and contact.
+  subroutine solve_full(model, system, time, s, work, trouble)
+    type(model_t), intent(in) :: model !! reference positions, loads
+    type(system_t), intent(inout) :: system !! its tangent and factor are made anew
+    real(wp), intent(in) :: time !! end of the increment
+    type(sensitivity_t), intent(inout) :: s !! du at supports given; gets that of all nodes
+    type(work_t), intent(in) :: work !! elements, causes
+    character(:), allocatable, intent(inout) :: trouble !! not solved
+    real(wp) :: right(size(system%right)), answer(size(system%right))
+    integer :: j, i, k, outcome
+
+    call form_tangent(system, model%mesh%x)
+    system%whole%solver%accuracy = share_left
+    call factorise_bordered(system, system%whole%symmetric, outcome)
+    do j = 1, size(s%slopes)
+      if (outcome /= solver_done) exit
+      where (system%equation > 0) s%du(:, :, j) = 0.0_wp
+      call collect_forces(model, system, time, s, work, j, right)
+      answer = 0.0_wp
+      call solve_bordered(system, right, answer, outcome)
+      do i = 1, size(system%equation, 2)
+        do k = 1, 3
+          if (system%equation(k, i) > 0) s%du(k, i, j) = answer(system%equation(k, i))
+        end do
+      end do
+    end do
+    if (outcome /= solver_done) trouble = 'the tangent is singular at the converged state'
+  end subroutine solve_full
+
+  !> Forces out of balance while free nodes stay where they are.
+  subroutine collect_forces(model, system, time, s, work, j, right)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(in) :: system !! bulk, contact elements
+    real(wp), intent(in) :: time !! end of the increment
+    type(sensitivity_t), intent(in) :: s !! slopes, du at supports
+    type(work_t), intent(in) :: work !! elements, causes
+    integer, intent(in) :: j !! the parameter
+    real(wp), intent(out) :: right(:) !! (equations) [force]
+    real(wp) :: force(3, size(system%equation, 2))
+    integer :: e
+
+    call stretch_bulk(model, system, time, s, j, force)
+    do e = 1, size(work%elements)
+      if (system%contact%routine(e) == routine_none) cycle
+      if (work%slopes(e)%status == status_open) cycle
+      call add_forces(work%elements(e), element_change(work, e, j, &
+        system%contact%d(d03_epsilon, e), s%du(:, :, j)), force)
+    end do
+    right = 0.0_wp
+    call gather_values(system%equation, -force, right)
+  end subroutine collect_forces
+
+  !> Change of the forces of the bulk, less that of the loads: K du + dK u - dp.
+  subroutine stretch_bulk(model, system, time, s, j, force)
+    type(model_t), intent(in) :: model !! loads
+    type(system_t), intent(in) :: system !! bulk
+    real(wp), intent(in) :: time !! end of the increment
+    type(sensitivity_t), intent(in) :: s !! slopes, du
+    integer, intent(in) :: j !! the parameter
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
+    integer :: i
+
+    call multiply(system%whole%bulk_matrix, s%du(:, :, j), force)
+    do i = 1, size(force, 2)
+      if (system%body%node_body(i) > 0) force(:, i) = force(:, i) &
+        + s%slopes(j)%stiffness(system%body%node_body(i))*system%inner%bulk_force(:, i)
+    end do
+    call add_changes(model, s%slopes(j), time, -1.0_wp, force)
+  end subroutine stretch_bulk
+
+  !> Derivatives of the reactions: what bulk and contact do at the supports, less the loads there.
+  subroutine full_reactions(model, system, state, s)
+    type(model_t), intent(in) :: model !! sets, loads
+    type(system_t), intent(in) :: system !! bulk
+    type(state_t), intent(in) :: state !! time, reactions
+    type(sensitivity_t), intent(inout) :: s !! du and force given; gets reaction, total
+    real(wp) :: force(3, size(state%u, 2))
+    integer, allocatable :: nodes(:)
+    integer :: j, i
+    logical :: found
+
+    do j = 1, size(s%slopes)
+      call stretch_bulk(model, system, state%time, s, j, force)
+      force(:, s%levers%loaded) = force(:, s%levers%loaded) + s%force(:, s%levers%loaded, j)
+      where (system%equation > 0) force = 0.0_wp
+      do i = 1, size(s%sets)
+        call find_nodes(model%mesh, s%sets(i)%s, nodes, found)
+        s%reaction(:, i, j) = sum(force(:, nodes), 2)
+        s%total(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, system%equation(:, nodes) &
+          == 0), 2)
+      end do
+    end do
+  end subroutine full_reactions
+end module full_answers
