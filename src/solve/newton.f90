@@ -73,6 +73,7 @@ module newton
     integer :: solves = 0 !! linear solves of the increment
     real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
+    real(wp) :: start = 0.0_wp !! residual norm before the last iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: fewest = huge(1) !! sticking points of this solve, lowest number
@@ -171,7 +172,8 @@ contains
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, chords)
     progress%energy_met = chords%energy_met .or. chords%settled
-    if (chords%settled) progress%halved = .false.
+    progress%halved = progress%halved .and. .not. chords%settled .and. &
+      residual_norm(system) <= 0.5_wp*progress%start
   end subroutine go_on
 
   !> Directions of bodies that hardly anything holds are long and lose digits, and with them the
@@ -225,7 +227,6 @@ contains
     type(iteration_t) :: report
     real(wp) :: begin, length, longest
     integer :: outcome
-    real(wp) :: start
     logical :: dropped
 
     begin = wall_seconds()
@@ -235,7 +236,7 @@ contains
       if (dropped .and. system%body%drag > 0.0_wp) call begin_drag(system)
       if (dropped) call form_residual(system, model%mesh%x)
     end if
-    start = residual_norm(system)
+    progress%start = residual_norm(system)
     call choose_held(system, progress)
     call find_direction(system, model%mesh%x, settings, progress, outcome)
     if (outcome /= solver_done) then
@@ -259,13 +260,13 @@ contains
     end if
     longest = min(longest, longest_step(system))
     if (system%body%drag > 0.0_wp) then
-      call search_line(system, model%mesh%x, start, system%body%euler%iterations == 0, .true., &
-        longest, length)
+      call search_line(system, model%mesh%x, progress%start, system%body%euler%iterations == 0, &
+        .true., longest, length)
       call count_way(system, length)
     else if (any(system%body%grounded)) then
-      call approach(system, model%mesh%x, start, longest, length)
+      call approach(system, model%mesh%x, progress%start, longest, length)
     else
-      call search_line(system, model%mesh%x, start, progress%updated .or. &
+      call search_line(system, model%mesh%x, progress%start, progress%updated .or. &
         system%inner%linearised .or. &
         any(system%contact%hold), progress%since_lowest < circling, longest, length)
     end if
@@ -280,7 +281,7 @@ contains
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
       progress%energy_met = meets_energy(system, settings, progress)
-    progress%halved = residual_norm(system) <= 0.5_wp*start
+    progress%halved = residual_norm(system) <= 0.5_wp*progress%start
     call note_forces(system)
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
