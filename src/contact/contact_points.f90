@@ -131,7 +131,7 @@ contains
   end function longest_facet
 
   !> A point is too far below a facet to be in contact with it: deeper than the search radius, or
-  !! nearer to the other side of the body.
+  !! than the body is thick.
   pure logical function is_too_deep(pair, facet, gap) result(deep)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: facet !! the facet

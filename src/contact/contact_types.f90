@@ -95,7 +95,7 @@ module contact_types
     real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
     !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets
-    real(wp), allocatable :: depth(:) !! (facets) half the thickness of the body behind each; only
+    real(wp), allocatable :: depth(:) !! (facets) nearly the thickness of the body behind each; only
     !! if some is less than the search radius [length]
   end type master_surface_t
 

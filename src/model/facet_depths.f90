@@ -1,5 +1,5 @@
-!> How deep below a facet of the master a point still counts as below it: to the middle of the body
-!! behind the facet. What is deeper lies nearer to the body's other side (doc/theory, "Hosts").
+!> How deep below a facet of the master a point still counts as below it: nearly as deep as the
+!! body behind the facet is thick. What is deeper lies behind the body (doc/theory, "Hosts").
 module facet_depths
   use kinds, only: wp
   use vectors, only: cross
@@ -26,13 +26,17 @@ module facet_depths
     0.25_wp, 0.25_wp, 2.5_wp, 0.25_wp, 0.25_wp, 0.25_wp, 2.5_wp]/3.0_wp, [3, n_rays])
   !> A ray that passes an edge by less, in shape functions, meets the facet.
   real(wp), parameter :: beside = 1.0e-6_wp
+  !> Of the thickness; the rest is for a body that is squeezed while its own back lies that deep.
+  real(wp), parameter :: share = 0.9_wp
+  !> A ray leaves through a facet if the cosine with its normal is larger; else it runs along it.
+  real(wp), parameter :: along = 1.0e-6_wp
   !> What is nearer than this share of a ray is the facet itself.
   real(wp), parameter :: at_start = 1.0e-9_wp
 
 contains
 
-  !> Measures the depths of the master of a pair; none are kept where no body is thinner than twice
-  !! the search radius.
+  !> Measures the depths of the master of a pair; none are kept where all bodies are thicker
+  !! than the search radius.
   subroutine measure_depths(mesh, exterior, outside, pair)
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(facet_table_t), intent(in) :: exterior !! its exterior facets
@@ -58,7 +62,7 @@ contains
     if (any(depth < radius)) pair%surface%depth = depth
   end subroutine measure_depths
 
-  !> Half of the way through the body below a facet, along the longest of some rays.
+  !> Nearly the whole way through the body below a facet, along the longest of some rays.
   real(wp) function depth_below(exterior, x, outside, element, corner, radius, near) result(depth)
     type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -70,9 +74,9 @@ contains
     real(wp) :: ray(3), middle(3), way, first, reach
     integer :: r, k, n
 
-    ray = -2.0_wp*radius*facet_normal(corner)
+    ray = -(radius/share)*facet_normal(corner)
     middle = sum(corner, 2)/3.0_wp
-    reach = radius + maxval(norm2(corner - spread(middle, 2, 3), 1))
+    reach = 0.5_wp*norm2(ray) + maxval(norm2(corner - spread(middle, 2, 3), 1))
     call facets_near(outside%tree, middle + 0.5_wp*ray, reach, near, n)
     way = 0.0_wp
     do r = 1, n_rays
@@ -88,25 +92,24 @@ contains
   end function depth_below
 
   !> The share of a ray after which it leaves a body through a facet; 1 if it does not.
-  pure real(wp) function share_to(corner, start, ray) result(share)
+  pure real(wp) function share_to(corner, start, ray) result(first)
     real(wp), intent(in) :: corner(3, 3) !! corners of the facet, counter-clockwise from outside
     real(wp), intent(in) :: start(3) !! of the ray [length]
     real(wp), intent(in) :: ray(3) !! to its end [length]
-    real(wp) :: a(3), b(3), away(3), p(3), q(3), volume, xi, eta, s
+    real(wp) :: a(3), b(3), normal(3), away(3), q(3), volume, xi, eta, s
 
-    share = 1.0_wp
+    first = 1.0_wp
     a = corner(:, 2) - corner(:, 1)
     b = corner(:, 3) - corner(:, 1)
     away = start - corner(:, 1)
-    p = cross(ray, b)
-    volume = dot_product(a, p)
-    ! negative where the ray runs against the normal: it would enter
-    if (dot_product(ray, cross(a, b)) <= 0.0_wp) return
-    q = cross(away, a)
-    xi = dot_product(away, p)/volume
-    eta = dot_product(ray, q)/volume
+    normal = cross(a, b)
+    volume = dot_product(ray, normal)
+    if (volume <= along*norm2(ray)*norm2(normal)) return
+    q = cross(ray, away)
+    xi = dot_product(b, q)/volume
+    eta = -dot_product(a, q)/volume
     if (min(xi, eta, 1.0_wp - xi - eta) < -beside) return
-    s = dot_product(b, q)/volume
-    if (s > at_start) share = min(1.0_wp, s)
+    s = -dot_product(away, normal)/volume
+    if (s > at_start) first = min(1.0_wp, s)
   end function share_to
 end module facet_depths
