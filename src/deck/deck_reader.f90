@@ -2,7 +2,7 @@
 module deck_reader
   use errors, only: error_t, raise, exit_deck
   use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t, parameter_t, &
-    item_word
+    item_word, item_empty
   use numbers, only: is_digit
   use records, only: item_integer, is_word
   use signatures, only: compile_signature
@@ -121,13 +121,27 @@ contains
                         'the title is missing', 'a deck begins with MFEC * * title')
     end if
     if (status == status_record) then
-      if (record%items(1)%kind == item_word .and. is_digit(record%items(1)%text(1:1))) then
+      if (is_control(record)) then
         call read_control(reading, record, deck, diagnostics)
         return
       end if
     end if
     call push_back(reading, record, status)
   end subroutine read_title
+
+  !> Whether a record is the control record: what it has first is a number, fields before it may be
+  !> left empty (FEAP counts them), as in `,,,3,3,4`.
+  pure logical function is_control(record)
+    type(record_t), intent(in) :: record !! not without items
+    integer :: i
+
+    is_control = .false.
+    do i = 1, size(record%items)
+      if (record%items(i)%kind == item_empty) cycle
+      is_control = record%items(i)%kind == item_word .and. is_digit(record%items(i)%text(1:1))
+      return
+    end do
+  end function is_control
 
   !> Reads the control record.
   subroutine read_control(reading, record, deck, diagnostics)
@@ -141,7 +155,7 @@ contains
 
     match%name = 'the control record'
     call match_record(record, compile_signature( &
-                      'n:numnp n:numel n:nummat [n:ndm] [n:ndf] [n:nen]'), match, &
+                      '[n:numnp] [n:numel] [n:nummat] [n:ndm] [n:ndf] [n:nen]'), match, &
                       reading%parameters(:reading%n_parameters), diagnostics, good)
     if (.not. good) return
     do i = 1, size(record%items)

@@ -38,17 +38,27 @@ module augmentation
   !! the largest: what is left then is the direction of friction where hardly anything slips.
   real(wp), parameter :: field_factor = 100.0_wp
 
+  !> Joints that stick in a ring may want more closed than forces can do something about. Gaps below
+  !! this of a facet,
+  real(wp), parameter :: ring_gap = 1.0e-10_wp
+  !> which leave this of the change of a force
+  real(wp), parameter :: ring_rate = 0.95_wp
+  !> in as many updates one after the other, are closed.
+  integer, parameter :: ring_updates = 4
+
   !> How far the multipliers of an increment are.
   type :: augmentation_t
     integer :: updates = 0 !! made so far
+    logical :: gentle = .false. !! no penalty is raised, all multipliers are accelerated
     logical :: closed = .false. !! every pair meets its tolerance
     real(wp), allocatable :: gap(:) !! (pairs) largest gap of a closed point over its facet's size
     real(wp), allocatable :: change(:) !! (pairs) largest difference of force and multiplier [force]
     real(wp), allocatable :: before(:) !! (pairs) the same one update ago, 0 if there is none
+    integer, allocatable :: idle(:) !! (pairs) updates on end that leave what the forces lack
     real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
     real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
-    type(acceleration_t) :: memory !! of the multipliers of fields
+    type(acceleration_t) :: memory !! of the multipliers that are accelerated
     integer :: moves = 0 !! changes of hosts that its iterates have seen
   end type augmentation_t
 
@@ -78,15 +88,31 @@ contains
         closed = closed .and. augmentation%change(k) <= &
           max(round_off_factor*system%scale%round_off, &
           augmentation%force(k)*force_tolerance(pair))
+        call count_idle(k, augmentation)
         call monitor%detail('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &
           //to_text(augmentation%change(k), 3)//' of '//to_text(augmentation%force(k), 3))
         if (has_field(pair) .and. augmentation%force(k) > 0.0_wp) closed = closed .and. &
           pair%history%raise >= 1.0_wp
+        if (.not. closed .and. augmentation%idle(k) >= ring_updates) then
+          closed = .true.
+          call monitor%detail('  pair '//pair%name//': its gaps are closed, and forces that'// &
+            ' hold each other in a ring of joints that stick would go on: they stay')
+        end if
         augmentation%closed = augmentation%closed .and. closed
       end associate
     end do
   end subroutine check_gaps
+
+  !> Counts updates after which the forces of a pair lack as much as before them.
+  pure subroutine count_idle(k, augmentation)
+    integer, intent(in) :: k !! the pair
+    type(augmentation_t), intent(inout) :: augmentation !! measured; gets idle
+
+    augmentation%idle(k) = augmentation%idle(k) + 1
+    if (augmentation%gap(k) > ring_gap .or. augmentation%before(k) <= 0.0_wp .or. &
+        augmentation%change(k) < ring_rate*augmentation%before(k)) augmentation%idle(k) = 0
+  end subroutine count_idle
 
   !> How far the forces of a pair may still be on their way, over the largest.
   pure real(wp) function force_tolerance(pair) result(tolerance)
@@ -105,6 +131,7 @@ contains
 
     allocate (augmentation%gap(pairs), augmentation%change(pairs), augmentation%before(pairs), &
               augmentation%force(pairs), source=0.0_wp)
+    allocate (augmentation%idle(pairs), source=0)
     allocate (augmentation%stress(n_element_stress, points), &
               augmentation%multiplier(3, points), source=0.0_wp)
   end subroutine begin
@@ -167,63 +194,102 @@ contains
     end associate
   end function force_in_facet
 
-  !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised.
-  !! Points that stick are held for the next iteration.
+  !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised, or
+  !! the multipliers are accelerated. Points that stick are held for the next iteration.
   subroutine update_multipliers(model, system, augmentation, monitor)
     type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise
     type(system_t), intent(inout) :: system !! contact elements; gets hold
     type(augmentation_t), intent(inout) :: augmentation !! measured; counts on
     class(monitor_t), intent(inout) :: monitor !! hears of a raised penalty
-    integer :: k, p, element
+    integer :: k
 
     system%contact%hold = system%contact%status == status_stick
-    if (any(has_field(model%pairs))) call choose_multipliers(model, system, augmentation)
+    do k = 1, size(model%pairs)
+      if (shifts_gap(model%pairs(k)) .and. .not. has_field(model%pairs(k))) &
+        call take_point_forces(model, system, k, augmentation)
+    end do
+    if (any(is_accelerated(augmentation, model%pairs))) &
+      call choose_multipliers(model, system, augmentation)
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
+        call give_multipliers(augmentation%multiplier(:, first:last), model%pairs(k))
+      end associate
       if (has_field(model%pairs(k))) then
-        do p = 1, count_points(model%pairs(k))
-          element = system%place%first_point(k) + p - 1
-          model%pairs(k)%history%new(p)%lambda = augmentation%multiplier(:, element)
-        end do
         call use_own_penalty(model%pairs(k), augmentation%memory)
-        cycle
+      else if (.not. augmentation%gentle) then
+        call raise_penalty(augmentation%change(k), augmentation%before(k), model%pairs(k), monitor)
       end if
-      do p = 1, count_points(model%pairs(k))
-        element = system%place%first_point(k) + p - 1
-        associate (point => model%pairs(k)%history%new(p))
-          point%lambda = 0.0_wp
-          if (system%contact%status(element) <= status_open) cycle
-          point%lambda = force_in_facet(model, system, element, augmentation%stress(1:3, element))
-        end associate
-      end do
-      call raise_penalty(augmentation%change(k), augmentation%before(k), model%pairs(k), monitor)
     end do
     augmentation%before = augmentation%change
     augmentation%updates = augmentation%updates + 1
   end subroutine update_multipliers
 
-  !> Multipliers of the fields for the next solve. Points that have changed their facet, or facets
-  !! that have been cut anew, make all before useless.
+  !> Whether what earlier updates have shown chooses the next multipliers of a pair.
+  elemental logical function is_accelerated(augmentation, pair)
+    type(augmentation_t), intent(in) :: augmentation !! gentle or not
+    type(pair_t), intent(in) :: pair !! the pair
+
+    is_accelerated = has_field(pair) .or. (augmentation%gentle .and. shifts_gap(pair))
+  end function is_accelerated
+
+  !> The next multipliers of a pair without fields: the forces of its points.
+  pure subroutine take_point_forces(model, system, k, augmentation)
+    type(model_t), intent(in) :: model !! the mesh
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! the pair
+    type(augmentation_t), intent(inout) :: augmentation !! stress given; gets multiplier
+    integer :: element
+
+    do element = system%place%first_point(k), system%place%first_point(k + 1) - 1
+      augmentation%multiplier(:, element) = 0.0_wp
+      if (system%contact%status(element) > status_open) augmentation%multiplier(:, element) = &
+        force_in_facet(model, system, element, augmentation%stress(1:3, element))
+    end do
+  end subroutine take_point_forces
+
+  !> The multipliers of the points of a pair become these.
+  pure subroutine give_multipliers(lambda, pair)
+    real(wp), intent(in) :: lambda(:, :) !! (3, points) [force]
+    type(pair_t), intent(inout) :: pair !! gets them
+    integer :: p
+
+    do p = 1, size(lambda, 2)
+      pair%history%new(p)%lambda = lambda(:, p)
+    end do
+  end subroutine give_multipliers
+
+  !> Multipliers for the next solve from what earlier updates have shown. Points that have changed
+  !! their facet, or facets that have been cut anew, make all before useless.
   pure subroutine choose_multipliers(model, system, augmentation)
     type(model_t), intent(in) :: model !! pairs: multipliers so far
     type(system_t), intent(in) :: system !! contact elements
     type(augmentation_t), intent(inout) :: augmentation !! multiplier: in: those of the forces
-    real(wp) :: now(3, size(augmentation%multiplier, 2)), next(size(now))
+    real(wp) :: now(3, size(augmentation%multiplier, 2)), image(3, size(now, 2)), next(size(now))
     integer :: k, moves
 
     now = 0.0_wp
+    image = 0.0_wp
     moves = 0
     do k = 1, size(model%pairs)
-      if (.not. has_field(model%pairs(k))) cycle
+      if (.not. is_accelerated(augmentation, model%pairs(k))) cycle
       moves = moves + sum(model%pairs(k)%history%moves)
-      call take_multipliers(model%pairs(k), now(:, system%place%first_point(k): &
-                                                system%place%first_point(k + 1) - 1))
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
+        call take_multipliers(model%pairs(k), now(:, first:last))
+        image(:, first:last) = augmentation%multiplier(:, first:last)
+      end associate
     end do
     if (moves /= augmentation%moves) call forget(augmentation%memory)
     augmentation%moves = moves
     call accelerate(augmentation%memory, reshape(now, [size(now)]), &
-                    reshape(augmentation%multiplier, [size(now)]), next)
-    augmentation%multiplier = reshape(next, shape(now))
+                    reshape(image, [size(now)]), next)
+    image = reshape(next, shape(now))
+    do k = 1, size(model%pairs)
+      if (.not. is_accelerated(augmentation, model%pairs(k))) cycle
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
+        augmentation%multiplier(:, first:last) = image(:, first:last)
+      end associate
+    end do
   end subroutine choose_multipliers
 
   !> The multipliers of the points of a pair.

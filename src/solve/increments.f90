@@ -35,7 +35,7 @@ module increments
   !> Changes of the shape of smooth surfaces after which an increment is solved once more.
   integer, parameter :: most_renewals = 16
   !> With a drag a body first goes this share of a facet in an iteration, and has this many times
-  !! the solves and passes.
+  !! the solves, passes and updates of multipliers.
   real(wp), parameter :: drag_way = 0.05_wp
   integer, parameter :: drag_patience = 6
   !> Energy tolerance of the first solve where surfaces are smooth.
@@ -179,11 +179,12 @@ contains
       call follow_freely(model, system, time, settings, monitor, progress)
     end if
     budget = settings
+    augmentation%gentle = system%body%first_drag > 0.0_wp
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
-      if (augmentation%updates >= maxval(most_updates(model%pairs), &
-        shifts_gap(model%pairs))) then
+      if (augmentation%updates >= merge(drag_patience, 1, augmentation%gentle)* &
+        maxval(most_updates(model%pairs), shifts_gap(model%pairs))) then
         progress%outcome = outcome_gaps
         return
       end if

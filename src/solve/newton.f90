@@ -11,12 +11,11 @@ module newton
   use contact_system, only: contact_counts
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
-  use force_scales, only: note_forces, force_scale, in_bounds, longest_step, &
-    needed_accuracy, least_meaning
+  use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
   use supports, only: drop_bodies
   use drag, only: begin_drag, settle_drag, count_way
   use expected_status, only: forget_expected
-  use line_search, only: search_line, approach, next_energy
+  use line_search, only: search_line, approach
   use chord_steps, only: chords_t, follow_chords
   use equation_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
@@ -26,6 +25,10 @@ module newton
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use ground_release, only: release_ground
+  use newton_progress, only: newton_t, is_converged, meets_energy, wanted_share, count_creeping, &
+    judge_progress, outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
+    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
+    outcome_gaps, outcome_inverted, outcome_adrift
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -35,27 +38,9 @@ module newton
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_adrift
 
-  !> How a solve ended.
-  integer, parameter :: outcome_going_on = 0
-  integer, parameter :: outcome_converged = 1
-  integer, parameter :: outcome_stalled = 2
-  integer, parameter :: outcome_too_many = 3
-  integer, parameter :: outcome_singular = 4
-  integer, parameter :: outcome_memory = 5
-  integer, parameter :: outcome_stopped = 6
-  integer, parameter :: outcome_open = 7
-  integer, parameter :: outcome_restless = 8
-  integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
-  integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
-  integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
-
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> Below this share of the estimate it is converged at once.
-  real(wp), parameter :: round_off_share = 0.1_wp
-  !> The same in the condensed form, where another iteration costs next to nothing.
-  real(wp), parameter :: condensed_share = 1.0e-3_wp
   !> Iterations with points that turn back after which a solve relies on the line search alone.
   integer, parameter :: most_turns = 6
   !> What has converged may have this share of the forces left when its defects are renewed.
@@ -65,28 +50,6 @@ module newton
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
   !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
   integer, parameter :: most_single = 5
-  !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
-  real(wp), parameter :: residual_share = 1.0e-3_wp
-
-  !> Progress of the iteration within one increment.
-  type :: newton_t
-    integer :: solves = 0 !! linear solves of the increment
-    real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
-    real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
-    real(wp) :: start = 0.0_wp !! residual norm before the last iteration
-    real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
-    real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
-    integer :: fewest = huge(1) !! sticking points of this solve, lowest number
-    integer :: since_lowest = 0 !! iterations since residual or direction has fallen
-    integer :: since_fewest = 0 !! iterations since one of the three has fallen
-    integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
-    real(wp) :: length = 0.0_wp !! share of its direction that the last iteration went
-    logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
-    logical :: indefinite = .false. !! a symmetric matrix was not positive definite
-    logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
-    logical :: energy_met = .false. !! the last full step met the energy tolerance
-    integer :: outcome = outcome_going_on !! one of the outcomes
-  end type newton_t
 
 contains
 
@@ -109,6 +72,7 @@ contains
     progress%since_lowest = 0
     progress%since_fewest = 0
     progress%energy_met = .false.
+    progress%creeping = 0
     progress%halved = .true.
     progress%turns = 0
     progress%outcome = outcome_going_on
@@ -192,30 +156,6 @@ contains
       max(true_share, settings%residual_tolerance)*force_scale(system))
   end subroutine look_again
 
-  !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
-  !! gone farther than a body can (doc/theory, "When an increment has converged").
-  logical function is_converged(system, settings, progress) result(converged)
-    type(system_t), intent(in) :: system !! residual formed
-    type(settings_t), intent(in) :: settings !! tolerances
-    type(newton_t), intent(in) :: progress !! energies
-    real(wp) :: norm, floor_factor
-
-    converged = .false.
-    if (.not. in_bounds(system)) return
-    norm = residual_norm(system)
-    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
-      system%contact%n > 0)
-    if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
-    if (norm <= min(floor_factor*system%scale%round_off, least_meaning(system))) then
-      converged = .true.
-    else if (settings%residual_tolerance > 0.0_wp) then
-      converged = norm <= settings%residual_tolerance*force_scale(system)
-    else
-      converged = progress%energy_met .and. &
-        norm <= residual_share*sqrt(settings%energy_tolerance)*force_scale(system)
-    end if
-  end function is_converged
-
   !> One iteration: tangent, factor, direction, line search.
   subroutine iterate(model, system, time, settings, monitor, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
@@ -281,44 +221,13 @@ contains
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
       progress%energy_met = meets_energy(system, settings, progress)
+    call count_creeping(system, settings, progress)
     progress%halved = residual_norm(system) <= 0.5_wp*progress%start
     call note_forces(system)
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
-
-  !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
-  !! by the factor at hand, that the next step's would by far.
-  logical function meets_energy(system, settings, progress) result(met)
-    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
-    type(settings_t), intent(in) :: settings !! tolerances
-    type(newton_t), intent(in) :: progress !! energies
-
-    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
-      met = progress%energy <= tolerance*first
-      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
-      met = next_energy(system) <= tolerance**1.5_wp*first
-    end associate
-  end function meets_energy
-
-  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
-  !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
-  !! has one after which fewer points stick than ever (doc/theory, "Nonlinear solution").
-  subroutine judge_progress(system, sticking, progress)
-    type(system_t), intent(in) :: system !! state after the iteration
-    integer, intent(in) :: sticking !! points that stick now
-    type(newton_t), intent(inout) :: progress !! gets counts and lowest values
-
-    progress%since_lowest = progress%since_lowest + 1
-    progress%since_fewest = progress%since_fewest + 1
-    if (residual_norm(system) < progress%lowest .or. &
-      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
-    if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
-    progress%lowest = min(progress%lowest, residual_norm(system))
-    progress%shortest = min(progress%shortest, norm2(system%solution))
-    progress%fewest = min(progress%fewest, sticking)
-  end subroutine judge_progress
 
   !> Tangent, factor, direction.
   subroutine find_direction(system, x, settings, progress, outcome)
@@ -334,8 +243,7 @@ contains
       return
     end if
     if (system%condensed%preconditions) then
-      call find_bulk_direction(system, x, force_scale(system)*max(settings%residual_tolerance, &
-        residual_share*sqrt(settings%energy_tolerance)), outcome)
+      call find_bulk_direction(system, x, force_scale(system)*wanted_share(settings), outcome)
       system%contact%slip_before = system%contact%slip
       if (outcome /= solver_done) return
       call release_ground(system, x)
@@ -344,8 +252,7 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    system%whole%solver%accuracy = needed_accuracy(system, &
-      max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance)))
+    system%whole%solver%accuracy = needed_accuracy(system, wanted_share(settings))
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return

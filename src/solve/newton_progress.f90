@@ -1,0 +1,139 @@
+!> How far Newton's iteration is: what it counts, how it ends, and when it has converged
+!! (doc/theory, "When an increment has converged").
+module newton_progress
+  use kinds, only: wp
+  use residuals, only: residual_norm, round_off_factor
+  use force_scales, only: force_scale, in_bounds, least_meaning
+  use line_search, only: next_energy
+  use system_types, only: system_t, settings_t
+  implicit none
+  private
+  public :: newton_t, is_converged, meets_energy, wanted_share, count_creeping, judge_progress
+  public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
+    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
+    outcome_gaps, outcome_inverted, outcome_adrift
+
+  !> How a solve ended.
+  integer, parameter :: outcome_going_on = 0
+  integer, parameter :: outcome_converged = 1
+  integer, parameter :: outcome_stalled = 2
+  integer, parameter :: outcome_too_many = 3
+  integer, parameter :: outcome_singular = 4
+  integer, parameter :: outcome_memory = 5
+  integer, parameter :: outcome_stopped = 6
+  integer, parameter :: outcome_open = 7
+  integer, parameter :: outcome_restless = 8
+  integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
+  integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
+  integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
+
+  !> Below this share of the estimate it is converged at once.
+  real(wp), parameter :: round_off_share = 0.1_wp
+  !> The same in the condensed form, where another iteration costs next to nothing.
+  real(wp), parameter :: condensed_share = 1.0e-3_wp
+  !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
+  real(wp), parameter :: residual_share = 1.0e-3_wp
+  !> So does one that steps of any length have met in so many iterations on end: few points that
+  !! stick and slip in turn keep them short.
+  real(wp), parameter :: creeping_share = 0.1_wp
+  integer, parameter :: most_creeping = 8
+
+  !> Progress of the iteration within one increment.
+  type :: newton_t
+    integer :: solves = 0 !! linear solves of the increment
+    real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
+    real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
+    real(wp) :: start = 0.0_wp !! residual norm before the last iteration
+    real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
+    real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
+    integer :: fewest = huge(1) !! sticking points of this solve, lowest number
+    integer :: since_lowest = 0 !! iterations since residual or direction has fallen
+    integer :: since_fewest = 0 !! iterations since one of the three has fallen
+    integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    real(wp) :: length = 0.0_wp !! share of its direction that the last iteration went
+    logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
+    logical :: indefinite = .false. !! a symmetric matrix was not positive definite
+    logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
+    logical :: energy_met = .false. !! the last full step met the energy tolerance
+    integer :: creeping = 0 !! iterations on end that met it, full steps or not
+    integer :: outcome = outcome_going_on !! one of the outcomes
+  end type newton_t
+
+contains
+
+  !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
+  !! gone farther than a body can (doc/theory, "When an increment has converged").
+  logical function is_converged(system, settings, progress) result(converged)
+    type(system_t), intent(in) :: system !! residual formed
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+    real(wp) :: norm, floor_factor
+
+    converged = .false.
+    if (.not. in_bounds(system)) return
+    norm = residual_norm(system)
+    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
+      system%contact%n > 0)
+    if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
+    if (norm <= min(floor_factor*system%scale%round_off, least_meaning(system))) then
+      converged = .true.
+    else if (settings%residual_tolerance > 0.0_wp) then
+      converged = norm <= settings%residual_tolerance*force_scale(system)
+    else
+      converged = progress%energy_met .and. &
+        norm <= wanted_share(settings)*force_scale(system)
+      converged = converged .or. (progress%creeping >= most_creeping .and. &
+        norm <= creeping_share*sqrt(settings%energy_tolerance)*force_scale(system))
+    end if
+  end function is_converged
+
+  !> The residual that a converged increment may have, over the forces.
+  pure real(wp) function wanted_share(settings) result(share)
+    type(settings_t), intent(in) :: settings !! tolerances
+
+    share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
+  end function wanted_share
+
+  !> Counts iterations on end whose energy met the tolerance. A drag keeps steps small by itself.
+  subroutine count_creeping(system, settings, progress)
+    type(system_t), intent(in) :: system !! drag
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(inout) :: progress !! energies; gets creeping
+
+    progress%creeping = progress%creeping + 1
+    if (progress%energy > settings%energy_tolerance*progress%first_energy .or. &
+        system%body%drag > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
+  end subroutine count_creeping
+
+  !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
+  !! by the factor at hand, that the next step's would by far.
+  logical function meets_energy(system, settings, progress) result(met)
+    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+
+    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+      met = progress%energy <= tolerance*first
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
+      met = next_energy(system) <= tolerance**1.5_wp*first
+    end associate
+  end function meets_energy
+
+  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
+  !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
+  !! has one after which fewer points stick than ever (doc/theory, "Nonlinear solution").
+  subroutine judge_progress(system, sticking, progress)
+    type(system_t), intent(in) :: system !! state after the iteration
+    integer, intent(in) :: sticking !! points that stick now
+    type(newton_t), intent(inout) :: progress !! gets counts and lowest values
+
+    progress%since_lowest = progress%since_lowest + 1
+    progress%since_fewest = progress%since_fewest + 1
+    if (residual_norm(system) < progress%lowest .or. &
+      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
+    if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
+    progress%lowest = min(progress%lowest, residual_norm(system))
+    progress%shortest = min(progress%shortest, norm2(system%solution))
+    progress%fewest = min(progress%fewest, sticking)
+  end subroutine judge_progress
+end module newton_progress

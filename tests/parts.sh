@@ -1,0 +1,65 @@
+# Parts of the tests, as many at a time as there are cores; tests/all and tests/more begin with
+# `. tests/parts.sh`, name their parts and end with `sum_up`.
+#
+# A part is a command that exits with 0 when all is well and whose last line is
+# `N passed, N failed`. A script of parts calls itself, from the root: `--list WORDS` names those whose name holds
+# one of the words, `--only NAME` runs one and prints it whole when it has ended. LANES=1: one by one.
+export OPENBLAS_NUM_THREADS=1
+logs=build/test
+mkdir -p "$logs"
+task=sum
+case ${1-} in --list | --only) task=${1#--}; shift ;; esac
+words=$*
+
+wanted() {
+  [ -n "$words" ] || return 0
+  for word in $words; do case $1 in *$word*) return 0 ;; esac; done
+  return 1
+}
+
+# part NAME COMMAND...: lists it, or runs it and prints its output whole.
+part() {
+  case $task in
+  list) ! wanted "$1" || echo "$1" ;;
+  only) [ "$1" != "$words" ] || run_part "$@" ;;
+  esac
+}
+
+run_part() {
+  name=$1; shift
+  log=$logs/$name.log
+  start=$(date +%s)
+  "$@" >"$log" 2>&1
+  status=$?
+  line=$(grep -E '^[0-9]+ passed, [0-9]+ failed$' "$log" | tail -n 1)
+  line=${line:-0 passed, 0 failed}
+  good=${line%% *} bad=${line#*, } bad=${bad% failed}
+  # A part that fails without counting, or that counts nothing, is a failure of its own.
+  if [ $status -ne 0 ] && [ "$bad" -eq 0 ] || [ "$((good + bad))" -eq 0 ]; then
+    echo "$name: exit code $status without a failure counted" >>"$log"
+    bad=$((bad + 1))
+  fi
+  echo "$good $bad" >"$logs/$name.sum"
+  {
+    flock 9
+    echo "== $name"
+    cat "$log"
+    echo "   ($(($(date +%s) - start)) s)"
+  } 9>"$logs/printing"
+}
+
+# The closing line over all parts; those that left no sum have failed.
+sum_up() {
+  [ $task = sum ] || exit 0
+  script=tests/$(basename "$0")
+  # shellcheck disable=SC2086
+  names=$($script --list $words)
+  # shellcheck disable=SC2086
+  (cd "$logs" && rm -f $(printf '%s.sum ' $names))
+  # shellcheck disable=SC2086
+  printf '%s\n' $names | xargs -r -P "${LANES:-$(nproc)}" -n 1 "$script" --only
+  echo
+  for name in $names; do
+    cat "$logs/$name.sum" 2>/dev/null || echo '0 1'
+  done | awk '{ good += $1; bad += $2 } END { print good + 0 " passed, " bad + 0 " failed"; exit bad > 0 }'
+}
