@@ -1,5 +1,5 @@
-!> Values of the iterate at the live candidates, the only ones that an iteration of the condensed form
-!! moves: what belongs to all nodes or equations is read and written there alone.
+!> Values of the iterate at the live candidates, the only ones that an iteration of the condensed
+!! form moves: what belongs to all nodes or equations is read and written there alone.
 module live_values
   use kinds, only: wp
   use condensed_types, only: condensed_t
