@@ -5,6 +5,7 @@ module newton_progress
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
   use line_search, only: next_energy
+  use live_values, only: direction_norm
   use system_types, only: system_t, settings_t
   implicit none
   private
@@ -130,10 +131,10 @@ contains
     progress%since_lowest = progress%since_lowest + 1
     progress%since_fewest = progress%since_fewest + 1
     if (residual_norm(system) < progress%lowest .or. &
-      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
+      direction_norm(system) < progress%shortest) progress%since_lowest = 0
     if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
     progress%lowest = min(progress%lowest, residual_norm(system))
-    progress%shortest = min(progress%shortest, norm2(system%solution))
+    progress%shortest = min(progress%shortest, direction_norm(system))
     progress%fewest = min(progress%fewest, sticking)
   end subroutine judge_progress
 end module newton_progress
