@@ -37,6 +37,10 @@ FLAGS_sanitize := -O1 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=a
 INLINED := $(notdir $(basename $(wildcard src/laws/*.f90 src/elements/*.f90 src/contact/*.f90))) \
   vectors assembly contact_sums
 LINK_release := -flto=auto
+# Local arrays whose size is known at run time alone go to the heap; in these modules, those of one
+# element or facet are so small that they need not.
+STACKED := $(notdir $(basename $(wildcard src/laws/*.f90 src/elements/*.f90))) \
+  linear_fields slave_places facet_clipping cell_cutting facet_geometry low_rank
 
 MODES := release debug coverage sanitize
 PROGRAM_release := mfec
@@ -181,6 +185,7 @@ build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
 $(INLINED:%=build/release/%.o): private FLAGS_release += -flto
+$(STACKED:%=build/release/%.o): private FLAGS_release += -fstack-arrays
 
 # ./mfec-petsc: the objects of ./mfec, but for the modules that src/engines/petsc has as well.
 FLAGS_petsc = $(FLAGS_release) -Ibuild/release

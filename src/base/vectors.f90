@@ -3,7 +3,7 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent
+  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length
 
   !> The unit matrix.
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
@@ -19,6 +19,20 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> Length of a short vector: norm2 divides by the largest of its numbers, which few of them need.
+  pure real(wp) function length(a)
+    real(wp), intent(in) :: a(:) !! the vector
+    real(wp), parameter :: least = 1.0e-140_wp, largest = 1.0e140_wp
+    real(wp) :: most
+
+    most = maxval(abs(a))
+    if (most > least .and. most < largest) then
+      length = sqrt(dot_product(a, a))
+    else
+      length = norm2(a)
+    end if
+  end function length
 
   !> The least and the largest coordinates of some places.
   pure subroutine find_extent(x, low, high)

@@ -4,7 +4,8 @@ module cell_cutting
   use kinds, only: wp
   use contact_types, only: pair_t, cell_t
   use facet_clipping, only: clip_outline, polygon_area, polygon_points, most_corners, cell_points
-  use facet_geometry, only: project_points, facet_normal, corners_of => corners
+  use facet_geometry, only: project_points, facet_normal, plane_t, plane_of, &
+    project_corners, corners_of => corners
   use contact_points, only: is_too_deep
   use master_facets, only: is_quadratic, field_on_facet
   use slave_places, only: is_bent, place_of, project_into, share_of_area, slave_lift
@@ -50,7 +51,9 @@ contains
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
     real(wp) :: center(3), normal(3), reach
     integer :: k, n, last
+    type(plane_t) :: plane
 
+    plane = plane_of(nodes(:, :3))
     normal = facet_normal(nodes(:, :3))
     center = sum(nodes(:, :3), 2)/3.0_wp
     last = merge(6, 3, is_bent(pair, f))
@@ -58,7 +61,7 @@ contains
     call facets_near(pair%surface%tree, center, reach, fresh%near, n)
     fresh%n = 0
     do k = 1, n
-      call add_cell(pair, f, fresh%near(k), nodes, normal, x, fresh)
+      call add_cell(pair, f, fresh%near(k), nodes, plane, normal, x, fresh)
     end do
     if (fresh%n > 0) return
     fresh%n = 1
@@ -67,23 +70,27 @@ contains
   end subroutine cut_facet
 
   !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, f, host, slave, normal, x, fresh)
+  pure subroutine add_cell(pair, f, host, slave, plane, normal, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: host !! the master facet
     real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
+    type(plane_t), intent(in) :: plane !! its plane
     real(wp), intent(in) :: normal(3) !! its normal
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
     real(wp) :: outline(2, most_outline), polygon(2, most_corners), points(2, cell_points), area
     real(wp) :: place(2, cell_points), gaps(cell_points), y(3, cell_points)
     integer :: k, n
+    logical :: curved
 
-    if (dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, host)))) > facing) &
-      return
-    call find_outline(pair, f, host, slave, x, outline, n)
-    if (any(maxval(outline(:, :n), 2) < 0.0_wp) .or. all(1.0_wp - outline(1, :n) &
-      - outline(2, :n) < 0.0_wp)) return
+    ! whichever costs less comes first
+    curved = is_bent(pair, f) .or. is_quadratic(pair, host)
+    if (curved) curved = is_turned_away(pair, host, normal, x)
+    if (curved) return
+    call find_outline(pair, f, host, slave, plane, x, outline, n)
+    if (lies_beside(outline(:, :n))) return
+    if (is_turned_away(pair, host, normal, x)) return
     call clip_outline(outline(:, :n), polygon, n)
     if (n == 0) return
     area = abs(polygon_area(polygon, n))
@@ -108,14 +115,42 @@ contains
     fresh%n = fresh%n + cell_points
   end subroutine add_cell
 
+  !> A master facet does not face a slave facet.
+  pure logical function is_turned_away(pair, host, normal, x) result(away)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the master facet
+    real(wp), intent(in) :: normal(3) !! of the slave facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+
+    away = dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, host)))) > facing
+  end function is_turned_away
+
+  !> An outline lies behind one edge of the unit triangle.
+  pure logical function lies_beside(outline) result(beside)
+    real(wp), intent(in) :: outline(:, :) !! (2, corners)
+    logical :: behind(3)
+    integer :: k
+
+    behind = .true.
+    do k = 1, size(outline, 2)
+      associate (xi => outline(:, k))
+        if (xi(1) >= 0.0_wp) behind(1) = .false.
+        if (xi(2) >= 0.0_wp) behind(2) = .false.
+        if (1.0_wp - xi(1) - xi(2) >= 0.0_wp) behind(3) = .false.
+      end associate
+    end do
+    beside = any(behind)
+  end function lies_beside
+
   !> The outline of a master facet in the (xi, eta) of a slave facet, seen along its normal: the
   !! corners, and if one of the two facets is curved the middles of the edges between them.
   !! Neighbours share the outline of an edge, so that nothing is covered twice.
-  pure subroutine find_outline(pair, f, host, slave, x, outline, n)
+  pure subroutine find_outline(pair, f, host, slave, plane, x, outline, n)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: host !! the master facet
     real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
+    type(plane_t), intent(in) :: plane !! its plane
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: outline(2, most_outline) !! corners of the outline
     integer, intent(out) :: n !! how many
@@ -132,7 +167,8 @@ contains
       end do
     else
       n = 3
-      y(:, :3) = corners_of(x, pair%surface%facets(:, host))
+      outline(:, :3) = project_corners(plane, corners_of(x, pair%surface%facets(:, host)))
+      return
     end if
     if (is_bent(pair, f)) then
       call project_into(slave, n, y(:, :n), outline(:, :n))

@@ -1,10 +1,11 @@
 !> Geometry of one facet: projection of a point, its closest point, and unfolding across an edge.
 module facet_geometry
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, length
   implicit none
   private
-  public :: altitude, corners, project_on_facet, project_points, distance_to_facet, unfold, &
+  public :: altitude, corners, project_on_facet, project_points, &
+    plane_t, plane_of, project_corners, distance_to_facet, unfold, &
     barycentric, kink_sine, facet_size, facet_area, facet_normal, facet_frame, unfold_vector, &
     is_fold, is_convex
 
@@ -13,6 +14,14 @@ module facet_geometry
   !> Facets whose normals have a smaller cosine (60 degrees) are two sides of a ridge, if each lies
   !! below the other.
   real(wp), parameter :: ridge_cosine = 0.5_wp
+
+  !> The plane of a facet: corner 3, unit normal, and the dual vectors times the size of the normal.
+  type :: plane_t
+    real(wp) :: origin(3) !! [length]
+    real(wp) :: n(3) !! outward unit normal
+    real(wp) :: d1(3), d2(3) !! [length]
+    real(wp) :: size !! twice the area [length^2]
+  end type plane_t
 
 contains
 
@@ -35,22 +44,46 @@ contains
     real(wp), intent(in) :: y(3, n_points) !! the points [length]
     real(wp), intent(out) :: xi(2, n_points) !! (xi, eta) of their projections
     real(wp), intent(out) :: gap(n_points) !! distances, positive outside [length]
-    real(wp) :: a1(3), a2(3), n(3), d1(3), d2(3), size_n, z(3)
+    type(plane_t) :: plane
+    real(wp) :: z(3)
     integer :: k
+
+    plane = plane_of(x)
+    do k = 1, n_points
+      z = y(:, k) - plane%origin
+      gap(k) = dot_product(z, plane%n)
+      xi(:, k) = [dot_product(plane%d1, z), dot_product(plane%d2, z)]/plane%size
+    end do
+  end subroutine project_points
+
+  !> What projections on a facet need of it.
+  pure type(plane_t) function plane_of(x) result(plane)
+    real(wp), intent(in) :: x(3, 3) !! corners, counter-clockwise seen from outside [length]
+    real(wp) :: a1(3), a2(3)
 
     a1 = x(:, 1) - x(:, 3)
     a2 = x(:, 2) - x(:, 3)
-    n = product_of(a1, a2)
-    size_n = norm2(n)
-    n = n/size_n
-    d1 = product_of(a2, n)
-    d2 = product_of(n, a1)
-    do k = 1, n_points
-      z = y(:, k) - x(:, 3)
-      gap(k) = dot_product(z, n)
-      xi(:, k) = [dot_product(d1, z), dot_product(d2, z)]/size_n
+    plane%origin = x(:, 3)
+    plane%n = product_of(a1, a2)
+    plane%size = length(plane%n)
+    plane%n = plane%n/plane%size
+    plane%d1 = product_of(a2, plane%n)
+    plane%d2 = product_of(plane%n, a1)
+  end function plane_of
+
+  !> Projections (xi, eta) of the corners of one facet on the plane of another.
+  pure function project_corners(plane, x) result(xi)
+    type(plane_t), intent(in) :: plane !! of the other one
+    real(wp), intent(in) :: x(3, 3) !! the corners [length]
+    real(wp) :: xi(2, 3)
+    real(wp) :: z(3)
+    integer :: k
+
+    do k = 1, 3
+      z = x(:, k) - plane%origin
+      xi(:, k) = [dot_product(plane%d1, z), dot_product(plane%d2, z)]/plane%size
     end do
-  end subroutine project_points
+  end function project_corners
 
   !> Vector product, as `cross` of another module, but here the compiler can put it in place: search
   !! spends a tenth of its time in calls of it.
@@ -150,7 +183,7 @@ contains
     real(wp) :: n(3)
 
     n = product_of(x(:, 1) - x(:, 3), x(:, 2) - x(:, 3))
-    n = n/norm2(n)
+    n = n/length(n)
   end function facet_normal
 
   !> The orthonormal frame of a facet: along its first base vector, e x that, outward normal.
@@ -160,7 +193,7 @@ contains
 
     q(:, 3) = facet_normal(x)
     q(:, 1) = x(:, 1) - x(:, 3)
-    q(:, 1) = q(:, 1)/norm2(q(:, 1))
+    q(:, 1) = q(:, 1)/length(q(:, 1))
     q(:, 2) = cross(q(:, 3), q(:, 1))
   end function facet_frame
 

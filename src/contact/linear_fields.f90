@@ -8,13 +8,17 @@ module linear_fields
   !> Points that lie closer to a line than this share of their extent give no slope.
   real(wp), parameter :: flat = 1.0e-6_wp
 
+  !> Values that a field has at most: a way and a slip path.
+  integer, parameter :: most_values = 4
+
   !> A field: its mean, its slopes, and the range of the values it was fitted to.
   type :: linear_field_t
     real(wp) :: center(2) = 0.0_wp !! (xi, eta) of the weighted mean of the points
-    real(wp), allocatable :: mean(:) !! (values) weighted mean of the values
-    real(wp), allocatable :: slope(:, :) !! (values, 2) by xi and eta
-    real(wp), allocatable :: low(:) !! (values) smallest value
-    real(wp), allocatable :: high(:) !! (values) largest value
+    integer :: n = 0 !! values, at most most_values
+    real(wp) :: mean(most_values) = 0.0_wp !! (n) weighted mean of the values
+    real(wp) :: slope(most_values, 2) = 0.0_wp !! (n, 2) by xi and eta
+    real(wp) :: low(most_values) = 0.0_wp !! (n) smallest value
+    real(wp) :: high(most_values) = 0.0_wp !! (n) largest value
   end type linear_field_t
 
 contains
@@ -23,41 +27,42 @@ contains
   pure subroutine fit_field(xi, weight, value, field)
     real(wp), intent(in) :: xi(:, :) !! (2, points) where
     real(wp), intent(in) :: weight(:) !! (points) positive weights
-    real(wp), intent(in) :: value(:, :) !! (values, points) values
+    real(wp), intent(in) :: value(:, :) !! (values, points) values, at most most_values
     type(linear_field_t), intent(out) :: field !! the field
     real(wp) :: a(2, 2), det, from_center(2), right(size(value, 1), 2)
-    integer :: p
+    integer :: p, n
 
-    allocate (field%mean(size(value, 1)), field%low(size(value, 1)), field%high(size(value, 1)), &
-              source=0.0_wp)
-    allocate (field%slope(size(value, 1), 2), source=0.0_wp)
+    n = size(value, 1)
+    field%n = n
     if (size(weight) == 0) return
     field%center = matmul(xi, weight)/sum(weight)
-    field%mean = matmul(value, weight)/sum(weight)
-    field%low = minval(value, 2)
-    field%high = maxval(value, 2)
+    field%mean(:n) = matmul(value, weight)/sum(weight)
+    field%low(:n) = minval(value, 2)
+    field%high(:n) = maxval(value, 2)
     a = 0.0_wp
     right = 0.0_wp
     do p = 1, size(weight)
       from_center = xi(:, p) - field%center
       a(:, 1) = a(:, 1) + weight(p)*from_center*from_center(1)
       a(:, 2) = a(:, 2) + weight(p)*from_center*from_center(2)
-      right(:, 1) = right(:, 1) + weight(p)*(value(:, p) - field%mean)*from_center(1)
-      right(:, 2) = right(:, 2) + weight(p)*(value(:, p) - field%mean)*from_center(2)
+      right(:, 1) = right(:, 1) + weight(p)*(value(:, p) - field%mean(:n))*from_center(1)
+      right(:, 2) = right(:, 2) + weight(p)*(value(:, p) - field%mean(:n))*from_center(2)
     end do
     det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
     if (det <= (flat*(a(1, 1) + a(2, 2)))**2) return
-    field%slope(:, 1) = (right(:, 1)*a(2, 2) - right(:, 2)*a(2, 1))/det
-    field%slope(:, 2) = (right(:, 2)*a(1, 1) - right(:, 1)*a(1, 2))/det
+    field%slope(:n, 1) = (right(:, 1)*a(2, 2) - right(:, 2)*a(2, 1))/det
+    field%slope(:n, 2) = (right(:, 2)*a(1, 1) - right(:, 1)*a(1, 2))/det
   end subroutine fit_field
 
   !> The field at a point.
   pure function field_at(field, xi) result(value)
     type(linear_field_t), intent(in) :: field !! the field
     real(wp), intent(in) :: xi(2) !! where
-    real(wp) :: value(size(field%mean))
+    real(wp) :: value(field%n)
 
-    value = field%mean + matmul(field%slope, xi - field%center)
+    associate (n => field%n, y => xi - field%center)
+      value = field%mean(:n) + (field%slope(:n, 1)*y(1) + field%slope(:n, 2)*y(2))
+    end associate
   end function field_at
 
   !> The field at a point, no further outside the range of the values it was fitted to than this
@@ -66,9 +71,11 @@ contains
     type(linear_field_t), intent(in) :: field !! the field
     real(wp), intent(in) :: xi(2) !! where
     real(wp), intent(in) :: beyond !! times the range
-    real(wp) :: value(size(field%mean)), range(size(field%mean))
+    real(wp) :: value(field%n), range(field%n)
 
-    range = beyond*(field%high - field%low)
-    value = min(field%high + range, max(field%low - range, field_at(field, xi)))
+    associate (n => field%n)
+      range = beyond*(field%high(:n) - field%low(:n))
+      value = min(field%high(:n) + range, max(field%low(:n) - range, field_at(field, xi)))
+    end associate
   end function bounded_field_at
 end module linear_fields

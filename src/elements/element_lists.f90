@@ -8,11 +8,11 @@ module element_lists
   implicit none
   private
   public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, &
-    allocate_list, slave_point, master_nodes, side_nodes, batch_size, long_list
+    allocate_list, slave_point, master_nodes, side_nodes, batch_size, on_threads
 
   !> Elements that are computed together before they are added up, in their order whatever the
-  !! number of threads.
-  integer, parameter :: small_batch = 64
+  !! number of threads: so few that they stay in the processor's first store.
+  integer, parameter :: small_batch = 16
   !> The same with several threads, which are called together for each batch.
   integer, parameter :: large_batch = 1024
   !> Lists that are worth more than one thread.
@@ -72,9 +72,17 @@ contains
     integer, intent(in) :: n !! elements of the list
 
     batch = small_batch
-    if (count_threads() > 1 .and. n > long_list) batch = large_batch
+    if (on_threads(n)) batch = large_batch
     batch = min(batch, max(1, n))
   end function batch_size
+
+  !> The elements of a list are worth several threads, and there are some.
+  logical function on_threads(n)
+    integer, intent(in) :: n !! elements of the list
+
+    on_threads = n > long_list
+    if (on_threads) on_threads = count_threads() > 1
+  end function on_threads
 
   !> Allocates what all lists have, for n elements that take no part.
   pure subroutine allocate_nodes(list, n, most)

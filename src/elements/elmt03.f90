@@ -12,7 +12,7 @@
 !! task_stress gives stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|, |f_T|].
 module elmt03
   use kinds, only: wp
-  use vectors, only: cross, dyad
+  use vectors, only: cross, dyad, length
   use element_types, only: element_t, make_room, task_tangent, task_stick_tangent, task_residual, &
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
     status_slip
@@ -95,7 +95,7 @@ contains
     c%a1 = x(:, 2) - x(:, 4)
     c%a2 = x(:, 3) - x(:, 4)
     n = cross(c%a1, c%a2)
-    size_n = norm2(n)
+    size_n = length(n)
     c%e = n/size_n
     c%d1 = cross(c%a2, c%e)/size_n
     c%d2 = cross(c%e, c%a1)/size_n

@@ -1,7 +1,7 @@
 !> The principal axes of friction of the contact element, and the places of its parameters.
 module friction_axes
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, length
   use friction_laws, only: n_law_values
   implicit none
   private
@@ -62,13 +62,13 @@ contains
     else
       v = direction_in_space(d, slave)
       p = v - dot_product(e, v)*e
-      size_p = norm2(p)
-      if (size_p > shortest_projection*norm2(v)) then
+      size_p = length(p)
+      if (size_p > shortest_projection*length(v)) then
         call space_axes(d, v, p/size_p, size_p, e, axes)
         return
       end if
     end if
-    size_p = norm2(a1)
+    size_p = length(a1)
     axes%share = [1.0_wp/size_p, 0.0_wp, 0.0_wp]
     axes%varies = .false.
     call set_axes(a1/size_p, e, axes)
@@ -99,11 +99,11 @@ contains
 
     c = d(d03_axis:d03_axis + 1)
     slope = reshape(d(d03_place:d03_place + 3), [2, 2])
-    longest = (maxval(abs(c)) + maxval(abs(slope)))*(norm2(a1) + norm2(a2))
+    longest = (maxval(abs(c)) + maxval(abs(slope)))*(length(a1) + length(a2))
     axes%varies = any(abs(slope) > 0.0_wp)
     if (axes%varies) c = c + matmul(slope, xi)
     p = c(1)*a1 + c(2)*a2
-    size_p = norm2(p)
+    size_p = length(p)
     found = size_p > shortest_projection*longest
     if (.not. found) return
     axes%share = [c(1)/size_p, c(2)/size_p, 0.0_wp]

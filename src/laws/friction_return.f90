@@ -4,6 +4,7 @@
 !! lengths (penalty divided out): trial components s along the principal axes, rho = -g_N.
 module friction_return
   use kinds, only: wp
+  use vectors, only: length
   implicit none
   private
   public :: return_map, return_t, has_friction, slope_of_cone
@@ -39,7 +40,7 @@ contains
     type(return_t), intent(out) :: back !! the mapped state and its derivatives
 
     if (all(has_friction(mu))) then
-      if (norm2(s/mu) <= rho) then
+      if (length(s/mu) <= rho) then
         call stick(s, back)
       else
         call slip(s, rho, mu, rule, back)
@@ -101,17 +102,18 @@ contains
     integer :: j
 
     back%slip = .true.
-    kappa = (minval(mu)/mu)**rule
-    if (rho <= point_cone*norm2(s)) then
+    kappa = 1.0_wp
+    if (rule /= 0) kappa = (minval(mu)/mu)**rule
+    if (rho <= point_cone*length(s)) then
       back%r = s/kappa
-      back%r = back%r/norm2(back%r/mu)
+      back%r = back%r/length(back%r/mu)
       back%s = rho*back%r
       return
     end if
     gamma = multiplier(s/(mu*rho), kappa, rule)
     x = 1.0_wp/(1.0_wp + gamma*kappa)
     back%s = x*s
-    back%s = back%s*(rho/norm2(back%s/mu))
+    back%s = back%s*(rho/length(back%s/mu))
     q = kappa*back%s/rho
     nu = back%s/rho/mu**2
     nu_x_q = sum(nu*x*q)
@@ -131,12 +133,12 @@ contains
     real(wp) :: y(2), norm, slope, step
     integer :: i
 
-    gamma = norm2(sigma) - 1.0_wp
+    gamma = length(sigma) - 1.0_wp
     if (rule == 0) return
     gamma = 0.0_wp
     do i = 1, max_iterations
       y = sigma/(1.0_wp + gamma*kappa)
-      norm = norm2(y)
+      norm = length(y)
       slope = sum((y/norm)**2*kappa/(1.0_wp + gamma*kappa))
       step = (norm - 1.0_wp)/slope
       gamma = gamma + step

@@ -66,13 +66,18 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes)
     real(wp), intent(inout) :: y(:, :) !! (3, nodes) elsewhere it stays
     integer :: j, k
+    real(wp) :: total(3)
 
     do j = 1, matrix%nodes
       if (.not. wanted(j)) cycle
-      y(:, j) = 0.0_wp
+      total = 0.0_wp
       do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
-        y(:, j) = y(:, j) + matmul(x(:, matrix%row(k)), matrix%val(:, :, k))
+        associate (i => matrix%row(k))
+          total = total + (x(1, i)*matrix%val(1, :, k) + x(2, i)*matrix%val(2, :, k) &
+            + x(3, i)*matrix%val(3, :, k))
+        end associate
       end do
+      y(:, j) = total
     end do
   end subroutine multiply_some
 

@@ -258,20 +258,26 @@ contains
   !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
   pure subroutine mark_touched(system)
     type(system_t), intent(inout) :: system !! contact elements; gets candidate
-    logical :: bent(size(system%condensed%candidate))
-    integer :: k
+    logical :: bent(size(system%condensed%candidate)), smooth
+    integer :: k, a
 
-    bent = .false.
+    smooth = any(system%contact%routine == routine_smooth)
+    if (smooth) bent = .false.
     associate (candidate => system%condensed%candidate, list => system%contact)
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
-        candidate(list%ix(1:list%nel(k), k)) = .true.
+        do a = 1, list%nel(k)
+          associate (node => list%ix(a, k))
+            if (.not. candidate(node)) candidate(node) = any(system%equation(:, node) > 0)
+          end associate
+        end do
         if (list%routine(k) /= routine_smooth) cycle
         bent(master_nodes(list, k)) = .true.
         if (list%slaves(k) > 1) bent(list%ix(1:list%slaves(k), k)) = .true.
       end do
-      if (any(bent)) call add_patch_rings(system%condensed%facets, bent)
-      candidate = (candidate .or. bent) .and. any(system%equation > 0, 1)
+      if (.not. smooth) return
+      call add_patch_rings(system%condensed%facets, bent)
+      candidate = candidate .or. (bent .and. any(system%equation > 0, 1))
     end associate
   end subroutine mark_touched
 end module candidates

@@ -7,6 +7,7 @@ module increment_start
   use rigid_bodies, only: begin_rigid, return_rigid
   use model_types, only: model_t
   use contact_cells, only: forget_first_cells
+  use contact_parameters, only: shifts_gap
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
   use expected_status, only: expect_status, forget_expected
@@ -131,7 +132,8 @@ contains
     call move_hosts(model, system, settings%extrapolation, changes)
   end subroutine start_rubbing
 
-  !> Hosts and residual at the present u.
+  !> Hosts and residual at the present u. A solve that follows needs not form them again, unless
+  !! multipliers or a drag are still to come.
   subroutine start_here(model, system, norm)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; residual formed
@@ -154,5 +156,6 @@ contains
     call expect_status(model, system)
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
+    system%place%begun = .not. (any(system%body%weak) .or. any(shifts_gap(model%pairs)))
   end subroutine start_here
 end module increment_start

@@ -238,8 +238,8 @@ contains
     do while (pass < settings%most_passes)
       budget = settings
       if (rough) budget = roughened(settings, progress, renewals)
-      call load_contact(model, system)
-      call couple(system)
+      if (.not. system%place%begun) call load_contact(model, system)
+      if (.not. (system%place%begun .and. system%condensed%active)) call couple(system)
       call solve_frozen(model, system, time, budget, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_too_many .and. &

@@ -5,7 +5,7 @@ module line_search
   use rigid_bodies, only: take_rigid
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
-  use condensed_system, only: take_condensed
+  use live_values, only: take_condensed, take_live, direction_norm
   use condensed_direction, only: next_condensed_length
   use bulk_preconditioner, only: solve_roughly
   use system_types, only: system_t
@@ -46,12 +46,14 @@ contains
     type(system_t), intent(inout) :: system !! u and bulk_force are moved
     real(wp), intent(in) :: length !! share of du
 
-    system%u = system%trial
-    call take_rigid(system)
     if (system%condensed%active) then
+      call take_live(system)
+      call take_rigid(system)
       call take_condensed(system%condensed, length)
       return
     end if
+    system%u = system%trial
+    call take_rigid(system)
     system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
   end subroutine take_trial
 
@@ -74,7 +76,7 @@ contains
     best = huge(1.0_wp)
     best_length = longest
     length = longest
-    du = norm2(system%solution)
+    du = direction_norm(system)
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit

@@ -17,6 +17,7 @@ module newton
   use drag, only: begin_drag, settle_drag, count_way
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach, next_energy
+  use live_values, only: direction_norm, direction_work
   use chord_steps, only: chords_t, follow_chords
   use equation_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
@@ -101,7 +102,8 @@ contains
 
     if (system%motion%active) call take_multipliers(model, system)
     call begin_drag(system)
-    call form_residual(system, model%mesh%x)
+    if (.not. system%place%begun) call form_residual(system, model%mesh%x)
+    system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
@@ -250,7 +252,7 @@ contains
     call forget_expected(system%contact)
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
-    progress%energy = abs(dot_product(system%right, system%solution)) + defect_energy(system)
+    progress%energy = abs(direction_work(system)) + defect_energy(system)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, &
       settings%first_energy)
     call bulk_step(model%mesh%x, system, longest)
@@ -313,10 +315,10 @@ contains
     progress%since_lowest = progress%since_lowest + 1
     progress%since_fewest = progress%since_fewest + 1
     if (residual_norm(system) < progress%lowest .or. &
-      norm2(system%solution) < progress%shortest) progress%since_lowest = 0
+      direction_norm(system) < progress%shortest) progress%since_lowest = 0
     if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
     progress%lowest = min(progress%lowest, residual_norm(system))
-    progress%shortest = min(progress%shortest, norm2(system%solution))
+    progress%shortest = min(progress%shortest, direction_norm(system))
     progress%fewest = min(progress%fewest, sticking)
   end subroutine judge_progress
 

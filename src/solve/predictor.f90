@@ -55,7 +55,7 @@ contains
     real(wp), intent(in) :: size_x !! size of the model [length]
     real(wp) :: motion(6), normal(6, 6), right(6, 1), row(6), values(6), work(200)
     real(wp) :: y(3), largest
-    integer :: i, k, rank, info
+    integer :: i, j, k, rank, info
 
     motion = 0.0_wp
     largest = 0.0_wp
@@ -73,7 +73,9 @@ contains
         if (equation(k, i) > 0) cycle
         row = rigid_row(k, y)
         right(:, 1) = right(:, 1) + row*(u(k, i) - u_old(k, i))
-        normal = normal + spread(row, 2, 6)*spread(row, 1, 6)
+        do j = 1, 6
+          normal(:, j) = normal(:, j) + row*row(j)
+        end do
       end do
     end do
     call dgelss(6, 6, 1, normal, 6, right, 6, values, rank_tolerance, rank, work, size(work), info)

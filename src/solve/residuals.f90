@@ -13,6 +13,7 @@ module residuals
   use supports, only: ground_bodies
   use right_side, only: gather_right, drag_shares
   use multiplier_motion, only: shift_multipliers
+  use live_values, only: try_live
   use rigid_bodies, only: try_rigid
   use rigid_border, only: form_border
   use system_types, only: system_t
@@ -51,7 +52,11 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     call begin_cost(system%costs, cost_residual)
-    system%trial = system%u + length*system%du
+    if (system%condensed%active) then
+      call try_live(system, length)
+    else
+      system%trial = system%u + length*system%du
+    end if
     call try_rigid(system, length)
     if (system%motion%active) call shift_multipliers(system, length)
     call form_bulk_trial(x, system)

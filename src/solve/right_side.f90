@@ -1,7 +1,7 @@
 !> The right-hand side of Newton's equations: forces out of balance.
 module right_side
   use kinds, only: wp
-  use condensed_system, only: gather_condensed
+  use live_values, only: gather_condensed
   use rigid_bodies, only: add_rigid_right
   use system_types, only: system_t
   implicit none

@@ -123,6 +123,7 @@ module system_types
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
     integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
     integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
+    logical :: begun = .false. !! elements and residual are those of the start of an increment
   end type contact_places_t
 
   !> What forces and displacements are measured against.

@@ -56,13 +56,13 @@ class Runs:
         return (None, False, '') if any(t[0] is None for t in times) else min(times)
 
 
-def largest_cost(result):
-    """Where the time of a run goes, from its cost table."""
+def largest_cost(result, most=2):
+    """Where most of the time of a run goes, from its cost table."""
     costs = {k: v for k, v in (result or {}).get('costs', {}).items() if k != 'whole run'}
     whole = (result or {}).get('costs', {}).get('whole run', 0.0)
     if not costs or not whole:
         return ''
-    parts = sorted(costs.items(), key=lambda item: -item[1])[:2]
+    parts = sorted(costs.items(), key=lambda item: -item[1])[:most]
     return ', '.join(f'{name} {100*value/whole:.0f} %' for name, value in parts)
 
 

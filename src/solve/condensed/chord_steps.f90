@@ -7,6 +7,7 @@ module chord_steps
   use bulk_preconditioner, only: solve_tangent
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm
+  use live_values, only: direction_norm, direction_work
   use line_search, only: take_trial
   use secant_steps, only: secants_t, begin_secants, bend_direction, note_step
   use bulk_term, only: form_bulk_change, bulk_step
@@ -53,7 +54,7 @@ contains
     type(secants_t) :: secants
     logical :: found
 
-    last = norm2(system%solution)
+    last = direction_norm(system)
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
       any(model%pairs%smooth))
@@ -64,10 +65,10 @@ contains
       status = system%contact%status
       call find_direction_again(model, system, found)
       if (found) call bend_direction(secants, system, found)
-      length = norm2(system%solution)
+      length = direction_norm(system)
       found = found .and. length <= share*last
       if (found) then
-        work = abs(dot_product(system%right, system%solution))
+        work = abs(direction_work(system))
         call form_trial(system, model%mesh%x, 1.0_wp)
         after = residual_norm(system)
         chords%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &

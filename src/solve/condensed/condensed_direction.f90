@@ -7,6 +7,7 @@ module condensed_direction
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
+  use live_values, only: begin_trials
   use gmres, only: begin_gmres, add_image, gmres_shares
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
@@ -70,6 +71,7 @@ contains
       condensed%norm_before = residual_size(condensed)
     end associate
     call take_answer(system, y)
+    call begin_trials(system)
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
@@ -95,7 +97,6 @@ contains
     integer :: i
 
     associate (condensed => system%condensed)
-      system%solution = 0.0_wp
       condensed%bulk%force_change = 0.0_wp
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))

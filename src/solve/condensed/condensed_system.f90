@@ -13,13 +13,13 @@ module condensed_system
     free_condensed
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest
+  use live_values, only: clear_values
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
   use system_types, only: system_t, state_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, refresh_candidates, gather_condensed, take_condensed, &
-    recover_interior, keep_forces, spread_forces
+    find_defects, renew_defects, refresh_candidates, recover_interior, keep_forces, spread_forces
 
 contains
 
@@ -261,6 +261,7 @@ contains
       tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
       tangent%dofs = 0
+      if (condensed%active) call clear_values(system)
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
@@ -320,41 +321,6 @@ contains
       end do
     end associate
   end subroutine extend_candidates
-
-  !> Residual of the live candidates: what the bulk bears less what the elements give.
-  subroutine gather_condensed(system, length)
-    type(system_t), intent(inout) :: system !! contact_force given; gets right
-    real(wp), intent(in) :: length !! share of the direction
-    integer :: i
-
-    system%right = 0.0_wp
-    associate (condensed => system%condensed)
-      condensed%bulk%defect_share = 1.0_wp - length
-      do i = 1, condensed%alive%n_live
-        associate (c => condensed%alive%live(i))
-          condensed%alive%right(i) = condensed%bulk%force(c) + &
-            length*condensed%bulk%force_change(c) &
-            - system%contact_force(condensed%direction(c), condensed%node(c))
-          system%right(system%equation(condensed%direction(c), condensed%node(c))) = &
-            condensed%alive%right(i)
-        end associate
-      end do
-    end associate
-  end subroutine gather_condensed
-
-  !> Moves forces and defects along the direction.
-  subroutine take_condensed(condensed, length)
-    type(condensed_t), intent(inout) :: condensed !! force and defect are moved
-    real(wp), intent(in) :: length !! share of the direction
-
-    condensed%bulk%force = condensed%bulk%force + length*condensed%bulk%force_change
-    condensed%bulk%defect = (1.0_wp - length)*condensed%bulk%defect
-    condensed%bulk%defect_norm = (1.0_wp - length)*condensed%bulk%defect_norm
-    condensed%bulk%defect_share = 1.0_wp
-    if (condensed%rigid%modes == 0) return
-    condensed%rigid%alpha = condensed%rigid%alpha + length*condensed%rigid%alpha_change
-    condensed%rigid%imbalance = condensed%rigid%imbalance + length*condensed%rigid%imbalance_change
-  end subroutine take_condensed
 
   !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
   !! supports want to know them.

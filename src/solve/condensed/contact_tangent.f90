@@ -14,7 +14,7 @@ module contact_tangent
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
-  use condensed_system, only: gather_condensed
+  use live_values, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
   use body_turns, only: turn_elements

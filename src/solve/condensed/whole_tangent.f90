@@ -29,9 +29,11 @@ contains
 
     touched = .false.
     do e = 1, tangent%elements
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
-        touched(pack(dofs, dofs > 0)) = .true.
-      end associate
+      do i = 1, size(tangent%dofs, 1)
+        associate (dof => tangent%dofs(i, tangent%element(e)))
+          if (dof > 0) touched(dof) = .true.
+        end associate
+      end do
     end do
     whole = rows_of_point*tangent%elements > count(touched)
     if (.not. whole) return
@@ -82,16 +84,23 @@ contains
     integer, intent(in) :: first, last !! its columns of V
     type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets rows of small
     real(wp), allocatable :: c(:, :)
+    integer, allocatable :: turned(:)
     integer :: place(body%n_live), mine(body%n_live), i, j, k, n
     real(wp) :: share(body%n_live)
 
+    turned = pack([(j, j=first, last)], any(abs(tangent%hold(2:, first:last)) > 0.0_wp, 1))
     associate (touched => pack(tangent%sum%column, tangent%sum%column > body%first_live .and. &
       tangent%sum%column <= body%first_live + body%n_live) - body%first_live)
-      allocate (c(last - first + 1, size(touched)), source=0.0_wp)
+      allocate (c(last - first + 1, size(touched)))
       do i = 1, size(touched)
         place(touched(i)) = i
         do j = first, last
-          do k = 1, size(tangent%held, 1)
+          c(j - first + 1, i) = tangent%hold(1, j)*body%live(tangent%held(1, j) &
+            - body%first_live, touched(i))
+        end do
+        do n = 1, size(turned)
+          j = turned(n)
+          do k = 2, size(tangent%held, 1)
             if (tangent%held(k, j) > 0) c(j - first + 1, i) = c(j - first + 1, i) &
               + tangent%hold(k, j)*body%live(tangent%held(k, j) - body%first_live, touched(i))
           end do

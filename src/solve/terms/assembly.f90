@@ -4,7 +4,7 @@ module assembly
   use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
     task_stick_shift_tangent, n_element_stress, status_stick, status_slip
-  use element_lists, only: element_list_t, batch_size, long_list
+  use element_lists, only: element_list_t, batch_size, on_threads
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
@@ -73,29 +73,42 @@ contains
     integer, intent(in) :: first !! first element of the batch
     type(element_t), intent(inout) :: elements(:) !! local data of each
     integer :: k, last
-    logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
-    parallel = list%n > long_list
-    !$omp parallel do if(parallel) default(none) private(k) &
-    !$omp& shared(list, task, x, u, first, last, elements)
-    do k = first, last
-      if (list%routine(k) == routine_none) cycle
-      associate (e => elements(k - first + 1))
-        call gather(list, k, x, u, e)
-        if (task == task_tangent) then
-          call compute_tangent(list, k, e)
-        else
-          call element_routine(list%routine(k), task, list%d(:, k), e)
-        end if
-        list%h2(:, k) = e%h2
-        list%path2(k) = e%path2
-        list%status(k) = e%status
-        list%slip(:, k) = e%slip
-      end associate
-    end do
-    !$omp end parallel do
+    if (on_threads(list%n)) then
+      !$omp parallel do default(none) private(k) shared(list, task, x, u, first, last, elements)
+      do k = first, last
+        call compute_one(list, task, x, u, k, elements(k - first + 1))
+      end do
+      !$omp end parallel do
+    else
+      do k = first, last
+        call compute_one(list, task, x, u, k, elements(k - first + 1))
+      end do
+    end if
   end subroutine compute
+
+  !> Computes one element, unless it is idle.
+  subroutine compute_one(list, task, x, u, k, e)
+    type(element_list_t), intent(inout) :: list !! elements; gets h2, status and slip
+    integer, intent(in) :: task !! what it is told
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(inout) :: e !! its local data
+
+    if (list%routine(k) == routine_none) return
+    call gather(list, k, x, u, e)
+    if (task == task_tangent) then
+      call compute_tangent(list, k, e)
+    else
+      call element_routine(list%routine(k), task, list%d(:, k), e)
+    end if
+    list%h2(:, k) = e%h2
+    list%path2(k) = e%path2
+    list%status(k) = e%status
+    list%slip(:, k) = e%slip
+  end subroutine compute_one
 
   !> Matrix and force of one element. A contact point may be taken for one that sticks, is closed or
   !! slips (doc/theory, "First direction").

@@ -3,7 +3,7 @@ module bulk_assembly
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress, task_reach
   use solid_types, only: solid_t, n_solid_state
-  use element_lists, only: bulk_list_t, batch_size, long_list
+  use element_lists, only: bulk_list_t, batch_size, on_threads
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t
   implicit none
@@ -59,7 +59,7 @@ contains
     logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
-    parallel = list%n > long_list
+    parallel = on_threads(list%n)
     !$omp parallel do if(parallel) default(none) private(k) &
     !$omp& shared(list, task, x, u, first, last, elements)
     do k = first, last

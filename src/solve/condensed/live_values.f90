@@ -1,0 +1,131 @@
+!> Values of the iterate at the live candidates, the only ones that an iteration of the condensed
+!! form moves: what belongs to all nodes or equations is read and written there alone.
+module live_values
+  use kinds, only: wp
+  use condensed_types, only: condensed_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: clear_values, gather_condensed, take_condensed, begin_trials, try_live, take_live, &
+    direction_norm, direction_work
+
+contains
+
+  !> Other candidates are live: residual and direction are zero elsewhere.
+  subroutine clear_values(system)
+    type(system_t), intent(inout) :: system !! right and solution become zero
+
+    system%right = 0.0_wp
+    system%solution = 0.0_wp
+  end subroutine clear_values
+
+  !> Residual of the live candidates: what the bulk bears less what the elements give.
+  subroutine gather_condensed(system, length)
+    type(system_t), intent(inout) :: system !! contact_force given; gets right
+    real(wp), intent(in) :: length !! share of the direction
+    integer :: i
+
+    associate (condensed => system%condensed)
+      condensed%bulk%defect_share = 1.0_wp - length
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          condensed%alive%right(i) = condensed%bulk%force(c) + &
+            length*condensed%bulk%force_change(c) &
+            - system%contact_force(condensed%direction(c), condensed%node(c))
+          system%right(system%equation(condensed%direction(c), condensed%node(c))) = &
+            condensed%alive%right(i)
+        end associate
+      end do
+    end associate
+  end subroutine gather_condensed
+
+  !> Moves forces and defects along the direction.
+  subroutine take_condensed(condensed, length)
+    type(condensed_t), intent(inout) :: condensed !! force and defect are moved
+    real(wp), intent(in) :: length !! share of the direction
+
+    condensed%bulk%force = condensed%bulk%force + length*condensed%bulk%force_change
+    condensed%bulk%defect = (1.0_wp - length)*condensed%bulk%defect
+    condensed%bulk%defect_norm = (1.0_wp - length)*condensed%bulk%defect_norm
+    condensed%bulk%defect_share = 1.0_wp
+    if (condensed%rigid%modes == 0) return
+    condensed%rigid%alpha = condensed%rigid%alpha + length*condensed%rigid%alpha_change
+    condensed%rigid%imbalance = condensed%rigid%imbalance + length*condensed%rigid%imbalance_change
+  end subroutine take_condensed
+
+  !> A direction has been found: its trials begin where the iterate is.
+  subroutine begin_trials(system)
+    type(system_t), intent(inout) :: system !! u given; gets trial
+
+    system%trial = system%u
+  end subroutine begin_trials
+
+  !> A trial along the direction.
+  subroutine try_live(system, length)
+    type(system_t), intent(inout) :: system !! u, du given; trial is that of other nodes before
+    real(wp), intent(in) :: length !! share of du
+    integer :: i
+
+    associate (condensed => system%condensed)
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          associate (k => condensed%direction(c), node => condensed%node(c))
+            system%trial(k, node) = system%u(k, node) + length*system%du(k, node)
+          end associate
+        end associate
+      end do
+    end associate
+  end subroutine try_live
+
+  !> Moves the iterate to the trial.
+  subroutine take_live(system)
+    type(system_t), intent(inout) :: system !! trial given; u is moved
+    integer :: i
+
+    associate (condensed => system%condensed)
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          system%u(condensed%direction(c), condensed%node(c)) = &
+            system%trial(condensed%direction(c), condensed%node(c))
+        end associate
+      end do
+    end associate
+  end subroutine take_live
+
+  !> Norm of the direction.
+  real(wp) function direction_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! solution given
+
+    if (system%condensed%active) then
+      norm = norm2(live_solution(system))
+    else
+      norm = norm2(system%solution)
+    end if
+  end function direction_norm
+
+  !> Work of the residual on the direction.
+  real(wp) function direction_work(system) result(work)
+    type(system_t), intent(in) :: system !! right and solution given
+
+    if (system%condensed%active) then
+      work = dot_product(system%condensed%alive%right, live_solution(system))
+    else
+      work = dot_product(system%right, system%solution)
+    end if
+  end function direction_work
+
+  !> The direction at the live candidates.
+  pure function live_solution(system) result(values)
+    type(system_t), intent(in) :: system !! du given
+    real(wp) :: values(system%condensed%alive%n_live)
+    integer :: i
+
+    associate (condensed => system%condensed)
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          values(i) = system%du(condensed%direction(c), condensed%node(c))
+        end associate
+      end do
+    end associate
+  end function live_solution
+end module live_values
