@@ -3,8 +3,8 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, dtrsm, &
-    ddot
+  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
+    dtrsm, ddot
 
   interface
     !> Least squares of minimum norm by singular values.
