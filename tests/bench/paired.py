@@ -143,7 +143,7 @@ def section(path):
     text = [f'{START}\n\nWritten by `tests/bench/ratios`: both scenes in turn on the same machine, '
             f'one thread, the ratio pair by pair. 1,000 increments: the median is '
             f'{thousand(lines)} ms each (wanted 2). The last column: where the first of the two '
-            'spends most.\n\n',
+            f'spends most. {loads(lines)}\n\n',
             '| first against second | n | CPU [s] | other [s] | ratio: least, median, largest of '
             'the pairs | wanted | met | most of its time |\n|' + '---|'*8 + '\n']
     for row in ROWS:
@@ -157,6 +157,12 @@ def section(path):
         text.append('| ' + ' | '.join(cells) + ' |\n')
     text += [f'\n{row.why}\n' for row in ROWS if row.why and (row.name, row.size) in lines]
     return ''.join(text) + '\n'
+
+
+def loads(lines):
+    """What else the machine did."""
+    found = sorted(float(line['load']) for line in lines.values())
+    return f'Load of the two cores when a row was measured: {found[0]:.1f} to {found[-1]:.1f}.'
 
 
 def thousand(lines):
