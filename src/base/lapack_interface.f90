@@ -3,7 +3,8 @@ module lapack_interface
   use kinds, only: wp
   implicit none
   private
-  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, dtrsm
+  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
+    dtrsm, ddot
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -68,6 +69,15 @@ module lapack_interface
       real(wp), intent(inout) :: b(ldb, *)
       integer, intent(out) :: info
     end subroutine dgetrs
+
+    !> Scalar product of two vectors.
+    function ddot(n, x, incx, y, incy) result(product)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(wp), intent(in) :: x(*), y(*)
+      real(wp) :: product
+    end function ddot
 
     !> y = alpha A x + beta y for a symmetric matrix.
     subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)

@@ -11,7 +11,7 @@ module linear_answers
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest
   use contact_sums, only: add_leading, take_shares
-  use block_gmres, only: block_gmres_t, begin_block, add_images, block_shares
+  use block_gmres, only: block_gmres_t, begin_block, add_images, block_shares, lengths
   use system_types, only: system_t
   implicit none
   private
@@ -138,6 +138,7 @@ contains
     real(wp), intent(out) :: t(:, :) !! (columns, rows) displacements with the answer [length]
     logical, intent(out) :: arrived !! all columns
     real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), yields(:, :), share(:, :)
+    real(wp), allocatable :: first(:, :)
 
     associate (tangent => condensed%tangent, touched => course%touched, iteration => &
       course%iteration, columns => size(b, 1), n => size(b, 2), most => most_blocks*size(b, 1))
@@ -148,7 +149,9 @@ contains
       call apply_rest_block(tangent, touched, t, r)
       y = 0.0_wp
       call add_leading_block(tangent, touched, z, y)
-      call begin_block(transpose(r), course%share_left*norm2(y, 2), most, iteration)
+      ! what moves along a sliding surface has its forces in the rest
+      first = transpose(y + r)
+      call begin_block(transpose(r), course%share_left*lengths(first), most, iteration)
       do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))
