@@ -155,7 +155,7 @@ contains
 
     match%name = 'the control record'
     call match_record(record, compile_signature( &
-                      '[n:numnp] [n:numel] [n:nummat] [n:ndm] [n:ndf] [n:nen]'), match, &
+                      'n:numnp n:numel n:nummat [n:ndm] [n:ndf] [n:nen]'), match, &
                       reading%parameters(:reading%n_parameters), diagnostics, good)
     if (.not. good) return
     do i = 1, size(record%items)
