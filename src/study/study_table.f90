@@ -78,8 +78,7 @@ contains
     line = line//counts(:14)
     do i = 1, size(result%reactions, 2)
       do k = 1, 3
-        write (number_text, '(2x,es21.12e3)') merge(result%reactions(k, i, max(1, result%step)), &
-          0.0_wp, result%step > 0)
+        write (number_text, '(2x,es21.12e3)') last_reaction(result, k, i)
         line = line//number_text
       end do
     end do
@@ -87,6 +86,16 @@ contains
     call write_line(table%file, line//counts(:20), error)
     if (.not. allocated(error)) call flush_text_file(table%file, error)
   end subroutine write_variant
+
+  !> A reaction at the last end time that was reached; zero before the first.
+  pure real(wp) function last_reaction(result, k, i) result(reaction)
+    type(result_t), intent(in) :: result !! what a variant has come to
+    integer, intent(in) :: k !! direction
+    integer, intent(in) :: i !! node set
+
+    reaction = 0.0_wp
+    if (result%step > 0) reaction = result%reactions(k, i, result%step)
+  end function last_reaction
 
   !> Closes the table.
   subroutine close_study_table(table, error)
