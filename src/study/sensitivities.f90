@@ -14,8 +14,10 @@ module sensitivities
   use late_displacements, only: complete_nodes
   use increment_elements, only: work_t, load_elements, find_causes, element_change, add_motion, &
     element_motion, add_forces
-  use increment_answers, only: solve_all, factor_change, add_changes
-  use full_answers, only: start_full, solve_full, full_reactions
+  use increment_answers, only: factor_change, add_changes
+  use multiplier_slopes, only: find_shifted
+  use multiplier_answers, only: solve_increment, rest_candidates
+  use full_answers, only: start_full, full_reactions
   use sensitivity_start, only: start_scene, remember_points
   use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t
@@ -59,12 +61,9 @@ contains
     system%contact%keep = 0.0_wp
     call load_elements(model, system, work)
     call find_causes(model, system, s, work)
+    call find_shifted(model, system, s, work)
     call change_ways(model, system, state%time, s)
-    if (s%full) then
-      call solve_full(model, system, state%time, s, work, trouble)
-    else
-      call solve_all(model, system, state%time, s, work, trouble)
-    end if
+    call solve_increment(model, system, state%time, s, work, trouble)
     if (len(trouble) > 0) return
     call collect_forces(model, system, s, work)
     call settle(model, system, s, work)
@@ -101,12 +100,8 @@ contains
           where (system%equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
         end associate
       end do
-      associate (condensed => system%condensed)
-        do i = 1, condensed%n
-          s%du(condensed%direction(i), condensed%node(i), j) = 0.0_wp
-        end do
-      end associate
     end do
+    call rest_candidates(system, s)
   end subroutine change_ways
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
