@@ -48,6 +48,10 @@ contains
     end if
     if (.not. s%started) then
       s%full = .not. system%condensed%active
+      if (s%full .and. is_late(s)) then
+        trouble = 'derivatives of a run with the condensed form go on with that form only'
+        return
+      end if
       if (s%full) call start_full(model, system, s)
       if (.not. s%full) call start_scene(model, system, s)
     else if (s%full .eqv. system%condensed%active) then
@@ -71,6 +75,14 @@ contains
     system%right = right
     system%contact_force = contact_force
   end subroutine follow_increment
+
+  !> Displacements of some candidates are not complete.
+  pure logical function is_late(s)
+    type(sensitivity_t), intent(in) :: s !! derivatives
+
+    is_late = .false.
+    if (allocated(s%answers%late)) is_late = any(s%answers%late)
+  end function is_late
 
   !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
   subroutine change_ways(model, system, time, s)
