@@ -181,7 +181,8 @@ contains
     end do
   end subroutine find_weak_bodies
 
-  !> Marks the bodies that neither supports nor closed contact points hold at present.
+  !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
+  !! stay what they are, those that slip hold across their tracks.
   subroutine find_grounded(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! status of contact elements; gets grounded
@@ -192,8 +193,7 @@ contains
     if (system%body%drag > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%weak(body)) call free_motion(x, system, body, .true., &
-        system%body%grounded(body), &
-        motion)
+        system%body%grounded(body), motion, tracks=system%body%settled)
     end do
   end subroutine find_grounded
 
