@@ -51,6 +51,8 @@ module newton
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
   !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
   integer, parameter :: most_single = 5
+  !> Iterations in balance whose multipliers do not fit, after which a solve is given up.
+  integer, parameter :: most_misfits = 5
 
 contains
 
@@ -77,6 +79,7 @@ contains
     progress%energy_met = .false.
     progress%creeping = 0
     progress%short = 0
+    progress%misfits = 0
     progress%halved = .true.
     progress%turns = 0
     progress%outcome = outcome_going_on
@@ -104,8 +107,7 @@ contains
       if (.not. system%inner%linearised) then
         sound = settings%roughly
         if (.not. sound) call look_again(system, model%mesh%x, settings, sound)
-        if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
-        if (sound) progress%outcome = outcome_converged
+        if (sound) call judge_multipliers(model, system, progress)
         exit
       end if
       system%inner%linearised = .false.
@@ -125,6 +127,20 @@ contains
       progress%outcome = outcome_stopped
     end if
   end subroutine judge
+
+  !> What is in balance has converged if its multipliers fit. If they do not, iteration after
+  !! iteration, no more iterations will make them.
+  subroutine judge_multipliers(model, system, progress)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! in balance
+    type(newton_t), intent(inout) :: progress !! gets outcome, counts misfits
+
+    progress%outcome = outcome_converged
+    if (.not. system%motion%active) return
+    if (multipliers_fit(model, system)) return
+    progress%misfits = progress%misfits + 1
+    progress%outcome = merge(outcome_gaps, outcome_going_on, progress%misfits >= most_misfits)
+  end subroutine judge_multipliers
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
   !! with the same factor"). Not where a body is grounded or dragged.

@@ -64,6 +64,7 @@ module newton_progress
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
     integer :: short = 0 !! iterations on end that went hardly anywhere
+    integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes
