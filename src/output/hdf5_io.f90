@@ -19,8 +19,10 @@ module hdf5_io
   private
   public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
     flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
-    find_data_set
+    find_data_set, max_rank
 
+  !> Most dimensions that a data set of a results file has.
+  integer, parameter :: max_rank = 3
   !> Ending of a file that is not complete.
   character(*), parameter :: unfinished = '.new'
   !> What HDF5 itself may need for its lists when all data sets grow [byte].
@@ -36,6 +38,8 @@ module hdf5_io
     logical :: reserved = .false. !! there may be reserved room behind its end
     integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
     type(string_t), allocatable :: open_paths(:) !! their names with their groups
+    integer, allocatable :: open_ranks(:) !! their dimensions, 0 until they are asked for
+    integer(hsize_t), allocatable :: open_extents(:, :) !! (max_rank, sets) and how long these are
   end type hdf5_file_t
 
 contains
@@ -263,12 +267,20 @@ contains
     integer(hid_t), intent(in) :: id !! its handle
     integer(hid_t), allocatable :: ids(:)
     type(string_t), allocatable :: paths(:)
+    integer, allocatable :: ranks(:)
+    integer(hsize_t), allocatable :: extents(:, :)
     integer :: i
 
-    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64))
+    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64), &
+      file%open_ranks(64), file%open_extents(max_rank, 64))
     if (file%n_open == size(file%open_ids)) then
-      allocate (ids(2*file%n_open), paths(2*file%n_open))
+      allocate (ids(2*file%n_open), paths(2*file%n_open), ranks(2*file%n_open), &
+        extents(max_rank, 2*file%n_open))
       ids(:file%n_open) = file%open_ids
+      ranks(:file%n_open) = file%open_ranks
+      extents(:, :file%n_open) = file%open_extents
+      call move_alloc(ranks, file%open_ranks)
+      call move_alloc(extents, file%open_extents)
       do i = 1, file%n_open
         call move_alloc(file%open_paths(i)%s, paths(i)%s)
       end do
@@ -277,20 +289,23 @@ contains
     end if
     file%n_open = file%n_open + 1
     file%open_ids(file%n_open) = id
+    file%open_ranks(file%n_open) = 0
     file%open_paths(file%n_open)%s = path
   end subroutine keep_open
 
   !> The handle of a data set, opened if it is not open yet; negative if it is not there.
-  subroutine find_data_set(file, path, id)
+  subroutine find_data_set(file, path, id, place)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! the data set
     integer(hid_t), intent(out) :: id !! its handle
+    integer, intent(out), optional :: place !! among those that are open, 0 if it is not there
     integer :: i, status
 
     do i = 1, file%n_open
       if (len(file%open_paths(i)%s) /= len(path)) cycle
       if (file%open_paths(i)%s /= path) cycle
       id = file%open_ids(i)
+      if (present(place)) place = i
       return
     end do
     call h5dopen_f(file%id, path, id, status)
@@ -299,6 +314,7 @@ contains
     else
       call keep_open(file, path, id)
     end if
+    if (present(place)) place = merge(file%n_open, 0, status >= 0)
   end subroutine find_data_set
 
   !> Makes a group.

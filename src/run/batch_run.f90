@@ -13,6 +13,9 @@ module batch_run
   use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
   use run_files, only: write_row
+  use results_file, only: fields_due
+  use rigid_paths, only: count_rigid
+  use model_types, only: state_none
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
@@ -30,6 +33,9 @@ module batch_run
   implicit none
   private
   public :: run_batch
+
+  !> At every so many end times the audit has displacements inside, whoever else asks for them.
+  integer, parameter :: every_audit = 16
 
 contains
 
@@ -217,6 +223,7 @@ contains
         return
       end if
       context%monitor%step = context%state%step + 1
+      context%system%inside_due = k == n .or. is_inside_due(context)
       seconds = wall_seconds()
       call advance(context%model, context%system, context%state, end_time, run%settings, &
         context%monitor, error)
@@ -226,6 +233,19 @@ contains
       if (allocated(error)) return
     end do
   end subroutine run_steps
+
+  !> Displacements inside are asked for at the next end time: by fields, state or tables, and at
+  !! every so many by the audit.
+  pure logical function is_inside_due(context) result(due)
+    type(context_t), intent(in) :: context !! what the run works on
+
+    associate (step => context%state%step + 1, output => context%model%output)
+      due = fields_due(output, step) .and. (any(output%field) .or. output%contact .or. &
+        output%state /= state_none)
+      due = due .or. mod(step, every_audit) == 0 .or. step == 1 .or. size(output%history) > 0 .or. &
+        context%sensitivity%active .or. count_rigid(context%model) > 0
+    end associate
+  end function is_inside_due
 
   !> Counts an end time, audits it, writes its rows and its line.
   subroutine finish_step(run, seconds, context, error)
@@ -244,6 +264,9 @@ contains
     if (context%sensitivity%active .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%model, context%state, context%sensitivity, error)
     call end_writing()
+    context%system%inside_due = .true.
+    context%system%condensed%goes_on = context%model%output%state == state_none .or. &
+      .not. fields_due(context%model%output, context%state%step)
     if (allocated(context%monitor%trouble) .and. .not. allocated(error)) call move_alloc( &
       context%monitor%trouble, error)
     if (allocated(error)) return

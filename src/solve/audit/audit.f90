@@ -15,7 +15,8 @@ module audit
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
-  use body_audit, only: measure_bodies, find_balance, find_turns
+  use body_audit, only: measure_bodies, find_balance, find_turns, angle_of
+  use linear_sums, only: direct_sums, body_rows, reaction_rows, load_rows, turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &
@@ -109,17 +110,22 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time: the work of the whole run is judged
     type(audit_t), intent(inout) :: audit !! gets its results
+    real(wp), allocatable :: value(:)
     integer :: b
 
     audit%before = audit%verdict
     if (audit%step == 0) audit%before = -1
     audit%step = state%step
     audit%time = state%time
-    if (system%bulk%linear) then
-      call find_balance(model%mesh%x, system, state%reaction, audit%fixed%center, audit%balance)
+    call take_values(model, system, state, value)
+    if (.not. state%whole) then
+      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance)
+      call add_supports(model, value, audit%balance)
+    else if (system%bulk%linear) then
+      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, state%reaction)
     else
-      call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
-        audit%fixed%center, audit%balance)
+      call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
+        audit%balance, state%reaction)
     end if
     if (system%tools%border%n > 0) then
       do b = 1, system%body%bodies
@@ -127,14 +133,47 @@ contains
       end do
     end if
     call judge_balance(model, system, state, settings, audit)
-    call find_energies(model, system, state, point_state, last, audit)
-    call judge_turns(model, system, state, audit)
+    call find_energies(model, system, state, point_state, last, value, audit)
+    call judge_turns(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_room(model, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
   end subroutine audit_state
+
+  !> Linear sums of an end time: those of its contact forces where displacements inside are not
+  !! known, else from these. Nothing where no end time does without displacements inside.
+  subroutine take_values(model, system, state, value)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! sums of the condensed form
+    type(state_t), intent(in) :: state !! the converged state
+    real(wp), allocatable, intent(out) :: value(:) !! (sums)
+
+    associate (sums => system%condensed%sums)
+      if (.not. sums%known) then
+        allocate (value(0))
+      else if (.not. state%whole) then
+        value = sums%value
+      else
+        allocate (value(size(sums%value)))
+        call direct_sums(model, system, state, value)
+      end if
+    end associate
+  end subroutine take_values
+
+  !> Adds what supports do to each body.
+  pure subroutine add_supports(model, value, balance)
+    type(model_t), intent(in) :: model !! output request
+    real(wp), intent(in) :: value(:) !! (sums)
+    real(wp), intent(inout) :: balance(:, :) !! (6, bodies) sum of forces and of moments
+    integer :: b, rows(2)
+
+    do b = 1, size(balance, 2)
+      rows = body_rows(model, b)
+      balance(:, b) = balance(:, b) + value(rows(1):rows(2))
+    end do
+  end subroutine add_supports
 
   !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
   pure function lever_ends(x, u, system) result(y)
@@ -266,26 +305,34 @@ contains
 
   !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
   !! The strain energy of a linear bulk is half the work of all forces on it.
-  subroutine find_energies(model, system, state, point_state, last, audit)
+  subroutine find_energies(model, system, state, point_state, last, value, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time
+    real(wp), intent(in) :: value(:) !! (sums), if there are any
     type(audit_t), intent(inout) :: audit !! gets energies; u and force are moved on
     real(wp) :: f(3), stored, largest
     integer :: i, k
+    logical :: by_sums
 
     audit%strain_energy = 0.0_wp
-    do i = 1, size(state%u, 2)
+    by_sums = .not. (state%whole .and. audit%sum%whole)
+    if (by_sums) call add_work(model, system, value, audit)
+    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, state, value)
+    do i = 1, merge(size(state%u, 2), 0, state%whole)
       f = system%loads%external(:, i) + state%reaction(:, i)
-      audit%sum%work = audit%sum%work + 0.5_wp*dot_product(f + audit%sum%force(:, i), &
-        state%u(:, i) - audit%sum%u(:, i))
+      if (.not. by_sums) audit%sum%work = audit%sum%work + 0.5_wp*dot_product( &
+        f + audit%sum%force(:, i), state%u(:, i) - audit%sum%u(:, i))
       if (system%bulk%linear) audit%strain_energy = audit%strain_energy &
         + 0.5_wp*dot_product(state%u(:, i), f - system%contact_force(:, i))
       audit%sum%u(:, i) = state%u(:, i)
       audit%sum%force(:, i) = f
     end do
+    audit%sum%whole = state%whole
+    audit%sum%value = value
+    if (size(value) > 0) audit%sum%factors = system%condensed%outer%factors
     if (.not. system%bulk%linear) audit%strain_energy = system%inner%bulk_energy
     call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp
@@ -302,6 +349,42 @@ contains
     audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
       last .and. audit%value(check_work) > most_lost .and. has_friction(model))
   end subroutine find_energies
+
+  !> Work of loads and supports since the last end time, from what they do on each load's motion.
+  pure subroutine add_work(model, system, value, audit)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! factors of the loads
+    real(wp), intent(in) :: value(:) !! (sums)
+    type(audit_t), intent(inout) :: audit !! sums of the last end time; work grows
+    integer :: r(2), l(2)
+
+    r = reaction_rows(model, system)
+    l = load_rows(model, system)
+    associate (before => audit%sum%value, factors => system%condensed%outer%factors, &
+      factors_before => audit%sum%factors)
+      audit%sum%work = audit%sum%work + 0.5_wp*dot_product(value(r(1):r(2)) + before(r(1):r(2)), &
+        factors - factors_before) + 0.5_wp*dot_product(factors + factors_before, &
+        value(l(1):l(2)) - before(l(1):l(2)))
+    end associate
+  end subroutine add_work
+
+  !> Strain energy: half the work of all forces on the bulk.
+  pure real(wp) function energy_by_sums(model, system, state, value) result(energy)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! factors of the loads, forces of contact
+    type(state_t), intent(in) :: state !! displacements where contact acts
+    real(wp), intent(in) :: value(:) !! (sums)
+    integer :: r(2), l(2), i
+
+    r = reaction_rows(model, system)
+    l = load_rows(model, system)
+    energy = 0.5_wp*dot_product(system%condensed%outer%factors, value(r(1):r(2)) &
+      + value(l(1):l(2)))
+    do i = 1, size(state%u, 2)
+      if (system%condensed%candidate(i)) energy = energy &
+        - 0.5_wp*dot_product(state%u(:, i), system%contact_force(:, i))
+    end do
+  end function energy_by_sums
 
   !> Energy that penalties hold, and the work that is done while SHRInk takes up overlaps.
   subroutine add_contact_energies(model, system, point_state, audit)
@@ -342,16 +425,25 @@ contains
   end function has_friction
 
   !> Bodies that turn as wholes, although small strain takes their turning for strain.
-  subroutine judge_turns(model, system, state, audit)
+  subroutine judge_turns(model, system, state, value, audit)
     type(model_t), intent(in) :: model !! the mesh
     type(system_t), intent(in) :: system !! bodies of the nodes
     type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: value(:) !! (sums), if there are any
     type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
     real(wp) :: angle(system%body%bodies)
     logical :: finite(0:system%body%bodies)
+    integer :: b, rows(2)
 
-    call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
-      audit%fixed%spread, angle)
+    if (state%whole) then
+      call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
+        audit%fixed%spread, angle)
+    else
+      do b = 1, size(angle)
+        rows = turn_rows(model, system, b)
+        angle(b) = angle_of(value(rows(1):rows(2)), audit%fixed%spread(:, :, b))
+      end do
+    end if
     audit%value(check_turning) = 0.0_wp
     audit%worst(check_turning) = 0
     audit%verdict(check_turning) = verdict_ok

@@ -83,7 +83,8 @@ contains
 
     associate (condensed => system%condensed)
       condensed%outer%factors = load_factors(model, time)
-      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+      if (.not. condensed%goes_on .and. allocated(condensed%tangent%status)) &
+        deallocate (condensed%tangent%status)
       call load_candidates(condensed)
       if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, state)
     end associate
@@ -240,6 +241,7 @@ contains
         return
       end if
       system%du = 0.0_wp
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       condensed%alive%live = pack([(i, i=1, condensed%n)], live)
       condensed%alive%n_live = size(condensed%alive%live)
       condensed%alive%live_place = 0
@@ -250,16 +252,18 @@ contains
     end associate
   end subroutine couple_condensed
 
-  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more.
+  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more
+  !! where these are others.
   subroutine place_elements(system)
     type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
+    integer, allocatable :: before(:, :)
     integer :: k, a, i, n
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent, &
                list => system%contact)
-      if (allocated(tangent%status)) deallocate (tangent%status)
       tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
+      before = tangent%dofs
       tangent%dofs = 0
       if (condensed%active) call clear_values(system)
       do k = 1, list%n
@@ -271,6 +275,7 @@ contains
           end do
         end do
       end do
+      if (allocated(tangent%status) .and. any(before /= tangent%dofs)) deallocate (tangent%status)
     end associate
   end subroutine place_elements
 
