@@ -113,6 +113,8 @@ module model_types
     logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_all !! states kept for restarts
+    integer :: slopes(3) = 0 !! with SENSitivity: derivatives of tips and of contact nodes in a
+    !! state, contact nodes
     integer, allocatable :: points(:) !! indices of the pairs in the table of points
     type(history_request_t), allocatable :: history(:) !! dofs of the history table
   end type output_request_t

@@ -7,14 +7,18 @@ module result_fields
   implicit none
   private
   public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies
+    over_bodies, over_tip_slopes, over_node_slopes, over_contact_nodes
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
-  !! bodies.
+  !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
+  !! after parameter, and those nodes once.
   integer, parameter :: over_one = 0
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
   integer, parameter :: over_bodies = 3
+  integer, parameter :: over_tip_slopes = 4
+  integer, parameter :: over_node_slopes = 5
+  integer, parameter :: over_contact_nodes = 6
 
   !> A field: a data set with one entry for each end time.
   type :: field_t
@@ -32,7 +36,7 @@ contains
   !> Dimensions of an entry.
   pure function field_shape(field, counts) result(dims)
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (3) how many of each there are
+    integer, intent(in) :: counts(:) !! (6) how many of each there are
     integer, allocatable :: dims(:)
 
     dims = [integer ::]
@@ -45,7 +49,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! its group, with a slash at its end
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (3) how many of each there are
+    integer, intent(in) :: counts(:) !! (6) how many of each there are
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &

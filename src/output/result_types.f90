@@ -4,6 +4,7 @@ module result_types
   use contact_types, only: contact_point_t, cell_t
   use body_fields, only: n_body_fields
   use point_fields, only: point_fields_t
+  use slope_state, only: kept_slopes_t
   implicit none
   private
   public :: origin_t, end_row_t, contact_row_t, frame_t, pair_history_t, saved_state_t
@@ -83,6 +84,7 @@ module result_types
     !! allocated if at rest [length]
     integer, allocatable :: candidate(:) !! (nodes) 1 where contact may touch
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) contact forces [force]
+    type(kept_slopes_t) :: slopes !! derivatives, if they were asked for
     character(:), allocatable :: note !! what its reader has to say of it
   end type saved_state_t
 end module result_types

@@ -55,12 +55,12 @@ contains
     end do
   end subroutine create_state_part
 
-  !> What fields of a state have values for: nodes, no points, rigid bodies.
+  !> What fields of a state have values for: nodes, no points, rigid bodies, derivatives.
   pure function counts_of(model) result(counts)
     type(model_t), intent(in) :: model !! the problem
-    integer :: counts(3)
+    integer :: counts(6)
 
-    counts = [model%mesh%nodes, 0, count_rigid(model)]
+    counts = [model%mesh%nodes, 0, count_rigid(model), model%output%slopes]
   end function counts_of
 
   !> Writes what tells whether a state fits a deck.
@@ -112,7 +112,8 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
-      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0], error)
+      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0, 0, 0, 0], &
+        error)
       if (allocated(error)) return
     end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &

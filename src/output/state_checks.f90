@@ -55,6 +55,11 @@ contains
       if (.not. all_finite([state%factor_wear, reshape(state%factor_displacement, &
         [size(state%factor_displacement)])])) why = 'that of its factors holds what is not a number'
     end if
+    if (len(why) == 0 .and. allocated(state%slopes%tip)) then
+      if (.not. all_finite([reshape(state%slopes%tip, [size(state%slopes%tip)]), &
+        reshape(state%slopes%place, [size(state%slopes%place)]), reshape(state%slopes%force, &
+        [size(state%slopes%force)])])) why = 'a derivative is not a number'
+    end if
     do k = 1, size(model%pairs)
       if (len(why) == 0) call check_pair(model%pairs(k), state%pairs(k), why)
     end do

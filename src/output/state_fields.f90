@@ -10,7 +10,8 @@ module state_fields
   use model_types, only: model_t
   use rigid_paths, only: count_rigid
   use result_types, only: saved_state_t, pair_history_t
-  use result_fields, only: field_t, over_one, over_nodes, over_points, over_bodies
+  use result_fields, only: field_t, over_one, over_nodes, over_points, over_bodies, &
+    over_tip_slopes, over_node_slopes, over_contact_nodes
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
@@ -28,6 +29,7 @@ module state_fields
   integer, parameter :: part_path = 7 !! with `DECAy`
   integer, parameter :: part_multiplier = 8 !! with `AUGMent`
   integer, parameter :: part_cells = 9 !! with `SEGMent`
+  integer, parameter :: part_slopes = 10 !! with `SENSitivity`
 
   !> Fields of a state as a whole.
   type(field_t), parameter :: fields_of_state(*) = [ &
@@ -63,7 +65,18 @@ module state_fields
     'nodes that the condensed solver holds for contact; empty if it was not in use', &
     part_condensed), &
     field_t('contact_force', stored_real, 3, over_nodes, 'force', &
-    'contact forces of the condensed solver; empty if it was not in use', part_condensed)]
+    'contact forces of the condensed solver; empty if it was not in use', part_condensed), &
+    field_t('slope_mark', stored_integer, 2, over_one, '1', &
+    'sum over the names of the parameters of derivatives', part_slopes), &
+    field_t('tip_slope', stored_real, 2, over_tip_slopes, '1/parameter', &
+    'derivatives of the tips, parameter after parameter', part_slopes), &
+    field_t('place_slope', stored_real, 3, over_node_slopes, 'length/parameter', &
+    'derivatives of the displacements, parameter after parameter', part_slopes), &
+    field_t('force_slope', stored_real, 3, over_node_slopes, 'force/parameter', &
+    'derivatives of the contact forces, parameter after parameter', part_slopes), &
+    field_t('slope_late', stored_integer, 1, over_contact_nodes, '1', &
+    '1, 2, 4 added up: directions in which a displacement still lacks what contact does', &
+    part_slopes)]
 
   !> Fields of each contact pair.
   type(field_t), parameter :: fields_of_pair(*) = [ &
@@ -118,6 +131,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
 
     used = field%part /= part_rigid .or. count_rigid(model) > 0
+    if (field%part == part_slopes) used = model%output%slopes(1) > 0
   end function used_by_deck
 
   !> Whether a pair has use for a field.
@@ -151,6 +165,8 @@ contains
       kept = allocated(state%factor_displacement) .or. any(state%factor_wear > 0.0_wp)
     case (part_condensed)
       kept = allocated(state%candidate)
+    case (part_slopes)
+      kept = allocated(state%slopes%tip)
     case default
       kept = .true.
     end select
@@ -206,6 +222,17 @@ contains
       if (allocated(state%candidate)) address = c_loc(state%candidate)
     case ('contact_force')
       call find_array(state%contact_force, dims, make, address)
+    case ('slope_mark')
+      address = c_loc(state%slopes%mark)
+    case ('tip_slope')
+      call find_array(state%slopes%tip, dims, make, address)
+    case ('place_slope')
+      call find_array(state%slopes%place, dims, make, address)
+    case ('force_slope')
+      call find_array(state%slopes%force, dims, make, address)
+    case ('slope_late')
+      if (make) allocate (state%slopes%late(dims(1)))
+      if (allocated(state%slopes%late)) address = c_loc(state%slopes%late)
     end select
   end function address_of
 

@@ -246,16 +246,16 @@ contains
     real(wp), pointer, contiguous :: reals(:)
     integer, pointer, contiguous :: integers(:)
     integer, allocatable :: dims(:)
-    integer :: counts(3), found(3), rank
+    integer :: counts(6), found(3), rank
 
     path = root//trim(field%name)
     if (is_optional(field)) then
       if (entries_of(file, path) < slot) return
     end if
-    counts = [model%mesh%nodes, 0, 0]
-    if (field%over == over_bodies) then
+    counts = [model%mesh%nodes, 0, 0, 0, 0, 0]
+    if (field%over >= over_bodies) then
       call series_shape(file, path, found, rank)
-      counts(over_bodies) = found(2)
+      counts(field%over) = found(rank - 1)
     end if
     dims = field_shape(field, counts)
     address = address_of(state, field%name, dims, .true.)

@@ -25,6 +25,7 @@ module batch_run
   use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
   use sensitivity_table, only: write_sensitivities
+  use kept_slopes, only: keep_slopes
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
@@ -258,6 +259,8 @@ contains
     context%state%step = context%state%step + 1
     call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
+    if (context%sensitivity%active) call keep_slopes(context%model, context%sensitivity, &
+      context%state)
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
       context%audit, error)

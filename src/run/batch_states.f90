@@ -11,6 +11,7 @@ module batch_states
   use result_types, only: saved_state_t
   use saved_states, only: keep_state, read_kept_state, take_state, note_passed
   use restored_balance, only: check_time, check_balance
+  use kept_slopes, only: keep_slopes, resume_slopes
   implicit none
   private
   public :: run_save, run_rest
@@ -29,6 +30,8 @@ contains
       call note_passed(run%states, command%text)
       return
     end if
+    if (context%sensitivity%active) call keep_slopes(context%model, context%sensitivity, &
+      context%state)
     call begin_writing()
     call keep_state(run%states, command%text, context%model, context%system, context%state, &
       run%increment, path, error)
@@ -55,6 +58,8 @@ contains
     if (allocated(saved%note)) call context%monitor%warning(saved%note)
     call take_state(saved, context%model, context%system, context%state)
     call check_balance(path, context%model, context%system, context%state, saved, error)
+    if (context%sensitivity%active .and. .not. allocated(error)) call resume_slopes(path, &
+      context%model, context%system, context%state, context%sensitivity, error)
     if (allocated(error)) return
     call log_line(context%files%log, '  back to the state of time '// &
       to_text(context%state%time, 12)//' in '//path, error)

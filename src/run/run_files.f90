@@ -355,6 +355,7 @@ contains
       saved%span_before = system%touch%span_before
       saved%displacement_before = system%touch%u_before
     end if
+    saved%slopes = state%slopes
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%history%old

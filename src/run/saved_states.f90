@@ -90,6 +90,7 @@ contains
     state%u = saved%displacement
     state%reaction = saved%reaction
     state%rigid = saved%rigid
+    state%slopes = saved%slopes
     if (allocated(system%touch%u_before)) deallocate (system%touch%u_before)
     if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
     system%touch%span_before = saved%span_before

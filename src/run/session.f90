@@ -43,6 +43,7 @@ module session
   use study_reader, only: read_study
   use study_run, only: run_study
   use sensitivity_start, only: begin_sensitivities
+  use kept_slopes, only: announce_slopes, resume_slopes
   use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
   implicit none
   private
@@ -147,6 +148,8 @@ contains
     if (allocated(error)) return
     associate (model => context%model, system => context%system, files => context%files)
       call build_system(model, system, context%state)
+      if (context%sensitivity%active) call announce_slopes(system%contact%n, context%sensitivity, &
+        model)
       states%deck = deck_name(options)
       states%base = base_name(options)
       states%restart = options%restart
@@ -187,13 +190,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! what derivatives do not know
 
     if (.not. context%sensitivity%active) return
-    if (len(options%restart) > 0) then
-      call raise(error, exit_deck, 'error: SENSitivity does not know --restart: derivatives '// &
-        'are those of the whole path'//new_line('a')//'  run from the start, or leave '// &
-        'SENSitivity out')
-      return
-    end if
     call begin_sensitivities(context%model, context%system, context%sensitivity, error)
+    if (states%step > 0 .and. .not. allocated(error)) call resume_slopes(options%restart, &
+      context%model, context%system, context%state, context%sensitivity, error)
     if (.not. allocated(error)) call create_sensitivity_table(context%derivatives, &
       states%base//'.sen', context%model, context%sensitivity, error)
     context%monitor%sensitivity => context%sensitivity

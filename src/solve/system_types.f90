@@ -11,6 +11,7 @@ module system_types
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
   use rigid_types, only: rigid_t, border_t
+  use slope_state, only: kept_slopes_t
   implicit none
   private
   public :: system_t, state_t, settings_t
@@ -35,6 +36,7 @@ module system_types
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free translation and rotation vector
     !! of their points [length, radian]
+    type(kept_slopes_t) :: slopes !! derivatives that go on from here, if they are asked for
   end type state_t
 
   !> What acts on the bodies from outside.

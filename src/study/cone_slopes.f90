@@ -16,7 +16,7 @@ module cone_slopes
   implicit none
   private
   public :: cone_slopes_t, find_slopes, cause_tip, cause_mu, cause_rule, cause_angle, &
-    cause_shift, causes, slope_by_causes, slope_by_motion, force_slope
+    cause_shift, causes, slope_by_causes, slope_by_motion, force_slope, turn_of_vector
 
   integer, parameter :: cause_tip = 1 !! old tip (2)
   integer, parameter :: cause_mu = 3 !! mu1, mu2
@@ -129,11 +129,7 @@ contains
     f%de(:, 7:9) = -dyad(f%dual(:, 2), f%e)
     f%de(:, 10:12) = -f%de(:, 4:6) - f%de(:, 7:9)
     f%dgap = matmul(f%e, gap_operator(f%xi))
-    w = 0.0_wp
-    w(4:6) = f%t(:, 2)/norm2(f%a(:, 1))
-    w(10:12) = -w(4:6)
-    f%dk = dyad(e%shift(1)*f%t(:, 2) - e%shift(2)*f%t(:, 1), w) - dyad(f%e, matmul(f%k, f%de)) &
-      + e%shift(3)*f%de
+    f%dk = turn_with_frame(f%t, norm2(f%a(:, 1)), f%de, e%shift)
     w = turn_of_axes(f%axes, f%de)
     if (f%axes%varies) w = w + matmul(matmul(f%dual, f%axes%place_share), gap_operator(f%xi) &
       - f%gap*f%de)
@@ -142,6 +138,45 @@ contains
     f%ds(1, :) = matmul(f%axes%p(:, 1), gap_operator(e%h1) + f%dk) + matmul(f%g, f%dp(:, :, 1))
     f%ds(2, :) = matmul(f%axes%p(:, 2), gap_operator(e%h1) + f%dk) + matmul(f%g, f%dp(:, :, 2))
   end subroutine look_at_facet
+
+  !> How a vector turns with the frame of a facet, t1 along a1.
+  pure function turn_with_frame(t, length, de, c) result(dv)
+    real(wp), intent(in) :: t(3, 3) !! frame: t1, t2, e
+    real(wp), intent(in) :: length !! of a1 [length]
+    real(wp), intent(in) :: de(3, 12) !! of e
+    real(wp), intent(in) :: c(3) !! components of the vector
+    real(wp) :: dv(3, 12)
+    real(wp) :: w(12)
+
+    w = 0.0_wp
+    w(4:6) = t(:, 2)/length
+    w(10:12) = -w(4:6)
+    dv = dyad(c(1)*t(:, 2) - c(2)*t(:, 1), w) - dyad(t(:, 3), matmul(matmul(t(:, 1:2), c(1:2)), &
+      de)) + c(3)*de
+  end function turn_with_frame
+
+  !> The frame of the facet of an element, and how a vector turns with it.
+  pure subroutine turn_of_vector(e, v, frame, dv)
+    type(element_t), intent(in) :: e !! local data
+    real(wp), intent(in) :: v(3) !! the vector
+    real(wp), intent(out) :: frame(3, 3) !! t1, t2, e
+    real(wp), intent(out) :: dv(3, 12) !! its motion with S, 1, 2, 3 [1/length, times that of v]
+    real(wp) :: x(3, 4), a(3, 2), n(3), size_n, de(3, 12)
+
+    x = positions(e, 3)
+    a(:, 1) = x(:, 2) - x(:, 4)
+    a(:, 2) = x(:, 3) - x(:, 4)
+    n = cross(a(:, 1), a(:, 2))
+    size_n = norm2(n)
+    frame(:, 3) = n/size_n
+    frame(:, 1) = a(:, 1)/norm2(a(:, 1))
+    frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+    de(:, 1:3) = 0.0_wp
+    de(:, 4:6) = -dyad(cross(a(:, 2), frame(:, 3)), frame(:, 3))/size_n
+    de(:, 7:9) = -dyad(cross(frame(:, 3), a(:, 1)), frame(:, 3))/size_n
+    de(:, 10:12) = -de(:, 4:6) - de(:, 7:9)
+    dv = turn_with_frame(frame, norm2(a(:, 1)), de, matmul(v, frame))
+  end subroutine turn_of_vector
 
   !> Slip: g' = -rho e + P s', and the tip A (x_S - x_3 - s' + k).
   pure subroutine slide(d, e, f, slopes)

@@ -19,7 +19,7 @@ module full_answers
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: start_full, solve_full, full_reactions
+  public :: start_full, solve_full, answer_full, full_reactions
 
   !> Residual over right-hand side that an iterative solver may leave.
   real(wp), parameter :: share_left = 1.0e-13_wp
@@ -48,33 +48,68 @@ contains
   end subroutine start_full
 
   !> Displacements of all nodes: K du = dp - dK u - K dw - c with the tangent K of bulk and contact.
-  subroutine solve_full(model, system, time, s, work, trouble)
+  subroutine solve_full(model, system, time, s, work, again, trouble)
     type(model_t), intent(in) :: model !! reference positions, loads
     type(system_t), intent(inout) :: system !! its tangent and factor are made anew
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! du at supports given; gets that of all nodes
     type(work_t), intent(in) :: work !! elements, causes
+    logical, intent(in) :: again !! with the factor of the last call
     character(:), allocatable, intent(inout) :: trouble !! not solved
-    real(wp) :: right(size(system%right)), answer(size(system%right))
-    integer :: j, i, k, outcome
+    real(wp) :: right(size(system%right))
+    integer :: j, outcome
 
-    call form_tangent(system, model%mesh%x)
-    system%whole%solver%accuracy = share_left
-    call factorise_bordered(system, system%whole%symmetric, outcome)
+    outcome = solver_done
+    if (.not. again) then
+      call form_tangent(system, model%mesh%x)
+      system%whole%solver%accuracy = share_left
+      call factorise_bordered(system, system%whole%symmetric, outcome)
+    end if
     do j = 1, size(s%slopes)
       if (outcome /= solver_done) exit
       where (system%equation > 0) s%du(:, :, j) = 0.0_wp
       call collect_forces(model, system, time, s, work, j, right)
-      answer = 0.0_wp
-      call solve_bordered(system, right, answer, outcome)
-      do i = 1, size(system%equation, 2)
-        do k = 1, 3
-          if (system%equation(k, i) > 0) s%du(k, i, j) = answer(system%equation(k, i))
-        end do
-      end do
+      call solve_column(system, right, s%du(:, :, j), outcome)
     end do
     if (outcome /= solver_done) trouble = 'the tangent is singular at the converged state'
   end subroutine solve_full
+
+  !> One right-hand side with the factor at hand; supports stay.
+  subroutine solve_column(system, right, du, outcome)
+    type(system_t), intent(inout) :: system !! tangent and factor
+    real(wp), intent(in) :: right(:) !! (equations) [force]
+    real(wp), intent(inout) :: du(:, :) !! (3, nodes) free ones are given values [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+    real(wp) :: answer(size(right))
+    integer :: i, k
+
+    answer = 0.0_wp
+    call solve_bordered(system, right, answer, outcome)
+    do i = 1, size(du, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) du(k, i) = answer(system%equation(k, i))
+      end do
+    end do
+  end subroutine solve_column
+
+  !> Displacements of all nodes for forces of contact, with what contact answers.
+  subroutine answer_full(system, force, du, arrived)
+    type(system_t), intent(inout) :: system !! with the factor of solve_full
+    real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
+    real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns) [length]
+    logical, intent(out) :: arrived !! all of them
+    real(wp) :: right(size(system%right))
+    integer :: j, outcome
+
+    du = 0.0_wp
+    arrived = .true.
+    do j = 1, size(force, 3)
+      right = 0.0_wp
+      call gather_values(system%equation, -force(:, :, j), right)
+      call solve_column(system, right, du(:, :, j), outcome)
+      arrived = arrived .and. outcome == solver_done
+    end do
+  end subroutine answer_full
 
   !> Forces out of balance while free nodes stay where they are.
   subroutine collect_forces(model, system, time, s, work, j, right)

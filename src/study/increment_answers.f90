@@ -13,7 +13,7 @@ module increment_answers
   use system_types, only: system_t
   implicit none
   private
-  public :: solve_all, factor_change, add_changes
+  public :: solve_all, answer_forces, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
   real(wp), parameter :: share_left = 5.0e-12_wp, share_of_euler = 1.0e-13_wp
@@ -64,6 +64,33 @@ contains
       end do
     end associate
   end subroutine solve_all
+
+  !> Displacements of the candidates that closed elements touch for forces of contact, with what
+  !! contact answers, for as many columns as there are.
+  subroutine answer_forces(system, s, force, du, arrived)
+    type(system_t), intent(inout) :: system !! condensed, with the tangent of solve_all
+    type(sensitivity_t), intent(inout) :: s !! room of the answers
+    real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
+    real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns); 0 at all other nodes [length]
+    logical, intent(out) :: arrived !! all of them
+    real(wp), allocatable :: u(:, :), c(:, :)
+    logical :: late(system%condensed%n)
+    integer :: i, columns
+
+    columns = size(force, 3)
+    s%answers%share_left = spread(share_of_euler, 1, columns)
+    du = 0.0_wp
+    associate (condensed => system%condensed)
+      allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)
+      do i = 1, condensed%n
+        c(i, :) = force(condensed%direction(i), condensed%node(i), :)
+      end do
+      call answer_all(condensed, c, u, arrived, late, s%answers)
+      do i = 1, condensed%n
+        if (.not. late(i)) du(condensed%direction(i), condensed%node(i), :) = u(i, :)
+      end do
+    end associate
+  end subroutine answer_forces
 
   !> Displacements of the candidates without contact and forces of contact at fixed candidates.
   subroutine collect_right(model, system, time, s, work, loaded, c)

@@ -17,8 +17,19 @@ module increment_elements
   use system_types, only: system_t
   implicit none
   private
-  public :: work_t, load_elements, find_causes, element_change, add_motion, element_motion, &
-    add_forces
+  public :: work_t, shifted_t, load_elements, find_causes, element_change, add_motion, &
+    element_motion, add_forces
+
+  !> The elements whose forces come from multipliers.
+  type :: shifted_t
+    integer :: n = 0 !! how many
+    integer, allocatable :: element(:) !! (n) these
+    real(wp), allocatable :: share(:) !! (n) of the force, over the penalty, that the shift is
+    real(wp), allocatable :: frame(:, :, :) !! (3, 3, n) of their facets
+    real(wp), allocatable :: turn(:, :, :) !! (3, 12, n) how the gap turns with the facet
+    real(wp), allocatable :: own(:, :, :) !! (3, n, parameters) change of the shift beside that
+    !! of the force [length]
+  end type shifted_t
 
   !> The contact elements of an increment and what they get and give.
   type :: work_t
@@ -30,6 +41,7 @@ module increment_elements
     type(way_t), allocatable :: ways(:) !! of start tips to their hosts
     integer, allocatable :: way(:) !! (elements) which of them, 0 for none: the host is the old one
     logical, allocatable :: anew(:) !! (elements) the tip starts at its projection
+    type(shifted_t) :: shifted !! those with multipliers
   end type work_t
 
 contains

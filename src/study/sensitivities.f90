@@ -14,8 +14,10 @@ module sensitivities
   use late_displacements, only: complete_nodes
   use increment_elements, only: work_t, load_elements, find_causes, element_change, add_motion, &
     element_motion, add_forces
-  use increment_answers, only: solve_all, factor_change, add_changes
-  use full_answers, only: start_full, solve_full, full_reactions
+  use increment_answers, only: factor_change, add_changes
+  use multiplier_slopes, only: find_shifted
+  use multiplier_answers, only: solve_increment, rest_candidates
+  use full_answers, only: start_full, full_reactions
   use sensitivity_start, only: start_scene, remember_points
   use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t
@@ -46,6 +48,10 @@ contains
     end if
     if (.not. s%started) then
       s%full = .not. system%condensed%active
+      if (s%full .and. is_late(s)) then
+        trouble = 'derivatives of a run with the condensed form go on with that form only'
+        return
+      end if
       if (s%full) call start_full(model, system, s)
       if (.not. s%full) call start_scene(model, system, s)
     else if (s%full .eqv. system%condensed%active) then
@@ -59,12 +65,9 @@ contains
     system%contact%keep = 0.0_wp
     call load_elements(model, system, work)
     call find_causes(model, system, s, work)
+    call find_shifted(model, system, s, work)
     call change_ways(model, system, state%time, s)
-    if (s%full) then
-      call solve_full(model, system, state%time, s, work, trouble)
-    else
-      call solve_all(model, system, state%time, s, work, trouble)
-    end if
+    call solve_increment(model, system, state%time, s, work, trouble)
     if (len(trouble) > 0) return
     call collect_forces(model, system, s, work)
     call settle(model, system, s, work)
@@ -72,6 +75,14 @@ contains
     system%right = right
     system%contact_force = contact_force
   end subroutine follow_increment
+
+  !> Displacements of some candidates are not complete.
+  pure logical function is_late(s)
+    type(sensitivity_t), intent(in) :: s !! derivatives
+
+    is_late = .false.
+    if (allocated(s%answers%late)) is_late = any(s%answers%late)
+  end function is_late
 
   !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
   subroutine change_ways(model, system, time, s)
@@ -101,12 +112,8 @@ contains
           where (system%equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
         end associate
       end do
-      associate (condensed => system%condensed)
-        do i = 1, condensed%n
-          s%du(condensed%direction(i), condensed%node(i), j) = 0.0_wp
-        end do
-      end associate
     end do
+    call rest_candidates(system, s)
   end subroutine change_ways
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.

@@ -8,7 +8,7 @@ module sensitivity_start
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use contact_points, only: count_points
-  use contact_parameters, only: is_stiff
+  use contact_parameters, only: has_field
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
   use lever_sums, only: levers_t, supported_nodes, loaded_nodes
@@ -85,12 +85,10 @@ contains
         if (allocated(pair%surface%middles) .or. pair%points%n_slaves > 3) &
           call refuse('facets of six nodes (pair '//pair%name//')')
         if (pair%shrinking%shrink >= 0) call refuse('SHRInk (pair '//pair%name//')')
-        if (pair%augmented) call refuse('AUGMent (pair '//pair%name//')')
+        if (has_field(pair)) call refuse('AUGMent with points of facets (pair '//pair%name//')')
         do i = 1, size(cone_laws)
           if (acts(i, pair%law)) call refuse(trim(cone_laws(i)%keyword)//' (pair '//pair%name//')')
         end do
-        if (is_stiff(pair)) call refuse('a penalty that is solved for by multipliers (pair '// &
-          pair%name//', above 2000 E/h)')
         if (pair%points%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
       end associate
     end do
