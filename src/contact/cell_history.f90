@@ -148,8 +148,8 @@ contains
     call find_path(pair, cell_position(pair, cell, x), host, x, path, n)
     call project_on_master(pair, path(n), x, cell_position(pair, cell, x), tip, gap)
     slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
-    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(corners(x, pair%points%slave_facets(:, &
-      cell%slave))), slip(1:3)))
+    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(corners(x, &
+      pair%points%slave_facets(:, cell%slave))), slip(1:3)))
     if (.not. pair%augmented) then
       point%host = path(n)
       point%tip = tip

@@ -15,7 +15,8 @@ module hdf5_data
   use kinds, only: wp
   use errors, only: error_t
   use checksums, only: block_sum
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set, max_rank
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set, &
+    ask_extent, max_rank
   use hdf5_attributes, only: write_attribute
   implicit none
   private
@@ -233,28 +234,6 @@ contains
     call h5sselect_hyperslab_f(spaces(2), h5s_select_set_f, start(:rank), n(:rank), s(6))
     status = minval(s)
   end subroutine select_block
-
-  !> How many dimensions a data set has, and how long it is.
-  subroutine ask_extent(data_set, rank, extent)
-    integer(hid_t), intent(in) :: data_set !! its handle
-    integer, intent(out) :: rank !! its dimensions, 0 if they cannot be had or are too many
-    integer(hsize_t), intent(out) :: extent(:) !! (max_rank) how long each is
-    integer(hsize_t) :: limits(max_rank)
-    integer(hid_t) :: space
-    integer :: s(4)
-
-    s = 0
-    extent = 0_hsize_t
-    call h5dget_space_f(data_set, space, s(1))
-    call h5sget_simple_extent_ndims_f(space, rank, s(2))
-    if (any(s < 0) .or. rank < 1 .or. rank > max_rank) then
-      rank = 0
-    else
-      call h5sget_simple_extent_dims_f(space, extent, limits, s(3))
-      if (s(3) < 0) rank = 0
-    end if
-    call h5sclose_f(space, s(4))
-  end subroutine ask_extent
 
   !> Writes a block that lies anywhere in memory.
   subroutine write_any(file, path, type_id, address, n_numbers, first, error)

@@ -9,7 +9,8 @@ module hdf5_io
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5lexists_f, &
     h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5pset_istore_k_f, h5f_acc_trunc_f, &
-    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
+    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f, &
+    h5dget_space_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f
   use hdf5, only: h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5t_c_s1, h5t_str_nullpad_f
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
@@ -19,7 +20,7 @@ module hdf5_io
   private
   public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
     flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
-    find_data_set, max_rank
+    find_data_set, ask_extent, max_rank
 
   !> Most dimensions that a data set of a results file has.
   integer, parameter :: max_rank = 3
@@ -316,6 +317,28 @@ contains
     end if
     if (present(place)) place = merge(file%n_open, 0, status >= 0)
   end subroutine find_data_set
+
+  !> How many dimensions a data set has, and how long it is.
+  subroutine ask_extent(data_set, rank, extent)
+    integer(hid_t), intent(in) :: data_set !! its handle
+    integer, intent(out) :: rank !! its dimensions, 0 if they cannot be had or are too many
+    integer(hsize_t), intent(out) :: extent(:) !! (max_rank) how long each is
+    integer(hsize_t) :: limits(max_rank)
+    integer(hid_t) :: space
+    integer :: s(4)
+
+    s = 0
+    extent = 0_hsize_t
+    call h5dget_space_f(data_set, space, s(1))
+    call h5sget_simple_extent_ndims_f(space, rank, s(2))
+    if (any(s < 0) .or. rank < 1 .or. rank > max_rank) then
+      rank = 0
+    else
+      call h5sget_simple_extent_dims_f(space, extent, limits, s(3))
+      if (s(3) < 0) rank = 0
+    end if
+    call h5sclose_f(space, s(4))
+  end subroutine ask_extent
 
   !> Makes a group.
   subroutine make_group(file, path, error)

@@ -47,9 +47,10 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
     type(run_state_t) :: run
-    integer :: skip
+    integer :: skip, k
 
     context%monitor%steps = count_steps(commands)
+    context%system%spared = count([(.not. is_inside_due(context, k), k=1, context%monitor%steps)])
     skip = 0
     call ask_for_solver(context%system, solver_auto)
     if (states%step > 0) then
@@ -224,7 +225,7 @@ contains
         return
       end if
       context%monitor%step = context%state%step + 1
-      context%system%inside_due = k == n .or. is_inside_due(context)
+      context%system%inside_due = k == n .or. is_inside_due(context, context%monitor%step)
       seconds = wall_seconds()
       call advance(context%model, context%system, context%state, end_time, run%settings, &
         context%monitor, error)
@@ -235,12 +236,13 @@ contains
     end do
   end subroutine run_steps
 
-  !> Displacements inside are asked for at the next end time: by fields, state or tables, and at
-  !! every so many by the audit.
-  pure logical function is_inside_due(context) result(due)
+  !> Displacements inside are asked for at an end time: by fields, state or tables, and at every so
+  !! many by the audit.
+  pure logical function is_inside_due(context, step) result(due)
     type(context_t), intent(in) :: context !! what the run works on
+    integer, intent(in) :: step !! number of the end time
 
-    associate (step => context%state%step + 1, output => context%model%output)
+    associate (output => context%model%output)
       due = fields_due(output, step) .and. (any(output%field) .or. output%contact .or. &
         output%state /= state_none)
       due = due .or. mod(step, every_audit) == 0 .or. step == 1 .or. size(output%history) > 0 .or. &

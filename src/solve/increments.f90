@@ -345,8 +345,12 @@ contains
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
 
-    state%whole = .true.
-    if (.not. system%inside_due) state%whole = .not. can_do_without(model, system)
+    if (can_do_without(model, system)) then
+      state%whole = system%inside_due
+      if (.not. system%condensed%sums%known) call form_sums(model, system)
+    else
+      state%whole = .true.
+    end if
     if (system%condensed%active) then
       if (state%whole) call recover_interior(system)
       if (.not. state%whole) call refresh_candidates(system)
@@ -364,8 +368,6 @@ contains
       end where
       call spring_reactions(system, state)
       call keep_rigid(system, state)
-      if (system%condensed%sums%wanted .and. .not. system%condensed%sums%known) call form_sums( &
-        model, system)
     else
       call take_sums(system)
     end if

@@ -167,5 +167,6 @@ module system_types
     type(contact_places_t) :: place !! where the contact elements are
     type(scales_t) :: scale !! forces and lengths to compare with
     logical :: inside_due = .true. !! displacements inside are asked for at the end time
+    integer :: spared = 0 !! end times of the run at which they are not
   end type system_t
 end module system_types

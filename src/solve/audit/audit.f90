@@ -3,7 +3,7 @@
 module audit
   use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
-  use elmlib, only: routine_none, routine_finite
+  use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use contact_overlap, only: overlap_of, withheld_gap
@@ -15,8 +15,10 @@ module audit
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
-  use body_audit, only: measure_bodies, find_balance, find_turns, angle_of
-  use linear_sums, only: direct_sums, body_rows, reaction_rows, load_rows, turn_rows
+  use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
+    has_finite_strain
+  use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
+  use linear_sums, only: turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &
@@ -123,6 +125,7 @@ contains
       call add_supports(model, value, audit%balance)
     else if (system%bulk%linear) then
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, state%reaction)
+      if (size(value) > 0) call compare_balance(model, system, value, audit)
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
         audit%balance, state%reaction)
@@ -141,66 +144,6 @@ contains
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
   end subroutine audit_state
-
-  !> Linear sums of an end time: those of its contact forces where displacements inside are not
-  !! known, else from these. Nothing where no end time does without displacements inside.
-  subroutine take_values(model, system, state, value)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! sums of the condensed form
-    type(state_t), intent(in) :: state !! the converged state
-    real(wp), allocatable, intent(out) :: value(:) !! (sums)
-
-    associate (sums => system%condensed%sums)
-      if (.not. sums%known) then
-        allocate (value(0))
-      else if (.not. state%whole) then
-        value = sums%value
-      else
-        allocate (value(size(sums%value)))
-        call direct_sums(model, system, state, value)
-      end if
-    end associate
-  end subroutine take_values
-
-  !> Adds what supports do to each body.
-  pure subroutine add_supports(model, value, balance)
-    type(model_t), intent(in) :: model !! output request
-    real(wp), intent(in) :: value(:) !! (sums)
-    real(wp), intent(inout) :: balance(:, :) !! (6, bodies) sum of forces and of moments
-    integer :: b, rows(2)
-
-    do b = 1, size(balance, 2)
-      rows = body_rows(model, b)
-      balance(:, b) = balance(:, b) + value(rows(1):rows(2))
-    end do
-  end subroutine add_supports
-
-  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
-  pure function lever_ends(x, u, system) result(y)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(in) :: system !! bulk elements, bodies
-    real(wp) :: y(3, size(u, 2))
-    logical :: finite(0:system%body%bodies)
-
-    finite = has_finite_strain(system)
-    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
-  end function lever_ends
-
-  !> Bodies with elements of finite strain.
-  pure function has_finite_strain(system) result(finite)
-    type(system_t), intent(in) :: system !! bulk elements, bodies
-    logical :: finite(0:system%body%bodies)
-    integer :: k
-
-    finite = .false.
-    if (system%bulk%linear) return
-    do k = 1, system%bulk%n
-      if (system%bulk%routine(k) == routine_finite) &
-        finite(system%body%node_body(system%bulk%ix(1, k))) &
-        = .true.
-    end do
-  end function has_finite_strain
 
   !> Whether each body is in balance.
   subroutine judge_balance(model, system, state, settings, audit)
@@ -349,42 +292,6 @@ contains
     audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
       last .and. audit%value(check_work) > most_lost .and. has_friction(model))
   end subroutine find_energies
-
-  !> Work of loads and supports since the last end time, from what they do on each load's motion.
-  pure subroutine add_work(model, system, value, audit)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! factors of the loads
-    real(wp), intent(in) :: value(:) !! (sums)
-    type(audit_t), intent(inout) :: audit !! sums of the last end time; work grows
-    integer :: r(2), l(2)
-
-    r = reaction_rows(model, system)
-    l = load_rows(model, system)
-    associate (before => audit%sum%value, factors => system%condensed%outer%factors, &
-      factors_before => audit%sum%factors)
-      audit%sum%work = audit%sum%work + 0.5_wp*dot_product(value(r(1):r(2)) + before(r(1):r(2)), &
-        factors - factors_before) + 0.5_wp*dot_product(factors + factors_before, &
-        value(l(1):l(2)) - before(l(1):l(2)))
-    end associate
-  end subroutine add_work
-
-  !> Strain energy: half the work of all forces on the bulk.
-  pure real(wp) function energy_by_sums(model, system, state, value) result(energy)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! factors of the loads, forces of contact
-    type(state_t), intent(in) :: state !! displacements where contact acts
-    real(wp), intent(in) :: value(:) !! (sums)
-    integer :: r(2), l(2), i
-
-    r = reaction_rows(model, system)
-    l = load_rows(model, system)
-    energy = 0.5_wp*dot_product(system%condensed%outer%factors, value(r(1):r(2)) &
-      + value(l(1):l(2)))
-    do i = 1, size(state%u, 2)
-      if (system%condensed%candidate(i)) energy = energy &
-        - 0.5_wp*dot_product(state%u(:, i), system%contact_force(:, i))
-    end do
-  end function energy_by_sums
 
   !> Energy that penalties hold, and the work that is done while SHRInk takes up overlaps.
   subroutine add_contact_energies(model, system, point_state, audit)

@@ -3,10 +3,12 @@
 module body_audit
   use kinds, only: wp, pi
   use vectors, only: cross
+  use elmlib, only: routine_finite
   use system_types, only: system_t
   implicit none
   private
-  public :: measure_bodies, find_balance, find_turns, angle_of
+  public :: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
+    has_finite_strain
 
 contains
 
@@ -129,4 +131,31 @@ contains
 
     angle = asin(min(1.0_wp, norm2(matmul(inertia, turn))))*180.0_wp/pi
   end function angle_of
+
+  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
+  pure function lever_ends(x, u, system) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    real(wp) :: y(3, size(u, 2))
+    logical :: finite(0:system%body%bodies)
+
+    finite = has_finite_strain(system)
+    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
+  end function lever_ends
+
+  !> Bodies with elements of finite strain.
+  pure function has_finite_strain(system) result(finite)
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    logical :: finite(0:system%body%bodies)
+    integer :: k
+
+    finite = .false.
+    if (system%bulk%linear) return
+    do k = 1, system%bulk%n
+      if (system%bulk%routine(k) == routine_finite) &
+        finite(system%body%node_body(system%bulk%ix(1, k))) &
+        = .true.
+    end do
+  end function has_finite_strain
 end module body_audit

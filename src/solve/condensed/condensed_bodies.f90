@@ -10,7 +10,7 @@ module condensed_bodies
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
   use back_ends, only: solver_done
-  use condensed_types, only: condensed_t, linear_sums_t
+  use condensed_types, only: condensed_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
     drop_live, free_body
@@ -187,7 +187,6 @@ contains
         end associate
       end do
       if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
-      condensed%sums = linear_sums_t()
       condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
       condensed%bulk%force = condensed%outer%loaded
       condensed%bulk%force_change = condensed%outer%loaded

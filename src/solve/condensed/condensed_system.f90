@@ -7,7 +7,7 @@ module condensed_system
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, linear_sums_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
@@ -275,7 +275,8 @@ contains
           end do
         end do
       end do
-      if (allocated(tangent%status) .and. any(before /= tangent%dofs)) deallocate (tangent%status)
+      if (condensed%active .and. all(before == tangent%dofs)) return
+      if (allocated(tangent%status)) deallocate (tangent%status)
     end associate
   end subroutine place_elements
 
@@ -309,6 +310,7 @@ contains
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)
+      condensed%sums = linear_sums_t()
       if (condensed%preconditions) return
       do i = 1, condensed%n
         condensed%bulk%force(i) = force(condensed%direction(i), condensed%node(i))

@@ -126,8 +126,6 @@ module condensed_types
 
   !> Sums over supports and loads that are linear in the contact forces (linear_sums).
   type :: linear_sums_t
-    integer :: missed = 0 !! increments that could have done with them so far
-    logical :: wanted = .false. !! these are enough
     logical :: known = .false. !! the matrices are there
     real(wp), allocatable :: by_load(:, :) !! (sums, loads) what a unit of a load does to each
     real(wp), allocatable :: by_force(:, :) !! (n, sums) what a unit of a contact force does

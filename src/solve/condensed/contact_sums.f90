@@ -334,21 +334,34 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! its columns
     real(wp), intent(in) :: d(:) !! (live) [length]
     real(wp), intent(out) :: z(:) !! (rank)
-    integer :: j, i
+    real(wp) :: moved(0:size(d))
+    integer :: j
 
     if (tangent%whole) then
       call take_held(tangent, d, z)
       return
     end if
+    moved(0) = 0.0_wp
+    moved(1:) = d
     do j = 1, tangent%rank
-      z(j) = 0.0_wp
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
-        end do
-      end associate
+      z(j) = share_of(size(tangent%dofs, 1), tangent%dofs(:, tangent%owner(j)), tangent%v(:, j), &
+        moved)
     end do
   end subroutine take_shares
+
+  !> A column of V^T d.
+  pure real(wp) function share_of(n, dofs, v, moved) result(share)
+    integer, intent(in) :: n !! degrees of freedom of an element
+    integer, intent(in) :: dofs(n) !! live candidates, 0 for none
+    real(wp), intent(in) :: v(n) !! the column
+    real(wp), intent(in) :: moved(0:) !! (0:live) d, and 0 for none [length]
+    integer :: i
+
+    share = 0.0_wp
+    do i = 1, n
+      share = share + v(i)*moved(dofs(i))
+    end do
+  end function share_of
 
   !> Adds U z to y.
   pure subroutine add_leading(tangent, z, y)

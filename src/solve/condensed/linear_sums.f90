@@ -13,26 +13,19 @@ module linear_sums
   use model_types, only: model_t
   use block_matrix, only: multiply
   use condensation, only: reduce_body
-  use condensed_types, only: linear_sums_t
   use body_audit, only: measure_bodies
   use system_types, only: system_t, state_t
   implicit none
   private
-  public :: can_do_without, form_sums, take_sums, direct_sums, set_rows, body_rows, reaction_rows, &
-    load_rows, turn_rows
+  public :: can_do_without, form_sums, take_sums, mapped_sums, direct_works, body_rows, &
+    reaction_rows, load_rows, turn_rows
 
   !> More sums than this are not worth it.
   integer, parameter :: most_sums = 300
+  !> End times over sums from which on they pay: each takes half a pass through a factor.
+  integer, parameter :: least_spared = 2
 
 contains
-
-  !> The sums of a set of reactions.
-  pure function set_rows(set) result(rows)
-    integer, intent(in) :: set !! its number in the request
-    integer :: rows(2)
-
-    rows = [3*set - 2, 3*set]
-  end function set_rows
 
   !> Force and moment of the supports on a body.
   pure function body_rows(model, body) result(rows)
@@ -82,25 +75,22 @@ contains
     n = rows(2)
   end function count_sums
 
-  !> An increment can do without displacements inside, now that it has converged. They are formed
-  !! when as many increments could have done without as there are sums: only then they pay.
+  !> Rows and audit of an increment that has converged can do without displacements inside, and
+  !! enough end times of the run do for the sums to pay. That depends on deck and state alone, so
+  !! that a restart gives the same rows.
   logical function can_do_without(model, system) result(can)
     type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(inout) :: system !! converged; sums of condensed counts
+    type(system_t), intent(in) :: system !! converged
     integer :: n
 
-    associate (condensed => system%condensed)
-      can = condensed%active .and. .not. condensed%surface_only .and. condensed%rigid%modes == 0 &
-        .and. .not. any(system%body%weak) .and. system%tools%border%n == 0
-      can = can .and. .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
-      if (can) can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
-      n = count_sums(model, system)
-      can = can .and. n <= most_sums
-      if (.not. can) return
-      can = condensed%sums%known
-      if (.not. can) condensed%sums%missed = condensed%sums%missed + 1
-      condensed%sums%wanted = condensed%sums%missed >= n
-    end associate
+    can = system%spared > 0 .and. system%condensed%active
+    if (.not. can) return
+    can = .not. system%condensed%surface_only .and. system%condensed%rigid%modes == 0 .and. &
+      .not. any(system%body%weak) .and. system%tools%border%n == 0 .and. &
+      .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
+    if (can) can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
+    n = count_sums(model, system)
+    can = can .and. n <= most_sums .and. system%spared >= least_spared*n
   end function can_do_without
 
   !> What contact forces and loads do to each sum.
@@ -231,30 +221,39 @@ contains
   subroutine take_sums(system)
     type(system_t), intent(inout) :: system !! gets the values of sums
 
-    associate (sums => system%condensed%sums, condensed => system%condensed)
-      sums%value = matmul(sums%by_load, condensed%outer%factors)
-      if (condensed%n > 0) call dgemv('T', condensed%n, size(sums%value), 1.0_wp, sums%by_force, &
-        condensed%n, condensed%bulk%force, 1, 1.0_wp, sums%value, 1)
-    end associate
+    call mapped_sums(system, system%condensed%sums%value)
   end subroutine take_sums
 
-  !> The same from displacements inside and reactions, each added up.
-  subroutine direct_sums(model, system, state, value)
+  !> The same, handed out.
+  subroutine mapped_sums(system, value)
+    type(system_t), intent(in) :: system !! forces of contact, factors of the loads
+    real(wp), intent(out) :: value(:) !! (sums)
+
+    associate (sums => system%condensed%sums, condensed => system%condensed)
+      value = matmul(sums%by_load, condensed%outer%factors)
+      if (condensed%n > 0) call dgemv('T', condensed%n, size(value), 1.0_wp, sums%by_force, &
+        condensed%n, condensed%bulk%force, 1, 1.0_wp, value, 1)
+    end associate
+  end subroutine mapped_sums
+
+  !> Works of loads and reactions from displacements inside and reactions, each added up.
+  subroutine direct_works(model, system, state, value)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! equations, bodies
     type(state_t), intent(in) :: state !! converged, displacements inside known
-    real(wp), intent(out) :: value(:) !! (sums)
+    real(wp), intent(inout) :: value(:) !! (sums) gets the works
     real(wp) :: unit(3, model%mesh%nodes)
-    integer :: row, last(2)
+    integer :: row, r(2), l(2)
 
-    last = reaction_rows(model, system)
-    do row = 1, size(value)
+    r = reaction_rows(model, system)
+    l = load_rows(model, system)
+    do row = r(1), l(2)
       call find_unit(model, system, row, unit)
-      if (row <= last(2)) then
+      if (row <= r(2)) then
         value(row) = sum(unit*state%reaction)
       else
         value(row) = sum(unit*state%u)
       end if
     end do
-  end subroutine direct_sums
+  end subroutine direct_works
 end module linear_sums
