@@ -190,18 +190,21 @@ contains
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
 
-  !> Reports what derivatives do not know of the scene.
+  !> Reports what derivatives do not know of the scene, which is built for it on a copy: a check
+  !! builds its own.
   subroutine check_derivatives(model, sensitivity, diagnostics, error)
-    type(model_t), intent(inout) :: model !! the problem
+    type(model_t), intent(in) :: model !! the problem
     type(sensitivity_t), intent(inout) :: sensitivity !! derivatives that are asked for
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's lines
     type(error_t), allocatable, intent(out) :: error !! the report
+    type(model_t) :: scene
     type(system_t) :: system
     type(state_t) :: state
 
     if (.not. sensitivity%active) return
-    call build_system(model, system, state)
-    call check_slopes(model, system, sensitivity, diagnostics)
+    scene = model
+    call build_system(scene, system, state)
+    call check_slopes(scene, system, sensitivity, diagnostics)
     call diagnostics_to_error(diagnostics, error)
   end subroutine check_derivatives
 
