@@ -263,7 +263,8 @@ contains
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
     call try_direction(system, x, settings, progress, outcome)
-    if (outcome /= solver_singular .or. .not. system%body%settled) return
+    if (outcome /= solver_singular .or. .not. system%body%settled .or. &
+      system%condensed%active) return
     system%body%settled = .false.
     call try_direction(system, x, settings, progress, outcome)
   end subroutine find_direction
