@@ -183,7 +183,7 @@ contains
 
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
-  !! grounding holds nothing but what contact hardly resists, and whose matrix has no pivots to spare.
+  !! grounding holds nothing but what contact hardly resists, and whose matrix has no digits left.
   subroutine find_grounded(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! status of contact elements; gets grounded
