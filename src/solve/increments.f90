@@ -28,6 +28,9 @@ module increments
 
   !> With a drag a body first goes this share of a facet in an iteration.
   real(wp), parameter :: drag_way = 0.05_wp
+  !> A drag that has led nowhere so often since the last increment that was accepted is not tried
+  !! with shorter ones: these start near their end, if they have one.
+  integer, parameter :: most_in_vain = 2
 
 contains
 
@@ -65,13 +68,16 @@ contains
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
-    if (any(system%body%weak) .and. any(progress%outcome == [outcome_stalled, outcome_too_many, &
-      outcome_restless, outcome_singular])) then
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
+      outcome_singular])
+    if (failed .and. any(system%body%weak) .and. system%body%in_vain < most_in_vain) then
       call let_down(model, system, time, settings, monitor, progress)
+      if (progress%outcome /= outcome_converged) system%body%in_vain = system%body%in_vain + 1
     end if
     if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
+    system%body%in_vain = 0
     call accept(model, system, state, time)
   end subroutine solve_increment
 

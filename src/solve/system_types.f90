@@ -76,6 +76,7 @@ module system_types
     logical :: settled = .false. !! the last full step has left nearly all points as they were
     real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
     real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
+    integer :: in_vain = 0 !! drags since the last accepted increment that have led nowhere
     type(euler_t) :: euler !! the step with a drag that is under way
     logical :: adrift = .false. !! a solve was left while a body with a drag was on its way
   end type bodies_t
