@@ -72,14 +72,16 @@ contains
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well.
+  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well. In
+  !! the condensed form the defects of the first start often tell that it leaves more.
   subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp) :: norm_left, norm_carried
+    real(wp) :: norm_left, norm_carried, least_left
+    logical :: moved
     integer :: k
 
     do k = 1, size(model%pairs)
@@ -103,10 +105,20 @@ contains
         call start_here(model, system, norm_carried)
         return
       end if
-      system%u = system%position%left
     end if
+    moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
+    if (moved .and. system%condensed%active .and. .not. any(system%body%weak)) then
+      system%u = system%position%left
+      call restore_forces(system%condensed)
+      call find_defects(system)
+      least_left = system%condensed%bulk%defect_norm
+      system%u = system%position%carried
+      call start_here(model, system, norm_carried)
+      if (norm_carried <= least_left) return
+    end if
+    system%u = system%position%left
     call start_here(model, system, norm_left)
-    if (all(abs(system%position%carried - system%position%left) <= 0.0_wp)) return
+    if (.not. moved) return
     system%u = system%position%carried
     call start_here(model, system, norm_carried)
     if (norm_carried <= norm_left) return
