@@ -2,7 +2,7 @@
 !! (doc/theory, "Derivatives along the path").
 module linear_answers
   use kinds, only: wp
-  use lapack_interface, only: dgetrs
+  use block_solves, only: solve_block
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
@@ -193,7 +193,7 @@ contains
     real(wp), intent(inout) :: d(:, :) !! (columns, rows) in and out [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), allocatable :: force(:, :)
-    integer :: k, info
+    integer :: k
 
     associate (tangent => condensed%tangent, n => condensed%tangent%rank, columns => size(d, 1))
       if (n == 0) return
@@ -204,8 +204,7 @@ contains
       else
         call take_shares_block(tangent, touched%place, d, z)
       end if
-      call dgetrs('N', n, columns, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, &
-        info)
+      call solve_block(n, columns, size(tangent%small, 1), tangent%small, tangent%pivot, z)
       if (tangent%whole) then
         allocate (force(columns, size(d, 2)), source=0.0_wp)
         call add_leading_block(tangent, touched, z, force)

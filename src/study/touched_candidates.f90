@@ -100,20 +100,52 @@ contains
     real(wp), intent(in), contiguous :: cu(:, :) !! (live, rank or more) C U [length]
     real(wp), intent(in), contiguous :: z(:, :) !! (rank, columns)
     real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
-    real(wp) :: yields(size(cu, 1), size(z, 2))
-    integer :: i
+    real(wp) :: yields(most_rows, size(z, 2))
+    integer :: i, first, next, last, rows
 
     if (size(z) == 0) return
-    if (size(z, 2) == 1) then
-      call dgemv('N', size(cu, 1), size(z, 1), 1.0_wp, cu, size(cu, 1), z, 1, 0.0_wp, yields, 1)
-    else
-      call dgemm('N', 'N', size(cu, 1), size(z, 2), size(z, 1), 1.0_wp, cu, size(cu, 1), z, &
-        size(z, 1), 0.0_wp, yields, size(cu, 1))
-    end if
-    do i = 1, size(touched%live_rows)
-      if (touched%live_rows(i) > 0) y(:, i) = y(:, i) - yields(touched%live_rows(i), :)
+    i = 1
+    last = maxval(touched%live_rows, 1)
+    do
+      ! the next rows that are wanted, with those between them
+      do while (i <= size(touched%live_rows))
+        if (touched%live_rows(i) > 0) exit
+        i = i + 1
+      end do
+      if (i > size(touched%live_rows)) exit
+      first = touched%live_rows(i)
+      rows = min(most_rows, last - first + 1)
+      call multiply_few(rows, size(z, 2), size(z, 1), first, cu, size(cu, 1), z, yields)
+      do next = i, size(touched%live_rows)
+        if (touched%live_rows(next) <= 0) cycle
+        if (touched%live_rows(next) >= first + rows) exit
+        y(:, next) = y(:, next) - yields(touched%live_rows(next) - first + 1, :)
+      end do
+      i = next
     end do
   end subroutine subtract_leading
+
+  !> y = A x with some rows of A for an x of few columns, some columns of A after the other.
+  subroutine multiply_few(rows, few, n, row, a, rows_of_a, x, y)
+    integer, intent(in) :: rows !! of A
+    integer, intent(in) :: few !! columns of x
+    integer, intent(in) :: n !! columns of A
+    integer, intent(in) :: row !! the first one
+    integer, intent(in) :: rows_of_a !! of the array
+    real(wp), intent(in) :: a(rows_of_a, *) !! rows and n columns of A, and others
+    real(wp), intent(in) :: x(n, few) !! second factor
+    real(wp), intent(inout) :: y(most_rows, few) !! its first rows get the product
+    integer :: first, width
+    real(wp) :: before
+
+    before = 0.0_wp
+    do first = 1, n, most_columns
+      width = min(most_columns, n - first + 1)
+      call dgemm('N', 'N', rows, few, width, 1.0_wp, a(row, first), rows_of_a, x(first, 1), n, &
+        before, y, most_rows)
+      before = 1.0_wp
+    end do
+  end subroutine multiply_few
 
   !> The touched candidates body by body, and their compliances where those of the last call do not
   !! serve.
