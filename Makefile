@@ -40,7 +40,7 @@ LINK_release := -flto=auto
 # Local arrays whose size is known at run time alone go to the heap; in these modules, those of one
 # element or facet are so small that they need not.
 STACKED := $(notdir $(basename $(wildcard src/laws/*.f90 src/elements/*.f90))) \
-  linear_fields slave_places facet_clipping cell_cutting facet_geometry low_rank
+  linear_fields cell_history slave_places facet_clipping cell_cutting facet_geometry low_rank
 
 MODES := release debug coverage sanitize
 PROGRAM_release := mfec

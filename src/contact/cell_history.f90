@@ -5,7 +5,7 @@ module cell_history
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
   use contact_tips, only: find_tip_from
   use contact_ridges, only: pass_edge
-  use facet_geometry, only: project_on_facet, facet_frame, barycentric
+  use facet_geometry, only: corners, project_on_facet, facet_frame, barycentric
   use master_facets, only: is_quadratic
   use slave_places, only: cell_position
   use smooth_normals, only: project_on_master, place_on_master
@@ -33,7 +33,7 @@ contains
     logical :: closed(size(cells))
     integer :: p
 
-    frame = facet_frame(x(:, pair%points%slave_facets(:, f)))
+    frame = facet_frame(corners(x, pair%points%slave_facets(:, f)))
     closed = points%host > 0 .and. points%status > status_open
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
@@ -58,9 +58,9 @@ contains
       way = place_on_master(pair, host, x, to) - place_on_master(pair, host, x, from)
     else
       xi = to - from
-      associate (corners => pair%surface%facets(:, host))
-        way = xi(1)*(x(:, corners(1)) - x(:, corners(3))) &
-          + xi(2)*(x(:, corners(2)) - x(:, corners(3)))
+      associate (nodes => pair%surface%facets(:, host))
+        way = xi(1)*(x(:, nodes(1)) - x(:, nodes(3))) &
+          + xi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
       end associate
     end if
   end function way_between
@@ -77,11 +77,11 @@ contains
     real(wp) :: value(3, size(cells)), frame(3, 3)
     integer :: p
 
-    frame = facet_frame(x(:, pair%points%slave_facets(:, f)))
+    frame = facet_frame(corners(x, pair%points%slave_facets(:, f)))
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
       if (points(p)%host == 0) cycle
-      value(:, p) = matmul(matmul(facet_frame(x(:, pair%surface%facets(:, points(p)%host))), &
+      value(:, p) = matmul(matmul(facet_frame(corners(x, pair%surface%facets(:, points(p)%host))), &
                                   points(p)%lambda/cells(p)%area), frame)
     end do
     call fit_closed(cells, points%host > 0, value, field)
@@ -148,8 +148,8 @@ contains
     call find_path(pair, cell_position(pair, cell, x), host, x, path, n)
     call project_on_master(pair, path(n), x, cell_position(pair, cell, x), tip, gap)
     slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
-    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(x(:, pair%points%slave_facets(:, &
-      cell%slave))), slip(1:3)))
+    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(corners(x, &
+      pair%points%slave_facets(:, cell%slave))), slip(1:3)))
     if (.not. pair%augmented) then
       point%host = path(n)
       point%tip = tip
@@ -169,14 +169,13 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: to(2) !! (xi, eta)
     real(wp), intent(in) :: way(3) !! the way [length]
-    real(wp) :: from(2), gap
+    real(wp) :: from(2), gap, facet_corners(3, 3)
 
     if (is_quadratic(pair, facet) .or. pair%smooth) then
       call project_on_master(pair, facet, x, place_on_master(pair, facet, x, to) - way, from, gap)
     else
-      associate (corners => x(:, pair%surface%facets(:, facet)))
-        call project_on_facet(corners, corners(:, 3) + way, from, gap)
-      end associate
+      facet_corners = corners(x, pair%surface%facets(:, facet))
+      call project_on_facet(facet_corners, facet_corners(:, 3) + way, from, gap)
       from = to - from
     end if
   end function step_back

@@ -9,7 +9,7 @@ module contact_cells
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points, first_cell, longest_facet
   use facet_clipping, only: cell_points
-  use facet_geometry, only: facet_normal
+  use facet_geometry, only: corners, facet_normal
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
@@ -114,12 +114,21 @@ contains
   !> Nodes, weights, areas and penalties of the present cells.
   pure subroutine show_cells(pair)
     type(pair_t), intent(inout) :: pair !! cell given
-    integer :: p
+    integer :: p, k
+    logical :: bent
 
+    bent = allocated(pair%points%slave_middles)
     do p = 1, size(pair%history%cells)
       associate (cell => pair%history%cells(p))
-        pair%points%point_nodes(:, p) = slave_nodes(pair, max(1, cell%slave))
-        pair%points%point_weights(:, p) = slave_weights(pair, max(1, cell%slave), cell%weight)
+        if (bent) then
+          pair%points%point_nodes(:, p) = slave_nodes(pair, max(1, cell%slave))
+          pair%points%point_weights(:, p) = slave_weights(pair, max(1, cell%slave), cell%weight)
+        else
+          do k = 1, 3
+            pair%points%point_nodes(k, p) = pair%points%slave_facets(k, max(1, cell%slave))
+            pair%points%point_weights(k, p) = cell%weight(k)
+          end do
+        end if
         pair%points%area(p) = cell%area
         pair%points%epsilon(p) = pair%points%density*cell%area
       end associate
@@ -296,7 +305,7 @@ contains
     last = 0
     do k = 1, size(hosts)
       if (hosts(k) == 0 .or. hosts(k) == last) cycle
-      normal = facet_normal(x(:, pair%surface%facets(:, hosts(k))))
+      normal = facet_normal(corners(x, pair%surface%facets(:, hosts(k))))
       if (last == 0) first = normal
       level = level .and. dot_product(first, normal) > 1.0_wp - one_plane
       if (level) level = is_plane(pair, x, hosts(k), normal, one_plane)

@@ -72,11 +72,15 @@ contains
     type(cell_t), intent(in) :: cell !! where the point is, of a slave facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: y(3)
+    integer :: k
 
     if (is_bent(pair, cell%slave)) then
       y = matmul(x(:, slave_nodes(pair, cell%slave)), slave_weights(pair, cell%slave, cell%weight))
     else
-      y = matmul(x(:, pair%points%slave_facets(:, cell%slave)), cell%weight)
+      y = 0.0_wp
+      do k = 1, 3
+        y = y + x(:, pair%points%slave_facets(k, cell%slave))*cell%weight(k)
+      end do
       if (allocated(pair%points%side%patch)) y = y + lift_over(pair, cell%slave, cell%weight, x)
     end if
   end function cell_position

@@ -173,30 +173,27 @@ contains
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(cone_t), intent(in) :: c !! cone at its new tip
     type(element_t), intent(inout) :: e !! gets s
-    real(wp) :: b(3, 12), b_transposed(12, 3), dg(3, 12), row(12)
-    integer :: k
+    real(wp) :: b(3, 12), dg(3, 12), g(3, 12), tip(2), ways(3)
+    integer :: j
 
     if (e%status /= status_slip) then
       call stick_tangent(d(d03_epsilon), c, e)
       return
     end if
     b = gap_operator(c%tip)
-    dg = gap_derivative(c, e%h1)
-    b_transposed = transpose(b)
-    e%s(1:12, 1:12) = matmul(b_transposed, dg)
+    g = gap_derivative(c, e%h1)
+    dg = g
     if (c%shifted) dg = dg - shift_derivative(c)
     b = b - dg
-    row = matmul(c%d1, b)
-    do k = 1, 3
-      e%s(3 + k, 1:12) = e%s(3 + k, 1:12) - c%g_new(k)*row
-      e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
+    ! B^T is I and shares of I, three rows each, and how the tip moves changes the shares
+    ways = [-c%tip(1), -c%tip(2), -(1.0_wp - c%tip(1) - c%tip(2))]
+    do j = 1, 12
+      tip = [dot_product(c%d1, b(:, j)), dot_product(c%d2, b(:, j))]
+      e%s(1:3, j) = d(d03_epsilon)*g(:, j)
+      e%s(4:6, j) = d(d03_epsilon)*(ways(1)*g(:, j) - c%g_new*tip(1))
+      e%s(7:9, j) = d(d03_epsilon)*(ways(2)*g(:, j) - c%g_new*tip(2))
+      e%s(10:12, j) = d(d03_epsilon)*(ways(3)*g(:, j) + c%g_new*tip(1) + c%g_new*tip(2))
     end do
-    row = matmul(c%d2, b)
-    do k = 1, 3
-      e%s(6 + k, 1:12) = e%s(6 + k, 1:12) - c%g_new(k)*row
-      e%s(9 + k, 1:12) = e%s(9 + k, 1:12) + c%g_new(k)*row
-    end do
-    e%s(1:12, 1:12) = d(d03_epsilon)*e%s(1:12, 1:12)
   end subroutine tangent
 
   !> K = eps B^T (B + dkappa/du) at the old tip; zero for an open point.

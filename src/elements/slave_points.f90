@@ -110,29 +110,42 @@ contains
     logical, intent(in) :: with_matrix !! s is spread, too
     integer, intent(in) :: m !! degrees of freedom of S and the facet
     type(element_t), intent(inout) :: e !! their r and s become those of all nodes
-    real(wp) :: r(m), s(m, m), rows(3*e%nel, m)
-    integer :: b, j, n, last
+    integer :: b, j, k, n
 
-    n = 3*e%slaves
-    last = n + m - 3
-    r = e%r(1:m)
-    do b = 1, e%slaves
-      e%r(3*b - 2:3*b) = e%weight(b)*r(1:3)
-    end do
-    e%r(n + 1:last) = r(4:m)
+    n = 3*e%slaves - 3
+    call spread_column(e%slaves, e%weight, m, e%r)
     if (.not. with_matrix) return
-    s = e%s(1:m, 1:m)
-    do j = 1, m
-      do b = 1, e%slaves
-        rows(3*b - 2:3*b, j) = e%weight(b)*s(1:3, j)
+    ! from the last column on: none is written before it has been read
+    do j = m, 1, -1
+      call spread_column(e%slaves, e%weight, m, e%s(:, j))
+      if (j > 3) e%s(1:n + m, n + j) = e%s(1:n + m, j)
+    end do
+    do b = e%slaves, 1, -1
+      do k = 1, 3
+        e%s(1:n + m, 3*b - 3 + k) = e%weight(b)*e%s(1:n + m, k)
       end do
-      rows(n + 1:last, j) = s(4:m, j)
     end do
-    do b = 1, e%slaves
-      e%s(1:last, 3*b - 2:3*b) = e%weight(b)*rows(1:last, 1:3)
-    end do
-    e%s(1:last, n + 1:last) = rows(1:last, 4:m)
   end subroutine spread_point
+
+  !> From S to its nodes within a vector, from the last entry on.
+  pure subroutine spread_column(slaves, weight, m, v)
+    integer, intent(in) :: slaves !! nodes of S
+    real(wp), intent(in) :: weight(:) !! (slaves) what each weighs
+    integer, intent(in) :: m !! degrees of freedom of S and the facet
+    real(wp), intent(inout) :: v(:) !! in: of S and the facet; out: of all nodes
+    real(wp) :: point(3)
+    integer :: b, i
+
+    point = v(1:3)
+    do i = m, 4, -1
+      v(3*slaves - 3 + i) = v(i)
+    end do
+    do b = 1, slaves
+      do i = 1, 3
+        v(3*b - 3 + i) = weight(b)*point(i)
+      end do
+    end do
+  end subroutine spread_column
 
   !> The same for a point that stands over its facet: r_S goes through what the nodes do to it, and
   !! its couple turns with the facet.

@@ -15,7 +15,8 @@ module hdf5_data
   use kinds, only: wp
   use errors, only: error_t
   use checksums, only: block_sum
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set, &
+    ask_extent, max_rank
   use hdf5_attributes, only: write_attribute
   implicit none
   private
@@ -30,8 +31,6 @@ module hdf5_data
 
   !> In place of a first entry: behind the last one.
   integer, parameter :: at_end = 0
-  !> Most dimensions a data set here has.
-  integer, parameter :: max_rank = 3
   !> Numbers a chunk holds at most, and at least. A chunk that is filled in several goes is left
   !! uncompressed, so that it keeps its place in the file.
   integer, parameter :: chunk_limit = 131072
@@ -207,19 +206,19 @@ contains
     integer(hid_t), intent(out) :: data_set !! handle of the data set
     integer(hid_t), intent(out) :: spaces(2) !! in memory, in the file
     integer, intent(out) :: status !! negative: failed
-    integer(hsize_t) :: extent(max_rank), limits(max_rank), start(max_rank), n(max_rank)
-    integer :: s(6), rank
+    integer(hsize_t) :: extent(max_rank), start(max_rank), n(max_rank)
+    integer :: s(6), rank, place
 
     s = 0
     spaces = -1_hid_t
-    rank = 0
     status = -1
-    call find_data_set(file, path, data_set)
-    call h5dget_space_f(data_set, spaces(2), s(2))
-    call h5sget_simple_extent_ndims_f(spaces(2), rank, s(3))
-    if (any(s < 0) .or. rank < 1 .or. rank > max_rank) return
-    call h5sget_simple_extent_dims_f(spaces(2), extent, limits, s(4))
-    if (s(4) < 0) return
+    call find_data_set(file, path, data_set, place)
+    if (place == 0) return
+    if (file%open_ranks(place) == 0) call ask_extent(data_set, file%open_ranks(place), &
+      file%open_extents(:, place))
+    rank = file%open_ranks(place)
+    if (rank == 0) return
+    extent = file%open_extents(:, place)
     start = 0_hsize_t
     start(rank) = merge(extent(rank), int(first - 1, hsize_t), first == at_end)
     n = extent
@@ -227,12 +226,13 @@ contains
     if (start(rank) + n(rank) > extent(rank)) then
       extent(rank) = start(rank) + n(rank)
       call h5dset_extent_f(data_set, extent(:rank), s(1))
-      call h5sclose_f(spaces(2), s(2))
-      call h5dget_space_f(data_set, spaces(2), s(3))
+      file%open_extents(:, place) = extent
+      if (s(1) < 0) file%open_ranks(place) = 0
     end if
+    call h5dget_space_f(data_set, spaces(2), s(3))
     call h5screate_simple_f(rank, n(:rank), spaces(1), s(5))
     call h5sselect_hyperslab_f(spaces(2), h5s_select_set_f, start(:rank), n(:rank), s(6))
-    status = minval([s(1:3), s(5:6)])
+    status = minval(s)
   end subroutine select_block
 
   !> Writes a block that lies anywhere in memory.

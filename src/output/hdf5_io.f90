@@ -9,7 +9,8 @@ module hdf5_io
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5lexists_f, &
     h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5pset_istore_k_f, h5f_acc_trunc_f, &
-    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f
+    h5f_acc_rdonly_f, h5f_scope_global_f, h5p_file_create_f, h5dopen_f, h5dclose_f, &
+    h5dget_space_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f
   use hdf5, only: h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5t_c_s1, h5t_str_nullpad_f
   use errors, only: error_t, raise, exit_resources
   use text, only: string_t
@@ -19,8 +20,10 @@ module hdf5_io
   private
   public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
     flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
-    find_data_set
+    find_data_set, ask_extent, max_rank
 
+  !> Most dimensions that a data set of a results file has.
+  integer, parameter :: max_rank = 3
   !> Ending of a file that is not complete.
   character(*), parameter :: unfinished = '.new'
   !> What HDF5 itself may need for its lists when all data sets grow [byte].
@@ -36,6 +39,8 @@ module hdf5_io
     logical :: reserved = .false. !! there may be reserved room behind its end
     integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
     type(string_t), allocatable :: open_paths(:) !! their names with their groups
+    integer, allocatable :: open_ranks(:) !! their dimensions, 0 until they are asked for
+    integer(hsize_t), allocatable :: open_extents(:, :) !! (max_rank, sets) and how long these are
   end type hdf5_file_t
 
 contains
@@ -263,12 +268,20 @@ contains
     integer(hid_t), intent(in) :: id !! its handle
     integer(hid_t), allocatable :: ids(:)
     type(string_t), allocatable :: paths(:)
+    integer, allocatable :: ranks(:)
+    integer(hsize_t), allocatable :: extents(:, :)
     integer :: i
 
-    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64))
+    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64), &
+      file%open_ranks(64), file%open_extents(max_rank, 64))
     if (file%n_open == size(file%open_ids)) then
-      allocate (ids(2*file%n_open), paths(2*file%n_open))
+      allocate (ids(2*file%n_open), paths(2*file%n_open), ranks(2*file%n_open), &
+        extents(max_rank, 2*file%n_open))
       ids(:file%n_open) = file%open_ids
+      ranks(:file%n_open) = file%open_ranks
+      extents(:, :file%n_open) = file%open_extents
+      call move_alloc(ranks, file%open_ranks)
+      call move_alloc(extents, file%open_extents)
       do i = 1, file%n_open
         call move_alloc(file%open_paths(i)%s, paths(i)%s)
       end do
@@ -277,20 +290,23 @@ contains
     end if
     file%n_open = file%n_open + 1
     file%open_ids(file%n_open) = id
+    file%open_ranks(file%n_open) = 0
     file%open_paths(file%n_open)%s = path
   end subroutine keep_open
 
   !> The handle of a data set, opened if it is not open yet; negative if it is not there.
-  subroutine find_data_set(file, path, id)
+  subroutine find_data_set(file, path, id, place)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! the data set
     integer(hid_t), intent(out) :: id !! its handle
+    integer, intent(out), optional :: place !! among those that are open, 0 if it is not there
     integer :: i, status
 
     do i = 1, file%n_open
       if (len(file%open_paths(i)%s) /= len(path)) cycle
       if (file%open_paths(i)%s /= path) cycle
       id = file%open_ids(i)
+      if (present(place)) place = i
       return
     end do
     call h5dopen_f(file%id, path, id, status)
@@ -299,7 +315,30 @@ contains
     else
       call keep_open(file, path, id)
     end if
+    if (present(place)) place = merge(file%n_open, 0, status >= 0)
   end subroutine find_data_set
+
+  !> How many dimensions a data set has, and how long it is.
+  subroutine ask_extent(data_set, rank, extent)
+    integer(hid_t), intent(in) :: data_set !! its handle
+    integer, intent(out) :: rank !! its dimensions, 0 if they cannot be had or are too many
+    integer(hsize_t), intent(out) :: extent(:) !! (max_rank) how long each is
+    integer(hsize_t) :: limits(max_rank)
+    integer(hid_t) :: space
+    integer :: s(4)
+
+    s = 0
+    extent = 0_hsize_t
+    call h5dget_space_f(data_set, space, s(1))
+    call h5sget_simple_extent_ndims_f(space, rank, s(2))
+    if (any(s < 0) .or. rank < 1 .or. rank > max_rank) then
+      rank = 0
+    else
+      call h5sget_simple_extent_dims_f(space, extent, limits, s(3))
+      if (s(3) < 0) rank = 0
+    end if
+    call h5sclose_f(space, s(4))
+  end subroutine ask_extent
 
   !> Makes a group.
   subroutine make_group(file, path, error)

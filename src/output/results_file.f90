@@ -34,6 +34,7 @@ module results_file
     type(hdf5_file_t) :: file !! the HDF5 file
     type(vtk_part_t) :: vtk !! what stands in /VTKHDF
     integer :: states = 0 !! states written
+    logical :: lags = .false. !! an end time without fields is on disk, and does not count yet
   end type results_t
 
 contains
@@ -102,6 +103,8 @@ contains
   end function bytes_of_fields
 
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
+  !! What counts is told when it is there, by a flush of its own; an end time without any field or
+  !! state need not wait for that: it counts with the next one, or when the file is closed.
   subroutine append_results(results, model, row, audit, frame, state, error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -111,7 +114,7 @@ contains
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer(long) :: bytes
-    logical :: with_state
+    logical :: with_state, is_bare
 
     bytes = bytes_of_rows
     if (present(frame) .or. present(state)) bytes = bytes + bytes_of_fields(model)
@@ -123,13 +126,18 @@ contains
     if (allocated(error)) return
     call append_audit(results%file, audit, error)
     if (allocated(error)) return
+    with_state = present(state) .and. model%output%state /= state_none
+    is_bare = present(frame) .and. .not. (with_state .or. any(model%output%field) .or. &
+      model%output%contact)
+    call count_lagging(results, error)
+    if (allocated(error)) return
     if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
     if (allocated(error)) return
-    with_state = present(state) .and. model%output%state /= state_none
     if (with_state) call write_state(results%file, model, results%states, state, error)
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
-    if (allocated(error) .or. .not. (present(frame) .or. with_state)) return
+    results%lags = is_bare
+    if (allocated(error) .or. is_bare .or. .not. (present(frame) .or. with_state)) return
     call reserve_room(results%file, bytes, error)
     if (allocated(error)) return
     if (with_state) then
@@ -141,6 +149,15 @@ contains
     if (allocated(error)) return
     call flush_hdf5(results%file, error)
   end subroutine append_results
+
+  !> An end time without fields that is on disk counts now.
+  subroutine count_lagging(results, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    if (results%lags) call end_vtk_frame(results%vtk, results%file, error)
+    results%lags = .false.
+  end subroutine count_lagging
 
   !> Writes the bodies at one time without an end time of a run, to be looked at.
   subroutine append_picture(results, time, frame, error)
@@ -177,6 +194,7 @@ contains
 
     if (results%file%id < 0) return
     call reserve_room(results%file, bytes_of_rows, error)
+    if (.not. allocated(error)) call count_lagging(results, error)
     if (.not. allocated(error)) call renew_costs(results%file, costs, error)
     if (.not. allocated(error)) call flush_hdf5(results%file, error)
     call close_hdf5(results%file, trouble)

@@ -13,6 +13,9 @@ module batch_run
   use signals, only: stop_requested, begin_writing, end_writing
   use batch_types, only: batch_command_t
   use run_files, only: write_row
+  use results_file, only: fields_due
+  use rigid_paths, only: count_rigid
+  use model_types, only: state_none
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
@@ -33,6 +36,9 @@ module batch_run
   private
   public :: run_batch
 
+  !> At every so many end times the audit has displacements inside, whoever else asks for them.
+  integer, parameter :: every_audit = 16
+
 contains
 
   !> Carries out all commands; after a restart, those behind the state's end time.
@@ -42,9 +48,10 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
     type(run_state_t) :: run
-    integer :: skip
+    integer :: skip, k
 
     context%monitor%steps = count_steps(commands)
+    context%system%spared = count([(.not. is_inside_due(context, k), k=1, context%monitor%steps)])
     skip = 0
     call ask_for_solver(context%system, solver_auto)
     if (states%step > 0) then
@@ -219,6 +226,7 @@ contains
         return
       end if
       context%monitor%step = context%state%step + 1
+      context%system%inside_due = k == n .or. is_inside_due(context, context%monitor%step)
       seconds = wall_seconds()
       call advance(context%model, context%system, context%state, end_time, run%settings, &
         context%monitor, error)
@@ -228,6 +236,20 @@ contains
       if (allocated(error)) return
     end do
   end subroutine run_steps
+
+  !> Displacements inside are asked for at an end time: by fields, state or tables, and at every so
+  !! many by the audit.
+  pure logical function is_inside_due(context, step) result(due)
+    type(context_t), intent(in) :: context !! what the run works on
+    integer, intent(in) :: step !! number of the end time
+
+    associate (output => context%model%output)
+      due = fields_due(output, step) .and. (any(output%field) .or. output%contact .or. &
+        output%state /= state_none)
+      due = due .or. mod(step, every_audit) == 0 .or. step == 1 .or. size(output%history) > 0 .or. &
+        context%sensitivity%active .or. count_rigid(context%model) > 0
+    end associate
+  end function is_inside_due
 
   !> Counts an end time, audits it, writes its rows and its line.
   subroutine finish_step(run, seconds, context, error)
@@ -248,6 +270,9 @@ contains
     if (context%sensitivity%active .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%model, context%state, context%sensitivity, error)
     call end_writing()
+    context%system%inside_due = .true.
+    context%system%condensed%goes_on = context%model%output%state == state_none .or. &
+      .not. fields_due(context%model%output, context%state%step)
     if (allocated(context%monitor%trouble) .and. .not. allocated(error)) call move_alloc( &
       context%monitor%trouble, error)
     if (allocated(error)) return

@@ -153,7 +153,11 @@ contains
     allocate (row%reactions(3, size(model%output%reactions)), row%pairs(size(model%pairs)))
     call begin_cost(system%costs, cost_output)
     do k = 1, size(model%output%reactions)
-      row%reactions(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
+      if (state%whole) then
+        row%reactions(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
+      else
+        row%reactions(:, k) = system%condensed%sums%value(3*k - 2:3*k)
+      end if
     end do
     do k = 1, size(model%pairs)
       call sum_points(model, system, files%point_state, k, row%pairs(k))

@@ -5,7 +5,7 @@ module candidates
   use element_lists, only: master_nodes
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_points, only: count_points, point_position
+  use contact_points, only: count_points, used_points, point_position
   use loads, only: load_factors, add_displacement, corner_times, turned_angles
   use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
   use predictor, only: carry_bodies
@@ -201,7 +201,7 @@ contains
     way = 0.0_wp
     if (count_points(pair) == 0) return
     drift = point_position(pair, 1, to) - point_position(pair, 1, from)
-    do p = 1, count_points(pair)/pair%points%slots
+    do p = 1, used_points(pair)
       way = max(way, norm2(point_position(pair, p, to) - point_position(pair, p, from) - drift))
     end do
     do f = 1, size(pair%surface%facets, 2)
@@ -223,7 +223,7 @@ contains
     integer :: p, facet
 
     call fit_tree(tree, pair%surface%facets, x)
-    do p = 1, count_points(pair)/pair%points%slots
+    do p = 1, used_points(pair)
       call nearest_facet(tree, pair%surface%facets, x, point_position(pair, p, x), facet, &
         distance, pair%surface%depth)
       if (facet == 0 .or. distance > reach*pair%search_radius) cycle

@@ -12,6 +12,7 @@ module increments
   use drag, only: let_free
   use solver_choice, only: choose_solver
   use condensed_system, only: refresh_candidates, recover_interior, keep_forces
+  use linear_sums, only: can_do_without, form_sums, take_sums
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_stalled, &
     outcome_too_many, outcome_restless, outcome_singular, outcome_gaps, outcome_adrift, &
     is_converged
@@ -344,21 +345,32 @@ contains
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
 
+    if (can_do_without(model, system)) then
+      state%whole = system%inside_due
+      if (.not. system%condensed%sums%known) call form_sums(model, system)
+    else
+      state%whole = .true.
+    end if
     if (system%condensed%active) then
-      call recover_interior(system)
+      if (state%whole) call recover_interior(system)
+      if (.not. state%whole) call refresh_candidates(system)
       call keep_forces(system%condensed)
     end if
     call keep_path(model, system, state, time)
     state%u = system%u
     state%time = time
-    call take_pressure_force(model%mesh%x, system)
-    where (system%equation == 0)
-      state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
-    else where
-      state%reaction = 0.0_wp
-    end where
-    call spring_reactions(system, state)
-    call keep_rigid(system, state)
+    if (state%whole) then
+      call take_pressure_force(model%mesh%x, system)
+      where (system%equation == 0)
+        state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
+      else where
+        state%reaction = 0.0_wp
+      end where
+      call spring_reactions(system, state)
+      call keep_rigid(system, state)
+    else
+      call take_sums(system)
+    end if
     system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
     call rest_solver(system%whole%solver)

@@ -31,6 +31,7 @@ module system_types
   type :: state_t
     real(wp) :: time = 0.0_wp !! time
     integer :: step = 0 !! end times so far
+    logical :: whole = .true. !! displacements inside and reactions are those of its time
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free translation and rotation vector
@@ -165,5 +166,7 @@ module system_types
     type(rigid_part_t) :: tools !! rigid bodies with a point
     type(contact_places_t) :: place !! where the contact elements are
     type(scales_t) :: scale !! forces and lengths to compare with
+    logical :: inside_due = .true. !! displacements inside are asked for at the end time
+    integer :: spared = 0 !! end times of the run at which they are not
   end type system_t
 end module system_types

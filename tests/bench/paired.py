@@ -37,11 +37,11 @@ SEGMENT_LIMIT = (
     'share (mesh, factors of the bodies, displacements inside) is the smaller part. No cost stands '
     'out any more.')
 MANY_LIMIT = (
-    '1,000 increments: each end time writes the reactions of all supports and is audited whole, '
-    'which takes the displacements inside: a pass through the factors of both bodies, bound by '
-    'memory. Each increment has another tangent, so a dense factor of its own, and some steps with '
-    'it. The results file is extended and flushed at each end time, so that a kill loses nothing '
-    'that has converged. The rest is spread over passes of the points.')
+    '1,000 increments: reactions and audit come from the contact forces, displacements inside are '
+    'found at every 16th end time, and a dense factor serves until a point changes its facet. What '
+    'is left are the iterations themselves: an increment takes one of Newton and four steps with '
+    'the same factor, each some products with the compliance. The results file is extended and '
+    'flushed at each end time, so that a kill loses nothing that has converged.')
 
 
 EIGHT_LIMIT = (

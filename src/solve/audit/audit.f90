@@ -3,7 +3,7 @@
 module audit
   use kinds, only: wp, machine_epsilon
   use element_types, only: status_open
-  use elmlib, only: routine_none, routine_finite
+  use elmlib, only: routine_none
   use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use contact_overlap, only: overlap_of, withheld_gap
@@ -15,7 +15,10 @@ module audit
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
-  use body_audit, only: measure_bodies, find_balance, find_turns
+  use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
+    has_finite_strain
+  use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
+  use linear_sums, only: turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &
@@ -109,17 +112,23 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time: the work of the whole run is judged
     type(audit_t), intent(inout) :: audit !! gets its results
+    real(wp), allocatable :: value(:)
     integer :: b
 
     audit%before = audit%verdict
     if (audit%step == 0) audit%before = -1
     audit%step = state%step
     audit%time = state%time
-    if (system%bulk%linear) then
-      call find_balance(model%mesh%x, system, state%reaction, audit%fixed%center, audit%balance)
+    call take_values(model, system, state, value)
+    if (.not. state%whole) then
+      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance)
+      call add_supports(model, value, audit%balance)
+    else if (system%bulk%linear) then
+      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, state%reaction)
+      if (size(value) > 0) call compare_balance(model, system, value, audit)
     else
-      call find_balance(lever_ends(model%mesh%x, state%u, system), system, state%reaction, &
-        audit%fixed%center, audit%balance)
+      call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
+        audit%balance, state%reaction)
     end if
     if (system%tools%border%n > 0) then
       do b = 1, system%body%bodies
@@ -127,41 +136,14 @@ contains
       end do
     end if
     call judge_balance(model, system, state, settings, audit)
-    call find_energies(model, system, state, point_state, last, audit)
-    call judge_turns(model, system, state, audit)
+    call find_energies(model, system, state, point_state, last, value, audit)
+    call judge_turns(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_room(model, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
   end subroutine audit_state
-
-  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
-  pure function lever_ends(x, u, system) result(y)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(in) :: system !! bulk elements, bodies
-    real(wp) :: y(3, size(u, 2))
-    logical :: finite(0:system%body%bodies)
-
-    finite = has_finite_strain(system)
-    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
-  end function lever_ends
-
-  !> Bodies with elements of finite strain.
-  pure function has_finite_strain(system) result(finite)
-    type(system_t), intent(in) :: system !! bulk elements, bodies
-    logical :: finite(0:system%body%bodies)
-    integer :: k
-
-    finite = .false.
-    if (system%bulk%linear) return
-    do k = 1, system%bulk%n
-      if (system%bulk%routine(k) == routine_finite) &
-        finite(system%body%node_body(system%bulk%ix(1, k))) &
-        = .true.
-    end do
-  end function has_finite_strain
 
   !> Whether each body is in balance.
   subroutine judge_balance(model, system, state, settings, audit)
@@ -266,26 +248,34 @@ contains
 
   !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
   !! The strain energy of a linear bulk is half the work of all forces on it.
-  subroutine find_energies(model, system, state, point_state, last, audit)
+  subroutine find_energies(model, system, state, point_state, last, value, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time
+    real(wp), intent(in) :: value(:) !! (sums), if there are any
     type(audit_t), intent(inout) :: audit !! gets energies; u and force are moved on
     real(wp) :: f(3), stored, largest
     integer :: i, k
+    logical :: by_sums
 
     audit%strain_energy = 0.0_wp
-    do i = 1, size(state%u, 2)
+    by_sums = .not. (state%whole .and. audit%sum%whole)
+    if (by_sums) call add_work(model, system, value, audit)
+    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, state, value)
+    do i = 1, merge(size(state%u, 2), 0, state%whole)
       f = system%loads%external(:, i) + state%reaction(:, i)
-      audit%sum%work = audit%sum%work + 0.5_wp*dot_product(f + audit%sum%force(:, i), &
-        state%u(:, i) - audit%sum%u(:, i))
+      if (.not. by_sums) audit%sum%work = audit%sum%work + 0.5_wp*dot_product( &
+        f + audit%sum%force(:, i), state%u(:, i) - audit%sum%u(:, i))
       if (system%bulk%linear) audit%strain_energy = audit%strain_energy &
         + 0.5_wp*dot_product(state%u(:, i), f - system%contact_force(:, i))
       audit%sum%u(:, i) = state%u(:, i)
       audit%sum%force(:, i) = f
     end do
+    audit%sum%whole = state%whole
+    audit%sum%value = value
+    if (size(value) > 0) audit%sum%factors = system%condensed%outer%factors
     if (.not. system%bulk%linear) audit%strain_energy = system%inner%bulk_energy
     call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp
@@ -342,16 +332,25 @@ contains
   end function has_friction
 
   !> Bodies that turn as wholes, although small strain takes their turning for strain.
-  subroutine judge_turns(model, system, state, audit)
+  subroutine judge_turns(model, system, state, value, audit)
     type(model_t), intent(in) :: model !! the mesh
     type(system_t), intent(in) :: system !! bodies of the nodes
     type(state_t), intent(in) :: state !! the converged state
+    real(wp), intent(in) :: value(:) !! (sums), if there are any
     type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
     real(wp) :: angle(system%body%bodies)
     logical :: finite(0:system%body%bodies)
+    integer :: b, rows(2)
 
-    call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
-      audit%fixed%spread, angle)
+    if (state%whole) then
+      call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
+        audit%fixed%spread, angle)
+    else
+      do b = 1, size(angle)
+        rows = turn_rows(model, system, b)
+        angle(b) = angle_of(value(rows(1):rows(2)), audit%fixed%spread(:, :, b))
+      end do
+    end if
     audit%value(check_turning) = 0.0_wp
     audit%worst(check_turning) = 0
     audit%verdict(check_turning) = verdict_ok

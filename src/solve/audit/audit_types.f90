@@ -44,6 +44,8 @@ module audit_types
   type :: audit_sum_t
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the last end time [length]
     real(wp), allocatable :: force(:, :) !! (3, nodes) loads and reactions there [force]
+    logical :: whole = .true. !! these are known
+    real(wp), allocatable :: value(:), factors(:) !! linear sums there, and factors of the loads
     real(wp) :: force_before = 0.0_wp !! norm of all forces there [force]
     real(wp) :: work = 0.0_wp !! of loads and supports, and what overlaps held [force length]
     real(wp) :: largest_energy = 0.0_wp !! largest work or energy so far [force length]

@@ -3,10 +3,12 @@
 module body_audit
   use kinds, only: wp, pi
   use vectors, only: cross
+  use elmlib, only: routine_finite
   use system_types, only: system_t
   implicit none
   private
-  public :: measure_bodies, find_balance, find_turns
+  public :: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
+    has_finite_strain
 
 contains
 
@@ -79,12 +81,12 @@ contains
   !> Sum of loads, reactions and contact forces on each body, and of their moments about its center
   !! with levers of the reference positions where strain is small, of the present ones else: what
   !! the stresses of the body balance.
-  pure subroutine find_balance(x, system, reaction, center, balance)
+  pure subroutine find_balance(x, system, center, balance, reaction)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(system_t), intent(in) :: system !! external, contact_force
-    real(wp), intent(in) :: reaction(:, :) !! (3, nodes) forces of the supports [force]
     real(wp), intent(in) :: center(:, :) !! (3, bodies) where moments are taken about [length]
     real(wp), intent(out) :: balance(:, :) !! (6, bodies) sum of forces and of moments
+    real(wp), intent(in), optional :: reaction(:, :) !! (3, nodes) forces of the supports [force]
     real(wp) :: f(3)
     integer :: i, b
 
@@ -92,7 +94,9 @@ contains
     do i = 1, size(system%body%node_body)
       b = system%body%node_body(i)
       if (b == 0) cycle
-      f = system%loads%external(:, i) + reaction(:, i) - system%contact_force(:, i)
+      f = system%loads%external(:, i)
+      if (present(reaction)) f = f + reaction(:, i)
+      f = f - system%contact_force(:, i)
       if (all(abs(f) <= 0.0_wp)) cycle
       balance(1:3, b) = balance(1:3, b) + f
       balance(4:6, b) = balance(4:6, b) + cross(x(:, i) - center(:, b), f)
@@ -116,7 +120,42 @@ contains
       if (b > 0) turn(:, b) = turn(:, b) + cross(x(:, i) - center(:, b), u(:, i))
     end do
     do b = 1, size(angle)
-      angle(b) = asin(min(1.0_wp, norm2(matmul(inertia(:, :, b), turn(:, b)))))*180.0_wp/pi
+      angle(b) = angle_of(turn(:, b), inertia(:, :, b))
     end do
   end subroutine find_turns
+
+  !> Angle of a body from the sum of (x - center) x u over its nodes.
+  pure real(wp) function angle_of(turn, inertia) result(angle)
+    real(wp), intent(in) :: turn(3) !! the sum [length^2]
+    real(wp), intent(in) :: inertia(3, 3) !! inverse inertia of its nodes [1/length^2]
+
+    angle = asin(min(1.0_wp, norm2(matmul(inertia, turn))))*180.0_wp/pi
+  end function angle_of
+
+  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
+  pure function lever_ends(x, u, system) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    real(wp) :: y(3, size(u, 2))
+    logical :: finite(0:system%body%bodies)
+
+    finite = has_finite_strain(system)
+    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
+  end function lever_ends
+
+  !> Bodies with elements of finite strain.
+  pure function has_finite_strain(system) result(finite)
+    type(system_t), intent(in) :: system !! bulk elements, bodies
+    logical :: finite(0:system%body%bodies)
+    integer :: k
+
+    finite = .false.
+    if (system%bulk%linear) return
+    do k = 1, system%bulk%n
+      if (system%bulk%routine(k) == routine_finite) &
+        finite(system%body%node_body(system%bulk%ix(1, k))) &
+        = .true.
+    end do
+  end function has_finite_strain
 end module body_audit

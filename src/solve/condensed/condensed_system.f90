@@ -7,7 +7,7 @@ module condensed_system
   use model_types, only: model_t
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, linear_sums_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
     free_condensed
@@ -83,7 +83,8 @@ contains
 
     associate (condensed => system%condensed)
       condensed%outer%factors = load_factors(model, time)
-      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+      if (.not. condensed%goes_on .and. allocated(condensed%tangent%status)) &
+        deallocate (condensed%tangent%status)
       call load_candidates(condensed)
       if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, state)
     end associate
@@ -240,6 +241,7 @@ contains
         return
       end if
       system%du = 0.0_wp
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       condensed%alive%live = pack([(i, i=1, condensed%n)], live)
       condensed%alive%n_live = size(condensed%alive%live)
       condensed%alive%live_place = 0
@@ -250,16 +252,18 @@ contains
     end associate
   end subroutine couple_condensed
 
-  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more.
+  !> Live candidates of the contact elements; the factor of their matrices cannot serve any more
+  !! where these are others.
   subroutine place_elements(system)
     type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
+    integer, allocatable :: before(:, :)
     integer :: k, a, i, n
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent, &
                list => system%contact)
-      if (allocated(tangent%status)) deallocate (tangent%status)
       tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
+      before = tangent%dofs
       tangent%dofs = 0
       if (condensed%active) call clear_values(system)
       do k = 1, list%n
@@ -271,6 +275,8 @@ contains
           end do
         end do
       end do
+      if (condensed%active .and. all(before == tangent%dofs)) return
+      if (allocated(tangent%status)) deallocate (tangent%status)
     end associate
   end subroutine place_elements
 
@@ -304,6 +310,7 @@ contains
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)
+      condensed%sums = linear_sums_t()
       if (condensed%preconditions) return
       do i = 1, condensed%n
         condensed%bulk%force(i) = force(condensed%direction(i), condensed%node(i))

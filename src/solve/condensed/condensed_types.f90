@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
-    columns_t, defects_t, carried_t, influence_t
+    columns_t, defects_t, carried_t, influence_t, linear_sums_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -124,6 +124,15 @@ module condensed_types
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
   end type influence_t
 
+  !> Sums over supports and loads that are linear in the contact forces (linear_sums).
+  type :: linear_sums_t
+    logical :: known = .false. !! the matrices are there
+    real(wp), allocatable :: by_load(:, :) !! (sums, loads) what a unit of a load does to each
+    real(wp), allocatable :: by_force(:, :) !! (n, sums) what a unit of a contact force does
+    real(wp), allocatable :: center(:, :) !! (3, bodies) where turns are measured about [length]
+    real(wp), allocatable :: value(:) !! (sums) of the converged state, without displacements inside
+  end type linear_sums_t
+
   !> The rigid motions of the iterate that supports leave to the bodies.
   type :: carried_t
     integer :: modes = 0 !! rigid motions of all bodies
@@ -185,5 +194,8 @@ module condensed_types
     type(carried_t) :: rigid !! rigid motions
     type(live_t) :: alive !! live candidates
     type(defects_t) :: bulk !! forces that the bulk bears
+    type(linear_sums_t) :: sums !! over supports and loads
+    logical :: goes_on = .false. !! no state has been saved since the increment before: its factor
+    !! may serve again
   end type condensed_t
 end module condensed_types

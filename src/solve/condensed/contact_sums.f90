@@ -18,7 +18,7 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! closed elements and their matrices
     integer, intent(in) :: n_live !! live candidates
     type(columns_t), intent(inout) :: sum !! gets the columns that elements touch
-    integer :: first(n_live + 1), mark(n_live), rows(n_live), j, k, l, i, n
+    integer :: first(n_live + 1), mark(n_live), rows(n_live), j, l, n
     integer, allocatable :: owner(:), local(:), element(:)
     real(wp), allocatable :: s(:, :, :)
     real(wp) :: w(n_live)
@@ -32,22 +32,38 @@ contains
     do j = 1, sum%n
       n = 0
       do l = first(sum%column(j)), first(sum%column(j) + 1) - 1
-        do i = 1, size(tangent%dofs, 1)
-          k = tangent%dofs(i, element(owner(l)))
-          if (k == 0) cycle
-          if (mark(k) == j) then
-            w(k) = w(k) + s(i, local(l), owner(l))
-          else
-            mark(k) = j
-            n = n + 1
-            rows(n) = k
-            w(k) = s(i, local(l), owner(l))
-          end if
-        end do
+        call add_column(tangent%dofs(:, element(owner(l))), s(:, local(l), owner(l)), j, mark, &
+          rows, n, w)
       end do
       call append(sum, j, rows(:n), w(rows(:n)))
     end do
   end subroutine sum_elements
+
+  !> Adds a column of an element's matrix to that of the sum.
+  pure subroutine add_column(dofs, column, j, mark, rows, n, w)
+    integer, intent(in), contiguous :: dofs(:) !! live candidates of its rows, 0 for none
+    real(wp), intent(in), contiguous :: column(:) !! its entries
+    integer, intent(in) :: j !! number of the column of the sum
+    integer, intent(inout) :: mark(:) !! (live) the last column that has had a row there
+    integer, intent(inout) :: rows(:) !! rows of this one, n of them
+    integer, intent(inout) :: n !! how many
+    real(wp), intent(inout) :: w(:) !! (live) the column of the sum
+    integer :: i
+
+    do i = 1, size(dofs)
+      associate (k => dofs(i))
+        if (k == 0) cycle
+        if (mark(k) == j) then
+          w(k) = w(k) + column(i)
+        else
+          mark(k) = j
+          n = n + 1
+          rows(n) = k
+          w(k) = column(i)
+        end if
+      end associate
+    end do
+  end subroutine add_column
 
   !> The sums of the matrices of closed elements one after the other that act on the same degrees of
   !! freedom: a run.
@@ -191,7 +207,7 @@ contains
     real(wp), intent(in) :: tolerance !! weighed columns below this do not count
     real(wp) :: root(condensed%alive%n_live)
     logical :: loose(condensed%alive%n_live)
-    integer :: first, last
+    integer :: first, last, place(condensed%alive%n_live)
 
     root = live_roots(condensed)
     loose = is_loose(condensed, [(first, first=1, condensed%alive%n_live)])
@@ -200,6 +216,7 @@ contains
       tangent%held = reshape([integer ::], [3, sum%n], [0])
       tangent%hold = reshape([real(wp) ::], [3, sum%n], [0.0_wp])
       tangent%lead%start = spread(1, 1, sum%n + 1)
+      place = 0
       first = 1
       do while (first <= sum%n)
         last = first
@@ -207,7 +224,7 @@ contains
           if (node(last + 1) /= node(first)) exit
           last = last + 1
         end do
-        call peel_node(first, last, root, loose, tolerance, tangent)
+        call peel_node(first, last, root, loose, tolerance, place, tangent)
         first = last + 1
       end do
       tangent%lead%n = tangent%rank
@@ -216,11 +233,12 @@ contains
   end subroutine peel_nodes
 
   !> The leading columns of one node; all of them as they are, if all count.
-  subroutine peel_node(first, last, root, loose, tolerance, tangent)
+  subroutine peel_node(first, last, root, loose, tolerance, place, tangent)
     integer, intent(in) :: first, last !! its columns of the sum, at most 3
     real(wp), intent(in) :: root(:) !! (live) root of the compliance [(length/force)^1/2]
     logical, intent(in) :: loose(:) !! (live) of bodies that supports do not hold
     real(wp), intent(in) :: tolerance !! weighed columns below this do not count
+    integer, intent(inout) :: place(:) !! (live) zeros
     type(contact_tangent_t), intent(inout) :: tangent !! sum given; rank, lead, held, hold grow
     integer, allocatable :: row(:)
     real(wp), allocatable :: column(:, :), weighed(:, :)
@@ -228,7 +246,7 @@ contains
     integer :: n, k, info
 
     n = last - first + 1
-    call gather_rows(tangent%sum, first, last, size(root), row, column)
+    call gather_rows(tangent%sum, first, last, place, row, column)
     associate (mine => tangent%sum%column(first:last))
       weighed = column*spread(root(row), 2, n)*spread(root(mine), 1, size(row))
       axes(:n, :n) = matmul(transpose(weighed), weighed)
@@ -251,15 +269,14 @@ contains
   end subroutine peel_node
 
   !> Some columns as full ones on the rows that any of them has.
-  subroutine gather_rows(sum, first, last, n_live, row, column)
+  subroutine gather_rows(sum, first, last, place, row, column)
     type(columns_t), intent(in) :: sum !! the columns
     integer, intent(in) :: first, last !! those wanted
-    integer, intent(in) :: n_live !! live candidates
+    integer, intent(inout) :: place(:) !! (live) zeros
     integer, allocatable, intent(out) :: row(:) !! live candidates of the rows
     real(wp), allocatable, intent(out) :: column(:, :) !! (rows, columns)
-    integer :: place(n_live), i, j, n
+    integer :: i, j, n
 
-    place = 0
     associate (all => sum%row(sum%start(first):sum%start(last + 1) - 1))
       allocate (row(size(all)))
       n = 0
@@ -277,6 +294,7 @@ contains
         column(place(sum%row(i)), j - first + 1) = sum%value(i)
       end do
     end do
+    place(row) = 0
   end subroutine gather_rows
 
   !> z = V^T d of the columns of nodes.
@@ -316,21 +334,34 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! its columns
     real(wp), intent(in) :: d(:) !! (live) [length]
     real(wp), intent(out) :: z(:) !! (rank)
-    integer :: j, i
+    real(wp) :: moved(0:size(d))
+    integer :: j
 
     if (tangent%whole) then
       call take_held(tangent, d, z)
       return
     end if
+    moved(0) = 0.0_wp
+    moved(1:) = d
     do j = 1, tangent%rank
-      z(j) = 0.0_wp
-      associate (dofs => tangent%dofs(:, tangent%owner(j)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) z(j) = z(j) + tangent%v(i, j)*d(dofs(i))
-        end do
-      end associate
+      z(j) = share_of(size(tangent%dofs, 1), tangent%dofs(:, tangent%owner(j)), tangent%v(:, j), &
+        moved)
     end do
   end subroutine take_shares
+
+  !> A column of V^T d.
+  pure real(wp) function share_of(n, dofs, v, moved) result(share)
+    integer, intent(in) :: n !! degrees of freedom of an element
+    integer, intent(in) :: dofs(n) !! live candidates, 0 for none
+    real(wp), intent(in) :: v(n) !! the column
+    real(wp), intent(in) :: moved(0:) !! (0:live) d, and 0 for none [length]
+    integer :: i
+
+    share = 0.0_wp
+    do i = 1, n
+      share = share + v(i)*moved(dofs(i))
+    end do
+  end function share_of
 
   !> Adds U z to y.
   pure subroutine add_leading(tangent, z, y)

@@ -293,8 +293,7 @@ contains
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
     real(wp), intent(in) :: x(:) !! (live) [length]
     real(wp), intent(out) :: y(:) !! (live) [force]
-    real(wp) :: local(size(tangent%s, 1)), force(size(tangent%s, 1))
-    integer :: e, i
+    integer :: e
 
     y = 0.0_wp
     if (tangent%whole) then
@@ -302,18 +301,29 @@ contains
       return
     end if
     do e = 1, tangent%resting
-      associate (dofs => tangent%dofs(:, tangent%element(e)))
-        local = 0.0_wp
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) local(i) = x(dofs(i))
-        end do
-        force = matmul(tangent%s(:, :, tangent%element(e)), local)
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + force(i)
-        end do
-      end associate
+      call add_element(size(tangent%dofs, 1), tangent%dofs(:, tangent%element(e)), &
+        tangent%s(:, :, tangent%element(e)), x, y)
     end do
   end subroutine apply_rest
+
+  !> Adds what the matrix of an element does.
+  pure subroutine add_element(n, dofs, s, x, y)
+    integer, intent(in) :: n !! degrees of freedom of an element
+    integer, intent(in) :: dofs(n) !! live candidates, 0 for none
+    real(wp), intent(in) :: s(n, n) !! its matrix
+    real(wp), intent(in) :: x(:) !! (live)
+    real(wp), intent(inout) :: y(:) !! (live) grows
+    real(wp) :: force(n)
+    integer :: i, j
+
+    force = 0.0_wp
+    do j = 1, n
+      if (dofs(j) > 0) force = force + s(:, j)*x(dofs(j))
+    end do
+    do i = 1, n
+      if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + force(i)
+    end do
+  end subroutine add_element
 
   !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
   !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.

@@ -84,27 +84,26 @@ contains
     integer, intent(in) :: first, last !! its columns of V
     type(contact_tangent_t), intent(inout) :: tangent !! columns given; gets rows of small
     real(wp), allocatable :: c(:, :)
-    integer, allocatable :: turned(:)
-    integer :: place(body%n_live), mine(body%n_live), i, j, k, n
-    real(wp) :: share(body%n_live)
+    integer :: place(body%n_live), mine(body%n_live), held(first:last, 3), i, j, k, n
+    real(wp) :: share(body%n_live), hold(first:last, 3)
 
-    turned = pack([(j, j=first, last)], any(abs(tangent%hold(2:, first:last)) > 0.0_wp, 1))
+    do j = first, last
+      do k = 1, 3
+        held(j, k) = tangent%held(merge(k, 1, tangent%held(k, j) > 0), j) - body%first_live
+        hold(j, k) = merge(tangent%hold(k, j), 0.0_wp, tangent%held(k, j) > 0)
+      end do
+    end do
     associate (touched => pack(tangent%sum%column, tangent%sum%column > body%first_live .and. &
       tangent%sum%column <= body%first_live + body%n_live) - body%first_live)
       allocate (c(last - first + 1, size(touched)))
       do i = 1, size(touched)
         place(touched(i)) = i
-        do j = first, last
-          c(j - first + 1, i) = tangent%hold(1, j)*body%live(tangent%held(1, j) &
-            - body%first_live, touched(i))
-        end do
-        do n = 1, size(turned)
-          j = turned(n)
-          do k = 2, size(tangent%held, 1)
-            if (tangent%held(k, j) > 0) c(j - first + 1, i) = c(j - first + 1, i) &
-              + tangent%hold(k, j)*body%live(tangent%held(k, j) - body%first_live, touched(i))
+        associate (compliance => body%live(:, touched(i)))
+          do j = first, last
+            c(j - first + 1, i) = hold(j, 1)*compliance(held(j, 1)) &
+              + hold(j, 2)*compliance(held(j, 2)) + hold(j, 3)*compliance(held(j, 3))
           end do
-        end do
+        end associate
       end do
     end associate
     do j = 1, tangent%rank

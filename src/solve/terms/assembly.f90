@@ -41,7 +41,11 @@ contains
         if (list%routine(k) == routine_none) cycle
         associate (e => elements(k - first + 1))
           do i = 1, e%nel
-            r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+            associate (node => e%ix(i))
+              r(1, node) = r(1, node) + e%r(3*i - 2)
+              r(2, node) = r(2, node) + e%r(3*i - 1)
+              r(3, node) = r(3, node) + e%r(3*i)
+            end associate
           end do
           if (task == task_tangent .and. present(a)) then
             list%asymmetry = max(list%asymmetry, asymmetry(e))
