@@ -7,7 +7,7 @@ module batch_tangent
   use parallel, only: any_rank
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
   use increment_start, only: take_overlaps, begin_at, choose_start
-  use increments, only: follow_solution, settle_touches
+  use host_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact, couple
   use residuals, only: estimate_round_off, form_residual, residual_norm
   use solver_choice, only: choose_solver

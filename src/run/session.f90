@@ -42,7 +42,7 @@ module session
   use study_types, only: study_t
   use study_reader, only: read_study
   use study_run, only: run_study
-  use sensitivity_start, only: begin_sensitivities
+  use sensitivity_start, only: check_slopes, begin_sensitivities
   use kept_slopes, only: announce_slopes, resume_slopes
   use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
   implicit none
@@ -59,6 +59,7 @@ contains
     type(batch_command_t), allocatable :: commands(:)
     character(:), allocatable :: deck_text
     type(study_t) :: study
+    type(diagnostics_t) :: diagnostics
 
     call set_threads(options%threads)
     call set_blas_threads(1)
@@ -66,7 +67,7 @@ contains
     context%terminal = open_terminal(this_rank() > 0 .or. options%quiet)
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
-      error)
+      diagnostics, error)
     if (allocated(error)) return
     if (count_ranks() > 1 .and. study%active) then
       call raise(error, exit_deck, 'error: a STUDy works on one rank, and mpirun has started '// &
@@ -75,6 +76,8 @@ contains
     end if
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
+      call check_derivatives(context%model, context%sensitivity, diagnostics, error)
+      if (allocated(error)) return
       call print_check(commands, context)
       if (this_rank() == 0) call write_check_files(base_name(options), options%folder, &
         context%model, origin_of(options, commands, deck_text), error)
@@ -82,7 +85,7 @@ contains
         base_name(options)//'.check.*')
       return
     end if
-    call run_problem(options, context, commands, deck_text, study, error)
+    call run_problem(options, context, commands, deck_text, study, diagnostics, error)
     call close_terminal(context%terminal)
     call free_solver(context%system%whole%solver)
   end subroutine run_session
@@ -102,16 +105,17 @@ contains
   end function origin_of
 
   !> Deck to model; every error of the deck in one report.
-  subroutine read_problem(options, model, commands, deck_text, sensitivity, study, error)
+  subroutine read_problem(options, model, commands, deck_text, sensitivity, study, diagnostics, &
+    error)
     type(options_t), intent(in) :: options !! the command line
     type(model_t), intent(out) :: model !! the problem
     type(batch_command_t), allocatable, intent(out) :: commands(:) !! the solution commands
     character(:), allocatable, intent(out) :: deck_text !! the deck as written
     type(sensitivity_t), intent(inout) :: sensitivity !! derivatives that are asked for
     type(study_t), intent(inout) :: study !! variants that are asked for
+    type(diagnostics_t), intent(out) :: diagnostics !! the deck's lines, what was said of them
     type(error_t), allocatable, intent(out) :: error !! what is wrong with the deck
     type(deck_t) :: deck
-    type(diagnostics_t) :: diagnostics
 
     deck_text = ''
     allocate (commands(0))
@@ -134,12 +138,13 @@ contains
   end subroutine read_problem
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
-  subroutine run_problem(options, context, commands, deck_text, study, error)
+  subroutine run_problem(options, context, commands, deck_text, study, diagnostics, error)
     type(options_t), intent(in) :: options !! the command line
     type(context_t), target, intent(inout) :: context !! the problem; what the run works on
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: deck_text !! the deck as written
     type(study_t), intent(in) :: study !! variants that are asked for
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's lines
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
@@ -148,6 +153,9 @@ contains
     if (allocated(error)) return
     associate (model => context%model, system => context%system, files => context%files)
       call build_system(model, system, context%state)
+      call check_slopes(model, system, context%sensitivity, diagnostics)
+      call diagnostics_to_error(diagnostics, error)
+      if (allocated(error)) return
       if (context%sensitivity%active) call announce_slopes(system%contact%n, context%sensitivity, &
         model)
       states%deck = deck_name(options)
@@ -182,6 +190,24 @@ contains
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
 
+  !> Reports what derivatives do not know of the scene, which is built for it on a copy: a check
+  !! builds its own.
+  subroutine check_derivatives(model, sensitivity, diagnostics, error)
+    type(model_t), intent(in) :: model !! the problem
+    type(sensitivity_t), intent(inout) :: sensitivity !! derivatives that are asked for
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's lines
+    type(error_t), allocatable, intent(out) :: error !! the report
+    type(model_t) :: scene
+    type(system_t) :: system
+    type(state_t) :: state
+
+    if (.not. sensitivity%active) return
+    scene = model
+    call build_system(scene, system, state)
+    call check_slopes(scene, system, sensitivity, diagnostics)
+    call diagnostics_to_error(diagnostics, error)
+  end subroutine check_derivatives
+
   !> SENSitivity: the state before the first increment, and the table.
   subroutine start_derivatives(options, states, context, error)
     type(options_t), intent(in) :: options !! the command line
@@ -190,8 +216,8 @@ contains
     type(error_t), allocatable, intent(out) :: error !! what derivatives do not know
 
     if (.not. context%sensitivity%active) return
-    call begin_sensitivities(context%model, context%system, context%sensitivity, error)
-    if (states%step > 0 .and. .not. allocated(error)) call resume_slopes(options%restart, &
+    call begin_sensitivities(context%model, context%system, context%sensitivity)
+    if (states%step > 0) call resume_slopes(options%restart, &
       context%model, context%system, context%state, context%sensitivity, error)
     if (.not. allocated(error)) call create_sensitivity_table(context%derivatives, &
       states%base//'.sen', context%model, context%sensitivity, error)

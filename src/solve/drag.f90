@@ -7,7 +7,10 @@ module drag
   use system_types, only: system_t
   implicit none
   private
-  public :: begin_drag, settle_drag, count_way, let_free
+  public :: begin_drag, settle_drag, count_way, let_free, drag_patience
+
+  !> With a drag an increment has this many times the solves, passes and updates of multipliers.
+  integer, parameter :: drag_patience = 6
 
   !> An Euler step is solved for when this share of the drag's force is left.
   real(wp), parameter :: solved = 0.1_wp

@@ -5,7 +5,7 @@ module newton
   use signals, only: stop_requested
   use parallel, only: any_rank
   use bulk_term, only: form_bulk_change, bulk_step
-  use back_ends, only: solver_done, solver_out_of_memory
+  use back_ends, only: solver_done, solver_singular, solver_out_of_memory
   use linear_solver, only: solver_name
   use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
@@ -27,9 +27,9 @@ module newton
     multipliers_fit
   use ground_release, only: release_ground
   use newton_progress, only: newton_t, is_converged, meets_energy, wanted_share, count_creeping, &
-    judge_progress, outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift
+    judge_progress, judge_settled, outcome_going_on, outcome_converged, outcome_stalled, &
+    outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, outcome_open, &
+    outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -51,6 +51,8 @@ module newton
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
   !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
   integer, parameter :: most_single = 5
+  !> Iterations in balance whose multipliers do not fit, after which a solve is given up.
+  integer, parameter :: most_misfits = 5
 
 contains
 
@@ -68,6 +70,7 @@ contains
     if (.not. system%place%begun) call form_residual(system, model%mesh%x)
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
+    if (progress%solves == 0) system%body%settled = .false.
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
     progress%fewest = huge(1)
@@ -75,6 +78,8 @@ contains
     progress%since_fewest = 0
     progress%energy_met = .false.
     progress%creeping = 0
+    progress%short = 0
+    progress%misfits = 0
     progress%halved = .true.
     progress%turns = 0
     progress%outcome = outcome_going_on
@@ -100,9 +105,9 @@ contains
       if (.not. rests) exit
       if (.not. is_converged(system, settings, progress)) exit
       if (.not. system%inner%linearised) then
-        call look_again(system, model%mesh%x, settings, sound)
-        if (sound .and. system%motion%active) sound = multipliers_fit(model, system)
-        if (sound) progress%outcome = outcome_converged
+        sound = settings%roughly
+        if (.not. sound) call look_again(system, model%mesh%x, settings, sound)
+        if (sound) call judge_multipliers(model, system, progress)
         exit
       end if
       system%inner%linearised = .false.
@@ -115,13 +120,27 @@ contains
       progress%outcome = outcome_adrift
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
-    else if (hopeless .or. (progress%since_fewest >= patience .and. &
+    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= patience .and. &
       system%body%drag <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
       progress%outcome = outcome_stopped
     end if
   end subroutine judge
+
+  !> What is in balance has converged if its multipliers fit. If they do not, iteration after
+  !! iteration, no more iterations will make them.
+  subroutine judge_multipliers(model, system, progress)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! in balance
+    type(newton_t), intent(inout) :: progress !! gets outcome, counts misfits
+
+    progress%outcome = outcome_converged
+    if (.not. system%motion%active) return
+    if (multipliers_fit(model, system)) return
+    progress%misfits = progress%misfits + 1
+    progress%outcome = merge(outcome_gaps, outcome_going_on, progress%misfits >= most_misfits)
+  end subroutine judge_multipliers
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
   !! with the same factor"). Not where a body is grounded or dragged.
@@ -168,6 +187,7 @@ contains
     type(newton_t), intent(inout) :: progress !! counts on
     type(iteration_t) :: report
     real(wp) :: begin, length, longest
+    integer, allocatable :: before(:)
     integer :: outcome
     logical :: dropped
 
@@ -186,6 +206,7 @@ contains
       return
     end if
     if (system%motion%active) call add_multipliers(model, system, .true.)
+    if (any(system%body%weak)) before = system%contact%status
     if (system%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%whole%solver%indefinite
@@ -219,6 +240,7 @@ contains
     end if
     if (system%motion%active) call settle_multipliers(system, length)
     progress%length = length
+    if (allocated(before)) call judge_settled(before, length, system)
     progress%updated = .false.
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
@@ -231,8 +253,24 @@ contains
     call monitor%iteration(report)
   end subroutine iterate
 
-  !> Tangent, factor, direction.
+  !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are grounded if there
+  !! is none.
   subroutine find_direction(system, x, settings, progress, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    call try_direction(system, x, settings, progress, outcome)
+    if (outcome /= solver_singular .or. .not. system%body%settled .or. &
+      system%condensed%active) return
+    system%body%settled = .false.
+    call try_direction(system, x, settings, progress, outcome)
+  end subroutine find_direction
+
+  !> Tangent, factor, direction of the system as it is held.
+  subroutine try_direction(system, x, settings, progress, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(settings_t), intent(in) :: settings !! tolerances
@@ -261,7 +299,7 @@ contains
     call release_ground(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
-  end subroutine find_direction
+  end subroutine try_direction
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.

@@ -2,6 +2,7 @@
 !! (doc/theory, "When an increment has converged").
 module newton_progress
   use kinds, only: wp
+  use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
   use line_search, only: next_energy
@@ -9,7 +10,8 @@ module newton_progress
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: newton_t, is_converged, meets_energy, wanted_share, count_creeping, judge_progress
+  public :: newton_t, is_converged, meets_energy, wanted_share, count_creeping, judge_progress, &
+    judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_adrift
@@ -38,6 +40,12 @@ module newton_progress
   !! stick and slip in turn keep them short.
   real(wp), parameter :: creeping_share = 0.1_wp
   integer, parameter :: most_creeping = 8
+  !> Points are settled if a full step changes no more than this share of the closed ones,
+  real(wp), parameter :: settled_share = 0.02_wp
+  !> and which of them stick and slip is known once its energy is below this share of the first.
+  real(wp), parameter :: rough_energy = 1.0e-3_wp
+  !> Steps up to this length count as short.
+  real(wp), parameter :: short_step = 1.0_wp/16.0_wp
 
   !> Progress of the iteration within one increment.
   type :: newton_t
@@ -55,6 +63,8 @@ module newton_progress
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
     logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
+    integer :: short = 0 !! iterations on end that went hardly anywhere
+    integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -78,6 +88,8 @@ contains
     if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
     if (norm <= min(floor_factor*system%scale%round_off, least_meaning(system))) then
       converged = .true.
+    else if (settings%roughly) then
+      converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
     else if (settings%residual_tolerance > 0.0_wp) then
       converged = norm <= settings%residual_tolerance*force_scale(system)
     else
@@ -106,6 +118,16 @@ contains
         system%body%drag > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
   end subroutine count_creeping
 
+  !> Whether nearly all points are what they were before the last step.
+  pure subroutine judge_settled(before, length, system)
+    integer, intent(in) :: before(:) !! (contact elements) their status before it
+    real(wp), intent(in) :: length !! share of its direction that was gone
+    type(system_t), intent(inout) :: system !! contact elements; gets settled
+
+    system%body%settled = length >= 1.0_wp .and. real(count(system%contact%status /= before), wp) &
+      <= settled_share*real(count(before > status_open), wp)
+  end subroutine judge_settled
+
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
   !! by the factor at hand, that the next step's would by far.
   logical function meets_energy(system, settings, progress) result(met)
@@ -130,6 +152,7 @@ contains
 
     progress%since_lowest = progress%since_lowest + 1
     progress%since_fewest = progress%since_fewest + 1
+    progress%short = merge(progress%short + 1, 0, progress%length <= short_step)
     if (residual_norm(system) < progress%lowest .or. &
       direction_norm(system) < progress%shortest) progress%since_lowest = 0
     if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0

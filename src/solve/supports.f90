@@ -181,7 +181,9 @@ contains
     end do
   end subroutine find_weak_bodies
 
-  !> Marks the bodies that neither supports nor closed contact points hold at present.
+  !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
+  !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
+  !! grounding holds nothing but what contact hardly resists, and whose matrix has no digits left.
   subroutine find_grounded(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! status of contact elements; gets grounded
@@ -192,8 +194,8 @@ contains
     if (system%body%drag > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%weak(body)) call free_motion(x, system, body, .true., &
-        system%body%grounded(body), &
-        motion)
+        system%body%grounded(body), motion, tracks=system%body%settled .and. .not. &
+        system%condensed%active)
     end do
   end subroutine find_grounded
 

@@ -21,6 +21,7 @@ module system_types
     real(wp) :: energy_tolerance = 1.0e-16_wp !! relative energy (FEAP)
     real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
     integer :: most_solves = 50 !! linear solves of one increment
+    logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
     integer :: most_passes = 8 !! changes of contact hosts within one increment
     real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a
     !! start is better than usual [force length]
@@ -72,6 +73,7 @@ module system_types
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
+    logical :: settled = .false. !! the last full step has left nearly all points as they were
     real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
     real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
     type(euler_t) :: euler !! the step with a drag that is under way

@@ -119,7 +119,7 @@ contains
       slope%angle(k) = pi/180.0_wp*slope_of([(variants(v)%model%pairs(k)%friction%angle, v=1, 4)], &
         model%pairs(k)%friction%angle)
       associate (epsilon => model%pairs(k)%points%epsilon)
-        if (size(epsilon) > 0) slope%penalty(k) = &
+        if (size(epsilon) > 0 .and. .not. model%pairs(k)%segmented) slope%penalty(k) = &
           slope_of([(variants(v)%model%pairs(k)%points%epsilon(1), v=1, 4)], epsilon(1))/epsilon(1)
       end associate
     end do

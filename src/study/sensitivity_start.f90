@@ -3,7 +3,8 @@
 module sensitivity_start
   use kinds, only: wp
   use text, only: to_text, string_t
-  use errors, only: error_t, raise, exit_deck
+  use deck_types, only: location_t
+  use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_t, form_plain
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
@@ -17,22 +18,34 @@ module sensitivity_start
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
   private
-  public :: begin_sensitivities, start_scene, find_levers, load_bodies, &
+  public :: check_slopes, begin_sensitivities, start_scene, find_levers, load_bodies, &
     remember_points
 
 contains
 
-  !> The state before the first increment: no parameter has changed anything.
-  subroutine begin_sensitivities(model, system, s, error)
+  !> Reports, at the place in the deck, what derivatives do not know of yet and what a parameter
+  !! cannot be.
+  subroutine check_slopes(model, system, s, diagnostics)
     type(model_t), intent(in) :: model !! pairs at their start
     type(system_t), intent(in) :: system !! bodies, contact elements
-    type(sensitivity_t), intent(inout) :: s !! slopes given; gets its state
-    type(error_t), allocatable, intent(out) :: error !! a parameter that cannot be followed
-    integer :: n, points, j
+    type(sensitivity_t), intent(inout) :: s !! slopes given; they get stiffness
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets the errors
+    integer :: j
 
     if (.not. s%active) return
-    call check_scene(model, system, error)
-    if (allocated(error)) return
+    call check_scene(model, system, s%slopes(1)%at, diagnostics)
+    do j = 1, size(s%slopes)
+      call find_stiffness(model, system, s%slopes(j), diagnostics)
+    end do
+  end subroutine check_slopes
+
+  !> The state before the first increment: no parameter has changed anything.
+  subroutine begin_sensitivities(model, system, s)
+    type(model_t), intent(in) :: model !! pairs at their start
+    type(system_t), intent(in) :: system !! bodies, contact elements
+    type(sensitivity_t), intent(inout) :: s !! slopes checked; gets its state
+    integer :: n, points
+
     n = size(s%slopes)
     points = system%contact%n
     allocate (s%host(points), s%status(points), source=0)
@@ -43,10 +56,6 @@ contains
       s%total(3, size(s%sets)), source=0.0_wp)
     allocate (s%range(n, size(model%pairs)), source=huge(1.0_wp))
     allocate (s%kinks(size(model%pairs)), source=0)
-    do j = 1, n
-      call find_stiffness(model, system, s%slopes(j), error)
-      if (allocated(error)) return
-    end do
     call remember_points(model, system, s)
   end subroutine begin_sensitivities
 
@@ -69,10 +78,11 @@ contains
   end subroutine remember_points
 
   !> What derivatives do not know of yet is refused by its name.
-  subroutine check_scene(model, system, error)
+  subroutine check_scene(model, system, at, diagnostics)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! bodies
-    type(error_t), allocatable, intent(out) :: error !! what is not known
+    type(location_t), intent(in) :: at !! where derivatives are asked for
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets what is not known
     integer :: i, k
 
     if (size(model%pairs) == 0) then
@@ -101,22 +111,21 @@ contains
 
   contains
 
-    !> Keeps the first thing that is refused.
+    !> Reports one thing.
     subroutine refuse(what)
       character(*), intent(in) :: what !! what it is
 
-      if (allocated(error)) return
-      call raise(error, exit_deck, 'error: SENSitivity does not know '//what//new_line('a')// &
-        '  leave SENSitivity out, or take differences of two runs with --set')
+      call report_error(diagnostics, at, 'SENSitivity does not know '//what, &
+        'leave SENSitivity out, or take differences of two runs with --set')
     end subroutine refuse
   end subroutine check_scene
 
   !> Changes of Young's modulus as changes of whole bodies.
-  subroutine find_stiffness(model, system, slope, error)
+  subroutine find_stiffness(model, system, slope, diagnostics)
     type(model_t), intent(in) :: model !! materials of the elements
     type(system_t), intent(in) :: system !! bodies of the nodes
     type(slope_t), intent(inout) :: slope !! gets stiffness
-    type(error_t), allocatable, intent(out) :: error !! only a part of a body changes
+    type(diagnostics_t), intent(inout) :: diagnostics !! hears of a body of which a part changes
     logical :: seen(system%body%bodies)
     integer :: e, b, m
 
@@ -131,10 +140,10 @@ contains
       if (b == 0) cycle
       if (seen(b) .and. abs(slope%stiffness(b) - slope%modulus(m)) > &
         1.0e-9_wp*(abs(slope%stiffness(b)) + abs(slope%modulus(m)))) then
-        call raise(error, exit_deck, 'error: the derivative by '//slope%name// &
+        call report_error(diagnostics, slope%at, 'the derivative by '//slope%name// &
           ' wants a whole body to become stiffer, and material '// &
-          to_text(model%materials(m)%number)//' is a part of one'//new_line('a')// &
-          '  give all materials of the body the same parameter as a factor of their E')
+          to_text(model%materials(m)%number)//' is a part of one', &
+          'give all materials of the body the same parameter as a factor of their E')
         return
       end if
       seen(b) = .true.

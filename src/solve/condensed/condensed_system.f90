@@ -5,6 +5,7 @@ module condensed_system
   use elmlib, only: routine_none
   use loads, only: load_factors, conditions_at
   use model_types, only: model_t
+  use contact_parameters, only: shifts_gap
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t, linear_sums_t
@@ -83,6 +84,7 @@ contains
 
     associate (condensed => system%condensed)
       condensed%outer%factors = load_factors(model, time)
+      condensed%goes_on = condensed%goes_on .and. .not. any(shifts_gap(model%pairs))
       if (.not. condensed%goes_on .and. allocated(condensed%tangent%status)) &
         deallocate (condensed%tangent%status)
       call load_candidates(condensed)
@@ -253,7 +255,8 @@ contains
   end subroutine couple_condensed
 
   !> Live candidates of the contact elements; the factor of their matrices cannot serve any more
-  !! where these are others.
+  !! where these are others. With multipliers it serves no longer either: their last digits are
+  !! those of the tangent.
   subroutine place_elements(system)
     type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
     integer, allocatable :: before(:, :)
@@ -275,7 +278,7 @@ contains
           end do
         end do
       end do
-      if (condensed%active .and. all(before == tangent%dofs)) return
+      if (condensed%active .and. condensed%goes_on .and. all(before == tangent%dofs)) return
       if (allocated(tangent%status)) deallocate (tangent%status)
     end associate
   end subroutine place_elements
