@@ -13,8 +13,8 @@ module touched_candidates
   !! small a product BLAS does not copy the matrix first, which took longer than the product.
   integer, parameter :: most_columns = 64, small_product = 900000
   !> Columns of a matrix that is read once for a few others, and their rows that stay in the cache
-  !! for a second product: with twice as many columns side by side, each on a page of its own, reading
-  !! them took up to four times as long.
+  !! for a second product: with twice as many columns side by side, each on a page of its own,
+  !! reading them took up to four times as long.
   integer, parameter :: strip = 32, most_rows = 1024
   !> Rows over those that are not needed, at least.
   integer, parameter :: most_idle = 10
@@ -102,11 +102,12 @@ contains
     real(wp), intent(in), contiguous :: cu(:, :) !! (live, rank or more) C U [length]
     real(wp), intent(in), contiguous :: z(:, :) !! (rank, columns)
     real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
-    real(wp) :: yields(size(cu, 1), size(z, 2))
+    real(wp) :: yields(size(cu, 1), size(z, 2)), turned(size(z, 2), size(z, 1))
     integer :: i
 
     if (size(z) == 0) return
-    call multiply_few(size(cu, 1), size(z, 2), size(z, 1), cu, transpose(z), yields)
+    turned = transpose(z)
+    call multiply_few(size(cu, 1), size(z, 2), size(z, 1), cu, turned, yields)
     do i = 1, size(touched%live_rows)
       if (touched%live_rows(i) > 0) y(:, i) = y(:, i) - yields(touched%live_rows(i), :)
     end do

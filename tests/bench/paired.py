@@ -46,11 +46,13 @@ MANY_LIMIT = (
 
 EIGHT_LIMIT = (
     'Half of what eight derivatives add are products of blocks of six directions with the '
-    'compliance and with C U, five to six blocks an increment, at the speed of the level-3 kernels '
-    '(30 to 45 Gflop/s): each block leaves 1/200 of the residual. The other half has no largest '
-    'part: the first answer, orthogonalisation, the scene\'s levers, element slopes, ways to new '
-    'hosts. Answers of the increment before are no start: forces beside the normal ones change '
-    'altogether where points pass to other facets.')
+    'compliance and with C U, six an increment, bound by reading these: each block leaves 1/200 '
+    'of the residual. The other half has no largest part: solves with the dense factor, element '
+    'matrices, orthogonalisation, the scene\'s levers, element slopes, ways to new hosts. Answers '
+    'of the increment before are no start: forces beside the normal ones change altogether where '
+    'points pass to other facets. On a machine with other jobs the ratio is larger, for these '
+    'products wait for the memory that all share: before they were read in strips it was 1.18 '
+    '(1.06 to 1.40, ten pairs, load 4), with strips 1.13 (1.01 to 1.24, six pairs, load 3).')
 
 
 @dataclasses.dataclass(frozen=True)
