@@ -9,6 +9,7 @@ module mesh_reader
   use mesh_types, only: mesh_t, facet_field_t
   use mesh_building, only: element_origin_t, start_mesh, finish_mesh
   use curved_checks, only: check_curved
+  use edge_checks, only: check_edges
   use mesh_checks, only: check_elements, check_numbers
   use coordinates_reader, only: read_coordinates
   use elements_reader, only: read_elements
@@ -75,6 +76,7 @@ contains
     complete = complete .and. error_count(diagnostics) == errors
     if (complete) call check_bricks(deck, origin, mesh, diagnostics)
     if (complete) call check_curved(deck, origin, mesh, diagnostics)
+    if (complete) call check_edges(deck, origin, mesh, diagnostics)
     complete = complete .and. error_count(diagnostics) == errors
     if (complete .and. has_tie(deck)) call tie(deck, drafts, diagnostics, mesh)
     complete = complete .and. error_count(diagnostics) == errors
