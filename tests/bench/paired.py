@@ -50,9 +50,10 @@ EIGHT_LIMIT = (
     'of the residual. The other half has no largest part: solves with the dense factor, element '
     'matrices, orthogonalisation, the scene\'s levers, element slopes, ways to new hosts. Answers '
     'of the increment before are no start: forces beside the normal ones change altogether where '
-    'points pass to other facets. On a machine with other jobs the ratio is larger, for these '
-    'products wait for the memory that all share: before they were read in strips it was 1.18 '
-    '(1.06 to 1.40, ten pairs, load 4), with strips 1.13 (1.01 to 1.24, six pairs, load 3).')
+    'points pass to other facets. On a machine with other jobs these products wait for the memory '
+    'that all share, and pairs scatter by more than what is wanted: medians of four series of 5 to '
+    '7 pairs, load 3 to 6, were 1.11, 1.13, 1.13 and 1.28 (all pairs 0.99 to 1.39); before they were '
+    'read in strips 1.18 and 1.20 (1.06 to 1.51).')
 
 
 @dataclasses.dataclass(frozen=True)
