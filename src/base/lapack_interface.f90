@@ -4,7 +4,7 @@ module lapack_interface
   implicit none
   private
   public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
-    dtrsm, ddot
+    dtrsm, ddot, dlaswp
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -69,6 +69,14 @@ module lapack_interface
       real(wp), intent(inout) :: b(ldb, *)
       integer, intent(out) :: info
     end subroutine dgetrs
+
+    !> Exchanges of rows.
+    subroutine dlaswp(n, a, lda, k1, k2, ipiv, incx)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, lda, k1, k2, ipiv(*), incx
+      real(wp), intent(inout) :: a(lda, *)
+    end subroutine dlaswp
 
     !> Scalar product of two vectors.
     function ddot(n, x, incx, y, incy) result(product)

@@ -26,6 +26,7 @@ module batch_run
   use run_context, only: context_t
   use sensitivity_table, only: write_sensitivities
   use kept_slopes, only: keep_slopes
+  use model_types, only: state_none
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
@@ -261,8 +262,8 @@ contains
     context%state%step = context%state%step + 1
     call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
-    if (context%sensitivity%active) call keep_slopes(context%model, context%sensitivity, &
-      context%state)
+    if (context%sensitivity%active .and. context%model%output%state /= state_none) &
+      call keep_slopes(context%model, context%sensitivity, context%state)
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
       context%audit, error)

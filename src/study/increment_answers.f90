@@ -16,7 +16,9 @@ module increment_answers
   public :: solve_all, answer_forces, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
-  real(wp), parameter :: share_left = 5.0e-12_wp, share_of_euler = 1.0e-13_wp
+  real(wp), parameter :: share_left = 5.0e-11_wp, share_of_euler = 1.0e-12_wp
+  !> The same where multipliers are found from answers.
+  real(wp), parameter :: share_with_multipliers = 5.0e-12_wp, share_of_multipliers = 1.0e-13_wp
 
 contains
 
@@ -34,8 +36,10 @@ contains
     logical :: arrived, late(system%condensed%n)
 
     n = size(s%slopes)
-    s%answers%share_left = spread(share_left, 1, n)
-    s%answers%share_left(pack(s%euler%slope, s%euler%slope > 0)) = share_of_euler
+    s%answers%share_left = spread(merge(share_left, share_with_multipliers, work%shifted%n == 0), &
+      1, n)
+    s%answers%share_left(pack(s%euler%slope, s%euler%slope > 0)) = merge(share_of_euler, &
+      share_of_multipliers, work%shifted%n == 0)
     arrived = .false.
     do attempt = 1, 2
       u = spread(spread(0.0_wp, 1, system%condensed%n), 2, n)
@@ -78,7 +82,7 @@ contains
     integer :: i, columns
 
     columns = size(force, 3)
-    s%answers%share_left = spread(share_of_euler, 1, columns)
+    s%answers%share_left = spread(share_of_multipliers, 1, columns)
     du = 0.0_wp
     associate (condensed => system%condensed)
       allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)

@@ -2,7 +2,7 @@
 !! (doc/theory, "Derivatives along the path").
 module linear_answers
   use kinds, only: wp
-  use lapack_interface, only: dgetrs
+  use block_solves, only: solve_block
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
@@ -193,7 +193,7 @@ contains
     real(wp), intent(inout) :: d(:, :) !! (columns, rows) in and out [length]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the forces are U z
     real(wp), allocatable :: force(:, :)
-    integer :: k, info
+    integer :: k
 
     associate (tangent => condensed%tangent, n => condensed%tangent%rank, columns => size(d, 1))
       if (n == 0) return
@@ -204,8 +204,7 @@ contains
       else
         call take_shares_block(tangent, touched%place, d, z)
       end if
-      call dgetrs('N', n, columns, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, &
-        info)
+      call solve_block(n, columns, size(tangent%small, 1), tangent%small, tangent%pivot, z)
       if (tangent%whole) then
         allocate (force(columns, size(d, 2)), source=0.0_wp)
         call add_leading_block(tangent, touched, z, force)
@@ -266,8 +265,7 @@ contains
     type(touched_t), intent(in) :: touched !! rows
     real(wp), intent(in) :: x(:, :) !! (columns, rows) [length]
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
-    real(wp) :: near(size(x, 1), size(tangent%dofs, 1)), far(size(x, 1), size(tangent%dofs, 1))
-    integer :: e, i, k
+    integer :: e, k
 
     if (tangent%whole) then
       do k = 1, size(x, 1)
@@ -277,20 +275,38 @@ contains
     end if
     y = 0.0_wp
     do e = 1, tangent%resting
-      associate (dofs => tangent%dofs(:, tangent%element(e)), s => tangent%s(:, :, &
-        tangent%element(e)))
-        far = 0.0_wp
-        do k = 1, size(dofs)
-          near(:, k) = 0.0_wp
-          if (dofs(k) > 0) near(:, k) = x(:, touched%place(dofs(k)))
-          do i = 1, size(dofs)
-            far(:, i) = far(:, i) + s(i, k)*near(:, k)
-          end do
-        end do
-        do i = 1, size(dofs)
-          if (dofs(i) > 0) y(:, touched%place(dofs(i))) = y(:, touched%place(dofs(i))) + far(:, i)
-        end do
+      associate (element => tangent%element(e))
+        call add_element_block(size(tangent%dofs, 1), size(x, 1), tangent%dofs(:, element), &
+          tangent%s(:, :, element), touched%place, x, y)
       end associate
     end do
   end subroutine apply_rest_block
+
+  !> Adds what the matrix of an element does.
+  pure subroutine add_element_block(n, columns, dofs, s, place, x, y)
+    integer, intent(in) :: n !! degrees of freedom of an element
+    integer, intent(in) :: columns !! of displacements
+    integer, intent(in) :: dofs(n) !! live candidates, 0 for none
+    real(wp), intent(in) :: s(n, n) !! its matrix
+    integer, intent(in) :: place(:) !! (live) place of the candidates in x
+    real(wp), intent(in) :: x(:, :) !! (columns, rows) [length]
+    real(wp), intent(inout) :: y(:, :) !! (columns, rows) grow [force]
+    real(wp) :: near(n, columns), far(n)
+    integer :: i, k, j
+
+    near = 0.0_wp
+    do k = 1, n
+      if (dofs(k) > 0) near(k, :) = x(:, place(dofs(k)))
+    end do
+    do j = 1, columns
+      far = 0.0_wp
+      do k = 1, n
+        far = far + s(:, k)*near(k, j)
+      end do
+      near(:, j) = far
+    end do
+    do i = 1, n
+      if (dofs(i) > 0) y(:, place(dofs(i))) = y(:, place(dofs(i))) + near(i, :)
+    end do
+  end subroutine add_element_block
 end module linear_answers
