@@ -36,8 +36,6 @@ module multiplier_motion
   integer, parameter :: most_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
   real(wp), parameter :: softened_share = 1.0e-12_wp
-  !> The same where iterations in balance leave them as they are: the tangent's digits end there.
-  real(wp), parameter :: last_share = 1.0e-10_wp
 
 contains
 
@@ -316,11 +314,9 @@ contains
   end subroutine settle_multipliers
 
   !> No pair has multipliers that differ from its forces by more than a share of its largest force.
-  !! At last those of a stiff penalty, which are solved for to the last digits, may lack two more.
-  logical function multipliers_fit(model, system, at_last) result(fit)
+  logical function multipliers_fit(model, system) result(fit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! contact elements, u, motion
-    logical, intent(in) :: at_last !! iterations in balance have not brought them nearer
     type(point_forces_t) :: at(size(model%pairs))
     real(wp), dimension(3, system%contact%n) :: multiplier
     integer :: k
@@ -333,19 +329,18 @@ contains
       if (.not. shifts_gap(model%pairs(k))) cycle
       associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
         fit = fit .and. norm2(multiplier(:, first:last) - system%motion%start(:, first:last)) <= &
-          max(8.0_wp*system%scale%round_off, fitting(model%pairs(k), at_last)* &
-          norm2(multiplier(:, first:last)))
+          max(8.0_wp*system%scale%round_off, fitting(model%pairs(k))*norm2(multiplier(:, &
+            first:last)))
       end associate
     end do
   end function multipliers_fit
 
   !> What multipliers may lack when they fit, over the norm of the forces of the pair.
-  pure real(wp) function fitting(pair, at_last) result(share)
+  pure real(wp) function fitting(pair) result(share)
     type(pair_t), intent(in) :: pair !! the pair
-    logical, intent(in) :: at_last !! two digits fewer will do for a stiff penalty
 
     share = 0.1_wp*pair%augment_tolerance
-    if (pair%history%softened) share = merge(last_share, softened_share, at_last)
+    if (pair%history%softened) share = softened_share
   end function fitting
 
   !> The multipliers to the working points.

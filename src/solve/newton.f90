@@ -137,8 +137,8 @@ contains
 
     progress%outcome = outcome_converged
     if (.not. system%motion%active) return
+    if (multipliers_fit(model, system)) return
     progress%misfits = progress%misfits + 1
-    if (multipliers_fit(model, system, progress%misfits >= most_misfits)) return
     progress%outcome = merge(outcome_gaps, outcome_going_on, progress%misfits >= most_misfits)
   end subroutine judge_multipliers
 

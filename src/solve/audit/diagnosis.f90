@@ -37,7 +37,6 @@ contains
     real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(1), parameter :: nl = new_line('a')
     type(verdict_t) :: verdict, ahead
-    character(:), allocatable :: worst
     integer :: body
 
     text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
@@ -58,8 +57,7 @@ contains
         '; the log tells what each update has left'//nl// &
         '  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
         'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
-      worst = worst_contact(model, system, 0)
-      if (len(worst) > 0) text = text//nl//worst
+      text = text//nl//worst_node(model, system, cut)
       return
     end if
     call judge_statics(model, system, time, verdict)
