@@ -36,6 +36,7 @@ contains
     call keep_state(run%states, command%text, context%model, context%system, context%state, &
       run%increment, path, error)
     call end_writing()
+    context%system%condensed%goes_on = .false.
     if (.not. allocated(error)) call log_line(context%files%log, '  state of time '// &
       to_text(context%state%time, 12)//' saved in '//path, error)
   end subroutine run_save

@@ -115,6 +115,7 @@ contains
     type(saved_state_t), intent(in) :: saved !! the state
     type(system_t), intent(inout) :: system !! its condensed form
 
+    system%condensed%goes_on = .false.
     if (system%condensed%preconditions) then
       call free_condensed(system)
       system%whole%choice = solver_unknown

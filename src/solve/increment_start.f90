@@ -72,16 +72,14 @@ contains
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well. In
-  !! the condensed form the defects of the first start often tell that it leaves more.
+  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well.
   subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp) :: norm_left, norm_carried, least_left
-    logical :: moved
+    real(wp) :: norm
     integer :: k
 
     do k = 1, size(model%pairs)
@@ -102,12 +100,26 @@ contains
       call place_starts(system)
       if (system%condensed%outer%foretold) then
         system%u = system%position%carried
-        call start_here(model, system, norm_carried)
+        call start_here(model, system, norm)
         return
       end if
     end if
+    call take_better(model, system, monitor)
+  end subroutine choose_start
+
+  !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
+  !! condensed form the defects of the latter, which cost next to nothing, often tell that it leaves
+  !! more; not with bodies that contact holds, whose defects depend on how they move.
+  subroutine take_better(model, system, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left, carried given; u becomes the start
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm_left, norm_carried, least_left
+    logical :: moved, carried_first
+
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
-    if (moved .and. system%condensed%active .and. .not. any(system%body%weak)) then
+    carried_first = moved .and. system%condensed%active .and. .not. any(system%body%weak)
+    if (carried_first) then
       system%u = system%position%left
       call restore_forces(system%condensed)
       call find_defects(system)
@@ -119,13 +131,15 @@ contains
     system%u = system%position%left
     call start_here(model, system, norm_left)
     if (.not. moved) return
-    system%u = system%position%carried
-    call start_here(model, system, norm_carried)
-    if (norm_carried <= norm_left) return
-    system%u = system%position%left
-    call start_here(model, system, norm_left)
+    if (.not. (carried_first .and. norm_left < norm_carried)) then
+      system%u = system%position%carried
+      call start_here(model, system, norm_carried)
+      if (norm_carried <= norm_left) return
+      system%u = system%position%left
+      call start_here(model, system, norm_left)
+    end if
     call monitor%detail('  predictor dropped: it does not lower the residual')
-  end subroutine choose_start
+  end subroutine take_better
 
   !> Friction begins to act at points that have touched first: where forces with it are foretold,
   !! the increment goes on from there.
