@@ -11,7 +11,7 @@ module process
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, catch_lack_of_memory, open_standard_files, wait_passively, &
+  public :: end_process, keep_memory, return_memory, catch_lack_of_memory, open_standard_files, wait_passively, &
     start_again, set_variable
 
   ! Options of glibc's mallopt (malloc.h)
@@ -22,6 +22,9 @@ module process
   integer(c_int), parameter :: kept_bytes = 1073741824_c_int
   !> The heap grows by this much at a time [bytes], by less where little is left.
   integer(c_int), parameter :: growth_bytes = 67108864_c_int
+  !> Blocks of more than this size go back to the system when they are free, where memory is what a
+  !! run is short of [bytes].
+  integer(c_int), parameter :: returned_bytes = 262144_c_int
   !> And by this share of what is left at most.
   real(wp), parameter :: growth_share = 0.03_wp
 
@@ -96,6 +99,15 @@ contains
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
+
+  !> Gives freed memory back to the system, from now on.
+  subroutine return_memory()
+    integer(c_int) :: taken
+
+    taken = c_mallopt(mmap_threshold, returned_bytes)
+    if (taken == 1_c_int) taken = c_mallopt(trim_threshold, returned_bytes)
+    if (taken == 1_c_int) taken = c_mallopt(top_pad, 0_c_int)
+  end subroutine return_memory
 
   !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
   !! those that are waited for; unless the user has said what they do.

@@ -3,11 +3,11 @@ module mesh_building
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
-  use cells, only: most_nodes
+  use cells, only: most_nodes, tet4
   use mesh_types, only: mesh_t
   implicit none
   private
-  public :: element_origin_t, start_mesh, reserve_nodes, reserve_elements, place_node, &
+  public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, place_node, &
     place_element, finish_mesh, model_size, model_box
   public :: own_nodes, max_nodes, max_elements, max_coordinate
 
@@ -221,6 +221,17 @@ contains
     if (status == 0) call resize_numbers(origin%set, room, status)
     if (status == 0) call resize_numbers(origin%record, room, status)
   end subroutine resize_elements
+
+  !> Gives back the room for nodes in the middle of edges where no element has any. To be called
+  !! when all that reads the mesh is done.
+  subroutine drop_middles(mesh)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer, allocatable :: ix(:, :)
+
+    if (size(mesh%ix, 1) <= tet4%nodes .or. any(mesh%ix(tet4%nodes + 1:, :) > 0)) return
+    ix = mesh%ix(:tet4%nodes, :)
+    call move_alloc(ix, mesh%ix)
+  end subroutine drop_middles
 
   !> Gives a list of numbers another length; what is new is 0.
   subroutine resize_numbers(list, room, status)

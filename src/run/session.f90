@@ -10,6 +10,7 @@ module session
   use deck_reader, only: read_deck
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines
   use source, only: file_text
+  use mesh_building, only: drop_middles
   use model_types, only: model_t
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
@@ -152,6 +153,7 @@ contains
     call start_blas(error)
     if (allocated(error)) return
     associate (model => context%model, system => context%system, files => context%files)
+      call drop_middles(model%mesh)
       call build_system(model, system, context%state)
       call check_slopes(model, system, context%sensitivity, diagnostics)
       call diagnostics_to_error(diagnostics, error)

@@ -8,6 +8,7 @@ module parallel
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: last_words
+  use process, only: return_memory
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
   use ranks, only: count_ranks, this_rank
@@ -22,18 +23,20 @@ module parallel
   public :: start_parallel, any_rank, end_parallel
 
   !> Seconds that a process that has failed waits for the others.
-  real(wp), parameter :: patience = 1.0_wp
+  real(wp), parameter :: patience = 0.25_wp
 
   !> What all processes meet on at their end; what they send each other before must not get into it.
   type(c_ptr) :: meeting = c_null_ptr
 
 contains
 
-  !> Starts MPI and PETSc. Signals stay ours, and errors come back to who has called.
+  !> Starts MPI and PETSc. Signals stay ours, and errors come back to who has called. Memory is what
+  !! runs with PETSc are short of: what is freed goes back to the system.
   subroutine start_parallel(error)
     type(error_t), allocatable, intent(out) :: error !! it cannot be started
     integer(c_int) :: fault, n
 
+    call return_memory()
     fault = 0_c_int
     call note(fault, petsc_options_set(c_null_ptr, '-no_signal_handler'//c_null_char, &
       'true'//c_null_char))

@@ -7,8 +7,8 @@ module petsc_matrix_interface
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_get_near_null_space, &
     mat_get_row, mat_restore_row, mat_create_submatrix, mat_mult, mat_mult_add, &
-    mat_mult_transpose, mat_duplicate, mat_axpy, mat_create_shell, mat_shell_set_operation, &
-    mat_shell_get_context, null_space_rigid_body, null_space_destroy, mat_create_vectors
+    mat_duplicate, mat_axpy, mat_create_shell, mat_shell_set_operation, &
+    mat_shell_get_context, mat_product_clear, null_space_rigid_body, null_space_destroy, mat_create_vectors
 
   interface
     !> A matrix, empty.
@@ -131,13 +131,6 @@ module petsc_matrix_interface
       type(c_ptr), value :: a, x, y, z
     end function mat_mult_add
 
-    !> y = A^T x.
-    integer(c_int) function mat_mult_transpose(a, x, y) bind(c, name='MatMultTranspose')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a, x, y
-    end function mat_mult_transpose
-
     !> A matrix of the same pattern, or a copy.
     integer(c_int) function mat_duplicate(a, what, copy) bind(c, name='MatDuplicate')
       import :: c_int, c_ptr
@@ -156,6 +149,13 @@ module petsc_matrix_interface
       type(c_ptr), value :: x
       integer(c_int), value :: pattern
     end function mat_axpy
+
+    !> Gives back what a product of matrices keeps for its next values.
+    integer(c_int) function mat_product_clear(a) bind(c, name='MatProductClear')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+    end function mat_product_clear
 
     !> A matrix that we multiply by ourselves: rows and columns here and in all, what to know.
     integer(c_int) function mat_create_shell(comm, m, n, all_rows, all_columns, context, a) &

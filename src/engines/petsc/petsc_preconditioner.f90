@@ -7,15 +7,17 @@ module petsc_preconditioner
     vec_destroy, is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
     scatter_end, scatter_destroy
   use petsc_matrix_interface, only: mat_create_submatrix, mat_destroy, mat_mult, mat_mult_add, &
-    mat_mult_transpose, mat_axpy, mat_shell_get_context, mat_create_vectors
+    mat_axpy, mat_shell_get_context, mat_create_vectors, mat_product_clear
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
-    pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context
+    pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context, pc_levels, &
+    pc_smoother, ksp_operators
   use petsc_matrices, only: layout_t, make_vector
   use petsc_faults, only: note
   implicit none
   private
   public :: preconditioner_t, set_options, make_whole, make_block, free_whole, free_block, &
-    free_preconditioner, apply_preconditioner, multiply_sum, different_pattern
+    free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, multiply_sum, &
+    different_pattern
   public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
 
   !> What stands for the inverse of the whole matrix, the cheapest first.
@@ -48,7 +50,7 @@ module petsc_preconditioner
     type(c_ptr) :: rows = c_null_ptr !! its rows of the bulk's share
     type(c_ptr) :: taken = c_null_ptr !! what these answer
     type(c_ptr) :: rest = c_null_ptr !! residual within a pass
-    type(c_ptr) :: step = c_null_ptr !! a part of the answer
+    type(c_ptr) :: start = c_null_ptr !! answer of the block, with which iterations begin
     logical :: has_block = .false. !! there is a block
   end type preconditioner_t
 
@@ -69,18 +71,16 @@ contains
     call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
     if (ranks == 1) then
       call set('mfec_block_pc_type', 'lu')
-      call set('mfec_block_pc_factor_mat_ordering_type', 'nd')
     else
       ! coarser matrices without the product in between, which would stay beside them; matrices of
       ! one rank know no such way
       call set('matptap_via', 'allatonce')
       call set('mfec_block_pc_type', 'redundant')
       call set('mfec_block_redundant_pc_type', 'lu')
-      call set('mfec_block_redundant_pc_factor_mat_ordering_type', 'nd')
     end if
     call set('mfec_gmres_ksp_type', 'gmres')
     call set('mfec_gmres_ksp_pc_side', 'right')
-    call set('mfec_gmres_ksp_gmres_restart', '60')
+    call set('mfec_gmres_ksp_gmres_restart', '40')
     call set('mfec_gmres_ksp_gmres_modifiedgramschmidt', '1')
     call set('mfec_cg_ksp_type', 'cg')
     call set('mfec_cg_ksp_norm_type', 'unpreconditioned')
@@ -119,7 +119,26 @@ contains
     if (status == 0_c_int) status = pc_failed(precon%whole, reason)
     failed = status /= 0_c_int .or. reason /= 0_c_int
     if (failed) call free_whole(precon)
+    if (.not. failed .and. way <= way_renewed) call free_products(precon, fault)
   end subroutine make_whole
+
+  !> The matrices of coarser levels keep what they were formed with, for other values: these never
+  !! come, for multigrid is made anew then.
+  subroutine free_products(precon, fault)
+    type(preconditioner_t), intent(in) :: precon !! its multigrid
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    type(c_ptr) :: smoother, a, b
+    integer(c_int) :: n, level
+
+    n = 0_c_int
+    call note(fault, pc_levels(precon%whole, n))
+    do level = 0_c_int, n - 2_c_int
+      if (fault /= 0_c_int) return
+      call note(fault, pc_smoother(precon%whole, level, smoother))
+      if (fault == 0_c_int) call note(fault, ksp_operators(smoother, a, b))
+      if (fault == 0_c_int) call note(fault, mat_product_clear(b))
+    end do
+  end subroutine free_products
 
   !> The block of some nodes of the matrix, and its factor.
   subroutine make_block(layout, inside, precon, failed, fault)
@@ -134,7 +153,6 @@ contains
     failed = .false.
     precon%has_block = any(inside)
     if (.not. c_associated(precon%rest)) call make_vector(layout, precon%rest, fault)
-    if (.not. c_associated(precon%step)) call make_vector(layout, precon%step, fault)
     if (.not. precon%has_block .or. fault /= 0_c_int) return
     call gather_block(layout, inside, precon, fault)
     call note(fault, pc_create(petsc_comm_world, precon%inverse))
@@ -153,10 +171,10 @@ contains
   subroutine gather_block(layout, inside, precon, fault)
     type(layout_t), intent(in) :: layout !! whose rows
     logical, intent(in) :: inside(:) !! (mesh nodes) in the block
-    type(preconditioner_t), intent(inout) :: precon !! gets block, pick, asked, answer
+    type(preconditioner_t), intent(inout) :: precon !! gets block, pick, asked, answer, start
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     integer(c_int), allocatable :: rows(:)
-    type(c_ptr) :: set, a, part
+    type(c_ptr) :: set, a, part, ignored
     integer :: i, k
 
     a = precon%tangent
@@ -177,6 +195,8 @@ contains
     end if
     if (fault /= 0_c_int) return
     call note(fault, mat_create_vectors(precon%block, precon%answer, precon%asked))
+    if (fault == 0_c_int) call note(fault, mat_create_vectors(precon%block, precon%start, ignored))
+    if (fault == 0_c_int) call note(fault, vec_destroy(ignored))
     if (fault /= 0_c_int) return
     call note(fault, scatter_create(precon%rest, set, precon%asked, c_null_ptr, precon%pick))
     if (c_associated(precon%bulk)) call pick_rows(layout, set, precon, fault)
@@ -201,7 +221,7 @@ contains
     call note(fault, is_destroy(columns))
   end subroutine pick_rows
 
-  !> z = M r, called by PETSc: the block, the whole on what that leaves, and the block again.
+  !> z = M r, called by PETSc: the whole, and the block on what that leaves.
   integer(c_int) function apply_preconditioner(pc, r, z) bind(c) result(fault)
     type(c_ptr), value :: pc !! the preconditioner
     type(c_ptr), value :: r !! residual
@@ -212,27 +232,39 @@ contains
     fault = pc_shell_get_context(pc, address)
     if (fault /= 0_c_int) return
     call c_f_pointer(address, precon)
-    if (.not. precon%has_block) then
-      fault = pc_apply(precon%whole, r, z)
-      return
-    end if
-    call note(fault, vec_zero(z))
-    call pick_block(precon, r, fault)
-    call answer_block(precon, z, fault)
-    if (c_associated(precon%rows)) then
-      ! the answer is zero outside the block, and the bulk's share symmetric
-      call note(fault, mat_mult_transpose(precon%rows, precon%answer, precon%rest))
-      if (c_associated(precon%contact)) call note(fault, mat_mult_add(precon%contact, z, &
-        precon%rest, precon%rest))
-      call note(fault, vec_aypx(precon%rest, -1.0_c_double, r))
-    else
-      call find_rest(precon, precon%tangent, r, z, fault)
-    end if
-    call note(fault, pc_apply(precon%whole, precon%rest, precon%step))
-    call note(fault, vec_axpy(z, 1.0_c_double, precon%step))
+    fault = pc_apply(precon%whole, r, z)
+    if (.not. precon%has_block) return
     call ask_again(precon, r, z, fault)
-    call answer_block(precon, z, fault)
+    call answer_block(precon, precon%answer, z, fault)
   end function apply_preconditioner
+
+  !> The iterations begin at the answer of the block, so that no residual has a share in its rows,
+  !! then and later.
+  subroutine begin_with_block(precon, right, answer, fault)
+    type(preconditioner_t), intent(inout) :: precon !! gets start, if there is a block
+    type(c_ptr), intent(in) :: right !! right-hand side; becomes the residual there
+    type(c_ptr), intent(in) :: answer !! becomes zero
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
+    call note(fault, vec_zero(answer))
+    if (.not. precon%has_block .or. fault /= 0_c_int) return
+    call pick_block(precon, right, fault)
+    call answer_block(precon, precon%start, answer, fault)
+    call note(fault, mat_mult(precon%tangent, answer, precon%rest))
+    call note(fault, vec_axpy(right, -1.0_c_double, precon%rest))
+    call note(fault, vec_zero(answer))
+  end subroutine begin_with_block
+
+  !> Adds where they have begun.
+  subroutine end_with_block(precon, answer, fault)
+    type(preconditioner_t), intent(in) :: precon !! has start, if there is a block
+    type(c_ptr), intent(in) :: answer !! grows by it
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
+    if (.not. precon%has_block .or. fault /= 0_c_int) return
+    call note(fault, scatter_begin(precon%pick, precon%start, answer, add_values, backward))
+    call note(fault, scatter_end(precon%pick, precon%start, answer, add_values, backward))
+  end subroutine end_with_block
 
   !> asked = r - A z in the rows of the block.
   subroutine ask_again(precon, r, z, fault)
@@ -294,14 +326,15 @@ contains
   end subroutine pick_block
 
   !> Adds the block's answer to what it has been asked.
-  subroutine answer_block(precon, z, fault)
+  subroutine answer_block(precon, answer, z, fault)
     type(preconditioner_t), intent(in) :: precon !! block, asked
+    type(c_ptr), intent(in) :: answer !! (rows of the block) becomes it
     type(c_ptr), intent(in) :: z !! grows
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
-    call note(fault, pc_apply(precon%inverse, precon%asked, precon%answer))
-    call note(fault, scatter_begin(precon%pick, precon%answer, z, add_values, backward))
-    call note(fault, scatter_end(precon%pick, precon%answer, z, add_values, backward))
+    call note(fault, pc_apply(precon%inverse, precon%asked, answer))
+    call note(fault, scatter_begin(precon%pick, answer, z, add_values, backward))
+    call note(fault, scatter_end(precon%pick, answer, z, add_values, backward))
   end subroutine answer_block
 
   !> Releases what stands for the inverse of the whole matrix.
@@ -325,6 +358,7 @@ contains
     if (c_associated(precon%pick)) ignored = scatter_destroy(precon%pick)
     if (c_associated(precon%asked)) ignored = vec_destroy(precon%asked)
     if (c_associated(precon%answer)) ignored = vec_destroy(precon%answer)
+    if (c_associated(precon%start)) ignored = vec_destroy(precon%start)
     precon%inverse = c_null_ptr
     precon%block = c_null_ptr
     precon%rows = c_null_ptr
@@ -332,6 +366,7 @@ contains
     precon%pick = c_null_ptr
     precon%asked = c_null_ptr
     precon%answer = c_null_ptr
+    precon%start = c_null_ptr
     precon%has_block = .false.
   end subroutine free_block
 
@@ -343,7 +378,6 @@ contains
     call free_whole(precon)
     call free_block(precon)
     if (c_associated(precon%rest)) ignored = vec_destroy(precon%rest)
-    if (c_associated(precon%step)) ignored = vec_destroy(precon%step)
     precon = preconditioner_t()
   end subroutine free_preconditioner
 end module petsc_preconditioner

@@ -10,7 +10,7 @@ module petsc_solver
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
-  use petsc_interface, only: petsc_comm_world, vec_destroy, vec_zero
+  use petsc_interface, only: petsc_comm_world, vec_destroy
   use petsc_matrix_interface, only: mat_destroy, mat_duplicate, mat_axpy, &
     mat_get_near_null_space, mat_set_near_null_space, mat_create_shell, mat_shell_set_operation
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
@@ -21,8 +21,8 @@ module petsc_solver
     add_ring
   use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
-    free_block, free_preconditioner, apply_preconditioner, multiply_sum, different_pattern, &
-    way_kept, way_renewed, way_algebraic, n_ways
+    free_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
+    multiply_sum, different_pattern, way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
   public :: petsc_t
@@ -325,12 +325,13 @@ contains
     call begin_cost(costs, cost_solve)
     associate (fault => solver%fault)
       call put_vector(solver%layout, b, solver%right, fault)
-      call note(fault, vec_zero(solver%answer))
-      call note(fault, ksp_set_tolerances(solver%method, solver%accuracy, tiny(1.0_c_double), &
-        1.0e10_c_double, most_iterations))
+      call begin_with_block(solver%precon, solver%right, solver%answer, fault)
+      call note(fault, ksp_set_tolerances(solver%method, tiny(1.0_c_double), &
+        solver%accuracy*norm2(b), 1.0e10_c_double, most_iterations))
       if (fault == 0_c_int) call note(fault, ksp_solve(solver%method, solver%right, solver%answer))
       if (fault == 0_c_int) call note(fault, ksp_reason(solver%method, reason))
       if (fault == 0_c_int) call note(fault, ksp_iterations(solver%method, n))
+      call end_with_block(solver%precon, solver%answer, fault)
       if (fault == 0_c_int) call take_vector(solver%layout, solver%answer, x, fault)
     end associate
     call end_cost(costs, cost_solve)

@@ -5,10 +5,11 @@ module petsc_solver_interface
   implicit none
   private
   public :: ksp_create, ksp_set_operators, ksp_set_prefix, ksp_from_options, ksp_set_tolerances, &
-    ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, ksp_destroy
+    ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, ksp_operators, &
+    ksp_destroy
   public :: pc_create, pc_set_operators, pc_set_prefix, pc_from_options, pc_set_type, pc_set_up, &
     pc_failed, pc_apply, pc_destroy, pc_shell_set_apply, pc_shell_set_context, &
-    pc_shell_get_context
+    pc_shell_get_context, pc_levels, pc_smoother
 
   interface
     !> An iterative method.
@@ -88,6 +89,31 @@ module petsc_solver_interface
       implicit none
       type(c_ptr), intent(inout) :: ksp
     end function ksp_destroy
+
+    !> How many levels multigrid has.
+    integer(c_int) function pc_levels(pc, n) bind(c, name='PCMGGetLevels')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), intent(out) :: n
+    end function pc_levels
+
+    !> The smoother of a level, 0 the coarsest.
+    integer(c_int) function pc_smoother(pc, level, ksp) bind(c, name='PCMGGetSmoother')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: level
+      type(c_ptr), intent(out) :: ksp
+    end function pc_smoother
+
+    !> Its matrices.
+    integer(c_int) function ksp_operators(ksp, a, b) bind(c, name='KSPGetOperators')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      type(c_ptr), intent(out) :: a, b
+    end function ksp_operators
 
     !> A preconditioner.
     integer(c_int) function pc_create(comm, pc) bind(c, name='PCCreate')
