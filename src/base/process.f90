@@ -11,13 +11,14 @@ module process
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, return_memory, catch_lack_of_memory, open_standard_files, wait_passively, &
-    start_again, set_variable
+  public :: end_process, keep_memory, return_memory, catch_lack_of_memory, open_standard_files, &
+    wait_passively, start_again, set_variable
 
   ! Options of glibc's mallopt (malloc.h)
   integer(c_int), parameter :: trim_threshold = -1_c_int
   integer(c_int), parameter :: top_pad = -2_c_int
   integer(c_int), parameter :: mmap_threshold = -3_c_int
+  integer(c_int), parameter :: mmap_max = -4_c_int
   !> Blocks up to this size come from the heap, and so much of it is kept when it is free [bytes].
   integer(c_int), parameter :: kept_bytes = 1073741824_c_int
   !> The heap grows by this much at a time [bytes], by less where little is left.
@@ -25,6 +26,8 @@ module process
   !> Blocks of more than this size go back to the system when they are free, where memory is what a
   !! run is short of [bytes].
   integer(c_int), parameter :: returned_bytes = 262144_c_int
+  !> So many of them at most, as glibc has it.
+  integer(c_int), parameter :: most_returned = 65536_c_int
   !> And by this share of what is left at most.
   real(wp), parameter :: growth_share = 0.03_wp
 
@@ -100,13 +103,14 @@ contains
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
   end subroutine keep_memory
 
-  !> Gives freed memory back to the system, from now on.
+  !> Gives freed memory back to the system, from now on. Open MPI forbids it where it starts.
   subroutine return_memory()
     integer(c_int) :: taken
 
     taken = c_mallopt(mmap_threshold, returned_bytes)
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, returned_bytes)
     if (taken == 1_c_int) taken = c_mallopt(top_pad, 0_c_int)
+    if (taken == 1_c_int) taken = c_mallopt(mmap_max, most_returned)
   end subroutine return_memory
 
   !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from

@@ -7,8 +7,8 @@ module mesh_building
   use mesh_types, only: mesh_t
   implicit none
   private
-  public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, place_node, &
-    place_element, finish_mesh, model_size, model_box
+  public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, &
+    place_node, place_element, finish_mesh, model_size, model_box
   public :: own_nodes, max_nodes, max_elements, max_coordinate
 
   !> Most nodes and elements; what goes beyond is taken for a slip of the pen.

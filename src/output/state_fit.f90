@@ -74,11 +74,23 @@ contains
     allocate (ix(dims(1), dims(2)))
     call read_block(file, root//'elements', ix, 1, error)
     if (allocated(error)) return
-    if (dims(1) == size(model%mesh%ix, 1)) then
-      i = findloc(all(ix == model%mesh%ix, 1), .false., 1)
-      if (i > 0) call raise_other(file, 'other nodes in element '//to_text(i), 'its own', error)
-    end if
+    i = first_other(ix, model%mesh%ix)
+    if (i > 0) call raise_other(file, 'other nodes in element '//to_text(i), 'its own', error)
   end subroutine check_mesh
+
+  !> The first element that has other nodes, or 0; lists may have room for more nodes than elements
+  !! have.
+  pure integer function first_other(ix, other) result(e)
+    integer, intent(in) :: ix(:, :), other(:, :) !! nodes of the elements, zeros behind the last
+    integer :: n
+
+    n = min(size(ix, 1), size(other, 1))
+    do e = 1, size(ix, 2)
+      if (any(ix(:n, e) /= other(:n, e)) .or. any(ix(n + 1:, e) > 0) .or. &
+        any(other(n + 1:, e) > 0)) return
+    end do
+    e = 0
+  end function first_other
 
   !> A position as text.
   function place(x) result(t)

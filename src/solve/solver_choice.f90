@@ -25,6 +25,7 @@ module solver_choice
     logical :: linear_bulk = .true. !! the bulk's tangent is constant
     logical :: restrained = .true. !! supports alone hold each body
     logical :: rigid_unknowns = .false. !! a rigid body has free motions
+    logical :: declined = .false. !! its condensed form cannot be had, or would cost more
     integer :: ranks = 1 !! processes that work on it
     integer :: dofs = 0 !! free degrees of freedom
     integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
@@ -70,10 +71,9 @@ contains
         else
           call monitor%warning('REDUced cannot be had, '//obstacle)
         end if
-        call decide(scene, solver_cholmod, system%whole%choice, reason)
-      else
-        call decide(scene, system%whole%asked, system%whole%choice, reason)
+        scene%declined = .true.
       end if
+      call decide(scene, system%whole%asked, system%whole%choice, reason)
     else if (system%whole%choice /= solver_reduced .and. condensed) then
       call free_condensed(system)
     end if
@@ -132,10 +132,10 @@ contains
     select case (asked)
     case (solver_auto)
       choice = solver_cholmod
-      if (len(obstacle) == 0) choice = solver_reduced
+      if (len(obstacle) == 0 .and. .not. scene%declined) choice = solver_reduced
       if (scene%ranks > 1) choice = solver_petsc
     case (solver_reduced)
-      if (len(obstacle) > 0) choice = solver_cholmod
+      if (len(obstacle) > 0 .or. scene%declined) choice = solver_cholmod
       if (len(obstacle) > 0) reason = 'REDUced cannot be had, '//obstacle//'; instead '
     case default
       ! The back ends take every scene.
@@ -143,8 +143,10 @@ contains
     reason = 'solver: '//reason//way_of(scene, choice)//' ('
     if (asked == solver_auto) then
       reason = reason//'AUTO; '
-    else
+    else if (choice == asked) then
       reason = reason//'asked for; '
+    else
+      reason = reason//'instead of '//trim(solver_words(asked)%word)//'; '
     end if
     reason = reason//description(scene)//')'
   end subroutine decide

@@ -11,6 +11,7 @@ import measure
 import own_deck
 import results
 import scenes
+import sections
 import targets
 
 START, PAIRS = '## One scene against another', 5
@@ -70,11 +71,23 @@ class Row:
     each: int = 1
     shares: int = 2     # costs that are named
     why: str = ''       # what keeps it from its target, if it is missed
+    other: str = jobs.CUBE      # the second scene
+    other_method: str = 'NTOS'
+    options: tuple = ()         # of the second run
 
+
+MAKERS = {**jobs.MAKERS, 'cube_force': scenes.forced_cube, 'cubes_27': scenes.loose_cubes}
+LOOSE = (('FRICtion COULomb 0.5\n',
+          'FRICtion COULomb 0.5\n' + scenes.JOINTS.format(method='GTOS')),)
+UMFPACK = dict(scene='cubes_27', method='GTOS', changes=LOOSE, other='cubes_27',
+               other_method='GTOS', base=LOOSE, options=('--solver', 'UMFPack'))
 
 ROWS = (
     Row('SEGMent against NTOS', 12, 2.5, method='SEGMent', shares=6, why=SEGMENT_LIMIT),
     Row('GTOS against NTOS', 12, 1.8, method='GTOS'),
+    Row('by force against by way', 12, 2.5, scene='cube_force'),
+    Row('27 cubes, AUTO against UMFPACK', 4, 1.2, **UMFPACK),
+    Row('27 cubes, AUTO against UMFPACK', 8, 0.2, **UMFPACK),
     Row('1,000 increments against 22', 8, None, scene='cube_1000', shares=8, why=MANY_LIMIT),
     Row('eight derivatives against none', 20, 1.15, changes=LAW + EIGHT, base=LAW,
         why=EIGHT_LIMIT),
@@ -101,12 +114,13 @@ def write(folder, scene, method, changes):
 def measure_row(row, program, folder, pairs=PAIRS, seconds=600):
     """Runs both scenes in turn; a line of the table."""
     first, second = (os.path.join(folder, name) for name in ('first', 'second'))
-    write(first, jobs.MAKERS[row.scene](row.size), row.method, row.changes)
-    write(second, scenes.sliding_cube(row.size), 'NTOS', row.base)
+    write(first, MAKERS[row.scene](row.size), row.method, row.changes)
+    write(second, MAKERS[row.other](row.size), row.other_method, row.base)
     times = []
     for _ in range(pairs):
-        spent = [measure.spend([os.path.abspath(program), 'run.inp', '--quiet'], place, seconds)
-                 for place in (first, second)]
+        spent = [measure.spend([os.path.abspath(program), 'run.inp', '--quiet', *options], place,
+                               seconds)
+                 for place, options in ((first, ()), (second, row.options))]
         if any(s['code'] for s in spent):
             raise OSError(f'{row.name}: exit codes {[s["code"] for s in spent]}')
         times.append([s['cpu'] for s in spent])
@@ -186,13 +200,4 @@ def thousand(lines):
 
 def renew(document, path):
     """Puts the table into a document, in the place of the one before."""
-    with open(document, encoding='utf-8') as stream:
-        text = stream.read()
-    before, found, rest = text.partition(START + '\n')
-    if found:
-        rest = rest[rest.index('\n## ') + 1:] if '\n## ' in rest else ''
-    else:
-        before, _, rest = text.partition('## Cost against size\n')
-        rest = '## Cost against size\n' + rest
-    with open(document, 'w', encoding='utf-8') as stream:
-        stream.write(before + section(path) + rest)
+    sections.renew(document, START, '## Cost against size', section(path))

@@ -72,6 +72,45 @@ def sliding_cube(n, friction=0.1, increments=(2, 20), law='LINEar', way=0.5):
         known={'T/N': friction})
 
 
+def forced_cube(n):
+    """The same cube, held by nothing but contact: pressed and pushed by forces on its top, in 22
+    increments, to nine tenths of what friction bears."""
+    scene = sliding_cube(n, increments=(22,))
+    top = [int(node) for node in scene.mesh.node_sets['top'].ravel()]
+    weight = 4.05/len(top)
+    scene.name, scene.moved, scene.fixed = 'cube_force', [], {'ground': (1, 2, 3)}
+    scene.watched = 'ground'
+    scene.forces = {node: (0.09*weight, 0.0, -weight) for node in top}
+    return scene
+
+
+def loose_cubes(n):
+    """27 cubes of n cells an edge that touch exactly, under a pressure on the upper nine, on a plate:
+    contact alone holds them. Pairs beside that with the plate: `JOINTS`."""
+    mesh, grid = Mesh(), np.linspace(0, 1, n + 1)
+    place = {at: mesh.box('cube' + ''.join(map(str, at)), *(grid + k for k in at))
+             for at in np.ndindex(3, 3, 3)}
+    side = np.linspace(-0.3, 3.3, round(2.7*n) + 1)
+    plate = mesh.box('plate', side, side, np.linspace(-0.5, 0, max(2, n//2) + 1))
+    for axis in (1, 2, 3):
+        for name, end, last in (('low', 1, 2), ('high', -1, 0)):
+            faces = [box.face(end, axis) for at, box in place.items() if at[axis - 1] != last]
+            mesh.surfaces[f'{name}{axis}'] = np.concatenate([f[0] for f in faces]), faces[0][1]
+    soles = [box.face(-1) for at, box in place.items() if at[2] == 0]
+    mesh.surfaces['soles'] = np.concatenate([f[0] for f in soles]), soles[0][1]
+    mesh.surfaces['floor'] = plate.face(1)
+    mesh.node_sets['ground'] = plate.nodes[:, :, 0]
+    top = np.concatenate([box.nodes[:, :, -1].ravel() for at, box in place.items() if at[2] == 2])
+    return Scene(name='cubes_27', size=n, mesh=mesh, young=1000.0, poisson=0.3, increments=(1,),
+                 fixed={'ground': (1, 2, 3)}, watched='ground',
+                 forces={int(node): (0.0, 0.0, -9.0/len(top)) for node in top},
+                 contact=Contact('soles', 'floor', 5e4, 0.5))
+
+
+JOINTS = ''.join(f'  PAIR {axis + 1} joints{axis}\n    {{method}} low{axis} high{axis}\n'
+                 '    PENAlty AREA 50000.0\n    FRICtion COULomb 0.5\n' for axis in (1, 2, 3))
+
+
 def two_slabs(cells, spacing, height, base, start, layers=3):
     """A slab of cells x cells over a base of base x base cells whose corner is at `start`."""
     mesh = Mesh()

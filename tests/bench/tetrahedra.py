@@ -5,6 +5,9 @@ CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1,
 # As BLOCk TET4 cuts a cell; the faces C3D4 calls S1 (nodes 1 2 3) and S3 (nodes 2 4 3).
 CELL = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
 LOWER, UPPER = ((0, 1), 'S1'), ((3, 4), 'S3')
+# The same towards lower and higher x and y.
+SIDES = {(1, -1): ((2, 3), 'S1'), (1, 1): ((0, 5), 'S3'), (2, -1): ((4, 5), 'S1'),
+         (2, 1): ((1, 2), 'S3'), (3, -1): LOWER, (3, 1): UPPER}
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of C3D10, in its order
 
 
@@ -17,10 +20,12 @@ class Box:
             (nx + 1, ny + 1, nz + 1), order='F')
         self.elements = first_element + np.arange(6*nx*ny*nz).reshape((nz, ny, nx, 6))
 
-    def face(self, side):
-        """Elements of the tetrahedra below (-1) or above (1) and the name of their face."""
-        layer, (which, face) = (0, LOWER) if side < 0 else (-1, UPPER)
-        return self.elements[layer][:, :, which].ravel(), face
+    def face(self, side, axis=3):
+        """Elements of the tetrahedra at the lower (-1) or upper (1) end of an axis, and the name of
+        their face."""
+        which, face = SIDES[axis, side]
+        layer = np.take(self.elements, 0 if side < 0 else -1, axis=3 - axis)
+        return layer[:, :, which].ravel(), face
 
 
 class Mesh:

@@ -36,13 +36,13 @@ contains
     type(error_t), allocatable, intent(out) :: error !! it cannot be started
     integer(c_int) :: fault, n
 
-    call return_memory()
     fault = 0_c_int
     call note(fault, petsc_options_set(c_null_ptr, '-no_signal_handler'//c_null_char, &
       'true'//c_null_char))
     call note(fault, petsc_options_set(c_null_ptr, '-skip_petscrc'//c_null_char, &
       'true'//c_null_char))
     call note(fault, petsc_initialize())
+    call return_memory()
     if (fault == 0_c_int) call note(fault, petsc_push_error_handler(c_funloc(petsc_return_error), &
       c_null_ptr))
     if (fault == 0_c_int) call set_options(count_ranks(), fault)

@@ -18,9 +18,8 @@ module petsc_matrices
   use petsc_partition, only: find_owners
   implicit none
   private
-  public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, add_rigid_modes, &
-    make_vector, put_vector, take_vector, multiply_rows, &
-    add_ring
+  public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, keep_places, &
+    tell_modes, make_vector, put_vector, take_vector, multiply_rows, add_ring
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
@@ -34,6 +33,7 @@ module petsc_matrices
     integer, allocatable :: row(:) !! (equations) row of each, from 0
     type(c_ptr) :: scatter = c_null_ptr !! brings a vector to all ranks
     type(c_ptr) :: whole = c_null_ptr !! the vector that it comes to
+    type(c_ptr) :: rest = c_null_ptr !! (rows) the nodes at rest [length]
   end type layout_t
 
 contains
@@ -92,6 +92,7 @@ contains
 
     if (c_associated(layout%scatter)) ignored = scatter_destroy(layout%scatter)
     if (c_associated(layout%whole)) ignored = vec_destroy(layout%whole)
+    if (c_associated(layout%rest)) ignored = vec_destroy(layout%rest)
     layout = layout_t()
   end subroutine free_layout
 
@@ -198,31 +199,41 @@ contains
     end do
   end subroutine keep_regular
 
-  !> The rigid motions as what multigrid must reproduce on a matrix.
-  subroutine add_rigid_modes(layout, x, a, fault)
-    type(layout_t), intent(in) :: layout !! whose rows
+  !> Keeps where the nodes are at rest, for the rigid motions.
+  subroutine keep_places(x, layout, fault)
     real(wp), intent(in) :: x(:, :) !! (3, mesh nodes) positions [length]
-    type(c_ptr), intent(in) :: a !! the matrix
+    type(layout_t), intent(inout) :: layout !! gets rest
     integer(c_int), intent(inout) :: fault !! 0, or the first error
-    type(c_ptr) :: coordinates, space
     real(c_double), pointer :: values(:)
     type(c_ptr) :: array
     integer :: i
 
-    call make_vector(layout, coordinates, fault)
-    call note(fault, vec_get_array(coordinates, array))
+    if (c_associated(layout%rest)) return
+    call make_vector(layout, layout%rest, fault)
+    call note(fault, vec_get_array(layout%rest, array))
     if (fault /= 0_c_int) return
     call c_f_pointer(array, values, [3*layout%own])
     do i = 1, layout%own
       values(3*i - 2:3*i) = x(:, layout%node(layout%first + i))
     end do
-    call note(fault, vec_restore_array(coordinates, array))
-    call note(fault, null_space_rigid_body(coordinates, space))
+    call note(fault, vec_restore_array(layout%rest, array))
+  end subroutine keep_places
+
+  !> Tells a matrix the six rigid motions of its nodes, or takes them back: six vectors, which
+  !! multigrid asks for only while it is made.
+  subroutine tell_modes(layout, a, told, fault)
+    type(layout_t), intent(in) :: layout !! has rest
+    type(c_ptr), intent(in) :: a !! the matrix
+    logical, intent(in) :: told !! it shall know them
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+    type(c_ptr) :: space
+
+    space = c_null_ptr
+    if (told) call note(fault, null_space_rigid_body(layout%rest, space))
     if (fault /= 0_c_int) return
     call note(fault, mat_set_near_null_space(a, space))
-    call note(fault, null_space_destroy(space))
-    call note(fault, vec_destroy(coordinates))
-  end subroutine add_rigid_modes
+    if (told) call note(fault, null_space_destroy(space))
+  end subroutine tell_modes
 
   !> A vector of the rows, zero.
   subroutine make_vector(layout, x, fault)

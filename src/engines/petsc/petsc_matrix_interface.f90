@@ -5,10 +5,11 @@ module petsc_matrix_interface
   implicit none
   private
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
-    mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, mat_get_near_null_space, &
+    mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, &
     mat_get_row, mat_restore_row, mat_create_submatrix, mat_mult, mat_mult_add, &
     mat_duplicate, mat_axpy, mat_create_shell, mat_shell_set_operation, &
-    mat_shell_get_context, mat_product_clear, null_space_rigid_body, null_space_destroy, mat_create_vectors
+    mat_shell_get_context, mat_product_clear, null_space_rigid_body, null_space_destroy, &
+    mat_create_vectors
 
   interface
     !> A matrix, empty.
@@ -77,14 +78,6 @@ module petsc_matrix_interface
       implicit none
       type(c_ptr), value :: a, space
     end function mat_set_near_null_space
-
-    !> The same, asked for; not to be released.
-    integer(c_int) function mat_get_near_null_space(a, space) bind(c, name='MatGetNearNullSpace')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: a
-      type(c_ptr), intent(out) :: space
-    end function mat_get_near_null_space
 
     !> One of the rows here.
     integer(c_int) function mat_get_row(a, row, n, columns, values) bind(c, name='MatGetRow')

@@ -80,7 +80,7 @@ contains
     end if
     call set('mfec_gmres_ksp_type', 'gmres')
     call set('mfec_gmres_ksp_pc_side', 'right')
-    call set('mfec_gmres_ksp_gmres_restart', '40')
+    call set('mfec_gmres_ksp_gmres_restart', '30')
     call set('mfec_gmres_ksp_gmres_modifiedgramschmidt', '1')
     call set('mfec_cg_ksp_type', 'cg')
     call set('mfec_cg_ksp_norm_type', 'unpreconditioned')

@@ -12,13 +12,12 @@ module petsc_solver
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
   use petsc_interface, only: petsc_comm_world, vec_destroy
   use petsc_matrix_interface, only: mat_destroy, mat_duplicate, mat_axpy, &
-    mat_get_near_null_space, mat_set_near_null_space, mat_create_shell, mat_shell_set_operation
+    mat_create_shell, mat_shell_set_operation
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
   use petsc_matrices, only: layout_t, make_layout, free_layout, fits_layout, make_matrix, &
-    add_rigid_modes, make_vector, put_vector, take_vector, multiply_rows, &
-    add_ring
+    keep_places, tell_modes, make_vector, put_vector, take_vector, multiply_rows, add_ring
   use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
     free_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
@@ -93,19 +92,15 @@ contains
     if (solver%fault /= 0_c_int) return
     solver%symmetric = nodes%symmetric
     solver%loose = nodes%loose
+    call keep_places(nodes%x, solver%layout, solver%fault)
     call drop_tangent(solver)
-    if (.not. nodes%apart) then
-      call make_matrix(solver%layout, matrix, equation, .false., solver%tangent, solver%fault)
-      if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%tangent, &
-        solver%fault)
-    end if
+    if (.not. nodes%apart) call make_matrix(solver%layout, matrix, equation, .false., &
+      solver%tangent, solver%fault)
     if (nodes%loose) solver%way = max(solver%way, way_renewed)
     if (solver%fault == 0_c_int .and. (.not. c_associated(solver%bulk) .or. (solver%worn .and. &
       .not. nodes%linear)) .and. (solver%way == way_kept .or. nodes%apart)) then
       call free_whole(solver%precon)
       call make_matrix(solver%layout, bulk, equation, .false., solver%bulk, solver%fault)
-      if (solver%fault == 0_c_int) call add_rigid_modes(solver%layout, nodes%x, solver%bulk, &
-        solver%fault)
     end if
     if (nodes%apart .and. solver%fault == 0_c_int) call join_shares(solver, matrix, equation)
     solver%precon%tangent = solver%tangent
@@ -152,7 +147,6 @@ contains
   subroutine find_sum(solver, matrix)
     class(petsc_t), intent(inout) :: solver !! may get sum
     type(c_ptr), intent(out) :: matrix !! the tangent
-    type(c_ptr) :: modes
 
     matrix = solver%tangent
     if (.not. solver%apart) return
@@ -163,8 +157,6 @@ contains
         call note(fault, mat_duplicate(solver%bulk, with_values, solver%sum))
         if (fault == 0_c_int) call note(fault, mat_axpy(solver%sum, 1.0_c_double, solver%contact, &
           different_pattern))
-        if (fault == 0_c_int) call note(fault, mat_get_near_null_space(solver%bulk, modes))
-        if (fault == 0_c_int) call note(fault, mat_set_near_null_space(solver%sum, modes))
       end if
     end associate
     matrix = solver%sum
@@ -246,12 +238,11 @@ contains
       if (solver%way == way_kept .and. c_associated(solver%precon%whole)) return
       if (solver%way >= way_algebraic) solver%precon%has_block = .false.
       call begin_cost(costs, cost_multigrid)
-      if (solver%way == way_kept) then
-        call make_whole(solver%way, solver%bulk, solver%precon, failed, solver%fault)
-      else
-        call find_sum(solver, matrix)
-        call make_whole(solver%way, matrix, solver%precon, failed, solver%fault)
-      end if
+      matrix = solver%bulk
+      if (solver%way /= way_kept) call find_sum(solver, matrix)
+      call tell_modes(solver%layout, matrix, .true., solver%fault)
+      call make_whole(solver%way, matrix, solver%precon, failed, solver%fault)
+      call tell_modes(solver%layout, matrix, .false., solver%fault)
       call end_cost(costs, cost_multigrid)
       solver%first_count = 0
       solver%worn = .false.
