@@ -119,6 +119,7 @@ contains
 
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     carried_first = moved .and. system%condensed%active .and. .not. any(system%body%weak)
+    norm_carried = huge(1.0_wp)
     if (carried_first) then
       system%u = system%position%left
       call restore_forces(system%condensed)
