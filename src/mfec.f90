@@ -9,8 +9,8 @@ program mfec
   use parallel, only: start_parallel, end_parallel
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
-  use process, only: end_process, keep_memory, catch_lack_of_memory, open_standard_files, &
-    wait_passively, start_again
+  use process, only: end_process, catch_lack_of_memory, open_standard_files, wait_passively, &
+    start_again
   use blas_kernels, only: choose_kernels
   implicit none
   type(options_t) :: options
@@ -20,7 +20,6 @@ program mfec
 
   call open_standard_files()
   call catch_lack_of_memory()
-  call keep_memory()
   call catch_signals()
   call read_command_line(options, error)
   if (.not. allocated(error)) then

@@ -23,13 +23,13 @@ module process
   integer(c_int), parameter :: kept_bytes = 1073741824_c_int
   !> The heap grows by this much at a time [bytes], by less where little is left.
   integer(c_int), parameter :: growth_bytes = 67108864_c_int
+  !> And by this share of what is left at most.
+  real(wp), parameter :: growth_share = 0.03_wp
   !> Blocks of more than this size go back to the system when they are free, where memory is what a
   !! run is short of [bytes].
   integer(c_int), parameter :: returned_bytes = 262144_c_int
   !> So many of them at most, as glibc has it.
   integer(c_int), parameter :: most_returned = 65536_c_int
-  !> And by this share of what is left at most.
-  real(wp), parameter :: growth_share = 0.03_wp
 
   !> Exit code of Fortran's runtime when the system refuses something, memory for the most part.
   integer(c_int), parameter :: runtime_refused = 1_c_int

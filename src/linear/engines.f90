@@ -2,7 +2,6 @@
 !! to another program, mfec-petsc; this one knows its word.
 module engines
   use text, only: upper
-  use process, only: keep_memory
   use back_ends, only: back_end_t, solver_words_t
   use umfpack_solver, only: umfpack_t, umfpack_words
   use cholmod_solver, only: cholmod_t, cholmod_words
@@ -36,7 +35,6 @@ contains
     integer, intent(in) :: k !! its place in the list; there is one
     class(back_end_t), allocatable, intent(out) :: engine !! it
 
-    if (k /= solver_petsc) call keep_memory()
     select case (k)
     case (solver_petsc)
       call start_nodal_engine(engine)

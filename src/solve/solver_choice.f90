@@ -146,7 +146,7 @@ contains
     else if (choice == asked) then
       reason = reason//'asked for; '
     else
-      reason = reason//'instead of '//trim(solver_words(asked)%word)//'; '
+      reason = reason//trim(solver_words(asked)%word)//' was asked for; '
     end if
     reason = reason//description(scene)//')'
   end subroutine decide

@@ -77,8 +77,7 @@ class Row:
 
 
 MAKERS = {**jobs.MAKERS, 'cube_force': scenes.forced_cube, 'cubes_27': scenes.loose_cubes}
-LOOSE = (('FRICtion COULomb 0.5\n',
-          'FRICtion COULomb 0.5\n' + scenes.JOINTS.format(method='GTOS')),)
+LOOSE = (('FRICtion COULomb 0.5\n', 'FRICtion COULomb 0.5\n' + scenes.JOINTS),)
 UMFPACK = dict(scene='cubes_27', method='GTOS', changes=LOOSE, other='cubes_27',
                other_method='GTOS', base=LOOSE, options=('--solver', 'UMFPack'))
 

@@ -107,7 +107,7 @@ def loose_cubes(n):
                  contact=Contact('soles', 'floor', 5e4, 0.5))
 
 
-JOINTS = ''.join(f'  PAIR {axis + 1} joints{axis}\n    {{method}} low{axis} high{axis}\n'
+JOINTS = ''.join(f'  PAIR {axis + 1} joints{axis}\n    GTOS low{axis} high{axis}\n'
                  '    PENAlty AREA 50000.0\n    FRICtion COULomb 0.5\n' for axis in (1, 2, 3))
 
 

@@ -1,4 +1,4 @@
-!> What precedes each iteration of GMRES: multigrid, and around it the exact solution of the nodes
+!> What precedes each iteration of GMRES: multigrid, and after it the exact solution of the nodes
 !! that contact holds with one ring of nodes around them (doc/theory, "Beyond one machine").
 module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
@@ -234,7 +234,7 @@ contains
     call c_f_pointer(address, precon)
     fault = pc_apply(precon%whole, r, z)
     if (.not. precon%has_block) return
-    call ask_again(precon, r, z, fault)
+    call ask_block(precon, r, z, fault)
     call answer_block(precon, precon%answer, z, fault)
   end function apply_preconditioner
 
@@ -262,12 +262,11 @@ contains
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
     if (.not. precon%has_block .or. fault /= 0_c_int) return
-    call note(fault, scatter_begin(precon%pick, precon%start, answer, add_values, backward))
-    call note(fault, scatter_end(precon%pick, precon%start, answer, add_values, backward))
+    call put_block(precon, precon%start, answer, fault)
   end subroutine end_with_block
 
   !> asked = r - A z in the rows of the block.
-  subroutine ask_again(precon, r, z, fault)
+  subroutine ask_block(precon, r, z, fault)
     type(preconditioner_t), intent(in) :: precon !! gets asked; rest is used
     type(c_ptr), intent(in) :: r !! residual
     type(c_ptr), intent(in) :: z !! answer so far
@@ -286,7 +285,7 @@ contains
     end if
     call note(fault, mat_mult(precon%rows, z, precon%taken))
     call note(fault, vec_axpy(precon%asked, -1.0_c_double, precon%taken))
-  end subroutine ask_again
+  end subroutine ask_block
 
   !> y = A x, called by PETSc: the bulk's share and that of contact.
   integer(c_int) function multiply_sum(a, x, y) bind(c) result(fault)
@@ -333,9 +332,19 @@ contains
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
     call note(fault, pc_apply(precon%inverse, precon%asked, answer))
+    call put_block(precon, answer, z, fault)
+  end subroutine answer_block
+
+  !> Adds what the block has answered.
+  subroutine put_block(precon, answer, z, fault)
+    type(preconditioner_t), intent(in) :: precon !! has a block
+    type(c_ptr), intent(in) :: answer !! (rows of the block)
+    type(c_ptr), intent(in) :: z !! grows by it
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
     call note(fault, scatter_begin(precon%pick, answer, z, add_values, backward))
     call note(fault, scatter_end(precon%pick, answer, z, add_values, backward))
-  end subroutine answer_block
+  end subroutine put_block
 
   !> Releases what stands for the inverse of the whole matrix.
   subroutine free_whole(precon)

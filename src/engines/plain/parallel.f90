@@ -2,6 +2,7 @@
 module parallel
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text
+  use process, only: keep_memory
   use ranks, only: count_ranks
   implicit none
   private
@@ -9,10 +10,11 @@ module parallel
 
 contains
 
-  !> More than one process would write the same files.
+  !> More than one process would write the same files. One that factorises keeps what it frees.
   subroutine start_parallel(error)
     type(error_t), allocatable, intent(out) :: error !! there are more
 
+    call keep_memory()
     if (count_ranks() > 1) call raise(error, exit_deck, 'command line: error: mpirun has '// &
       'started '//to_text(count_ranks())//' of this program, which works alone'//new_line('a')// &
       '  build ./mfec-petsc by make PETSC=1 and start that, or run without mpirun')
