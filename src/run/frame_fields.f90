@@ -12,7 +12,6 @@ module frame_fields
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
   use master_facets, only: field_on_facet
-  use solid_types, only: state_stress, state_strain
   use system_types, only: system_t, state_t
   use body_fields, only: fields_of_bodies, n_body_fields
   use nodal_stress, only: average_stress, von_mises
@@ -25,18 +24,24 @@ module frame_fields
 contains
 
   !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, point_state, bulk_state, frame)
+  subroutine fill_frame(model, system, state, point_state, stress, strain, frame)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
-    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_solid_state, elements)
+    real(wp), allocatable, intent(inout) :: stress(:, :) !! (6, elements) goes to the frame
+    real(wp), allocatable, intent(inout) :: strain(:, :) !! (6, elements) goes to the frame
     type(frame_t), intent(out) :: frame !! the fields
     integer :: k
 
     do k = 1, n_body_fields
       if (model%output%field(k)) call fill_field(fields_of_bodies(k)%name, model, state, &
-        bulk_state, frame%body(k)%values)
+        stress, frame%body(k)%values)
+    end do
+    do k = 1, n_body_fields
+      if (.not. model%output%field(k)) cycle
+      if (fields_of_bodies(k)%name == 'stress') call move_alloc(stress, frame%body(k)%values)
+      if (fields_of_bodies(k)%name == 'strain') call move_alloc(strain, frame%body(k)%values)
     end do
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
@@ -48,12 +53,12 @@ contains
     end do
   end subroutine fill_frame
 
-  !> One field of the bodies.
-  subroutine fill_field(name, model, state, bulk_state, values)
+  !> One field of the bodies, unless it is that of the elements itself.
+  subroutine fill_field(name, model, state, stress, values)
     character(*), intent(in) :: name !! its name in fields_of_bodies
     type(model_t), intent(in) :: model !! the problem
     type(state_t), intent(in) :: state !! the converged state
-    real(wp), allocatable, intent(in) :: bulk_state(:, :) !! (n_solid_state, elements)
+    real(wp), allocatable, intent(in) :: stress(:, :) !! (6, elements)
     real(wp), allocatable, intent(out) :: values(:, :) !! (components, nodes or elements)
     real(wp), allocatable :: nodal(:, :)
 
@@ -62,17 +67,13 @@ contains
       values = state%u
     case ('reaction')
       values = state%reaction
-    case ('stress')
-      values = bulk_state(state_stress, :)
     case ('von_mises')
-      values = von_mises(bulk_state(state_stress, :))
+      values = von_mises(stress)
     case ('nodal_stress')
-      call average_stress(model%mesh, bulk_state(state_stress, :), values)
+      call average_stress(model%mesh, stress, values)
     case ('nodal_von_mises')
-      call average_stress(model%mesh, bulk_state(state_stress, :), nodal)
+      call average_stress(model%mesh, stress, nodal)
       values = von_mises(nodal)
-    case ('strain')
-      values = bulk_state(state_strain, :)
     case ('lay')
       call fill_lay(model, state, values)
     end select

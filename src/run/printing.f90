@@ -6,9 +6,7 @@ module printing
   use text, only: to_text
   use mesh_types, only: mesh_t
   use tetrahedra, only: tetrahedron_volume, aspect_ratio
-  use solid_types, only: n_solid_state, state_stress
-  use bulk_assembly, only: recover_bulk
-  use nodal_dilatation, only: add_nodal_pressure
+  use element_fields, only: find_element_fields
   use nodal_stress, only: average_stress, von_mises
   use model_types, only: model_t
   use system_types, only: system_t, state_t
@@ -71,17 +69,16 @@ contains
     logical, allocatable :: there(:)
     character(:), allocatable :: what
 
-    allocate (solid(n_solid_state, model%mesh%elements))
-    call recover_bulk(system%bulk, model%mesh%x, state%u, solid)
-    call add_nodal_pressure(model%mesh%x, state%u, system, solid)
+    allocate (solid(6, model%mesh%elements))
+    call find_element_fields(system, model%mesh%x, state%u, stress=solid)
     if (command%option == 'node') then
       what = 'node'
       there = model%mesh%used
-      call average_stress(model%mesh, solid(state_stress, :), stress)
+      call average_stress(model%mesh, solid, stress)
     else
       what = 'element'
       there = model%mesh%ix(1, :model%mesh%elements) > 0
-      stress = solid(state_stress, :)
+      call move_alloc(solid, stress)
     end if
     call log_line(log, '  stresses at time '//to_text(state%time, 12)//': '//what// &
       ' xx yy zz xy yz zx von_mises', error)

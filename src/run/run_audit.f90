@@ -6,10 +6,9 @@ module run_audit
   use costs, only: begin_cost, end_cost, cost_audit
   use audit_types, only: n_checks, check_balance, verdict_warning, verdict_failed
   use audit, only: audit_state
-  use field_audit, only: audit_fields
   use audit_text, only: audit_table, audit_warning, balance_message
   use system_types, only: settings_t
-  use run_files, only: recover_fields
+  use run_files, only: recover_points, recover_fields
   use run_log, only: log_full
   use run_context, only: context_t
   implicit none
@@ -24,17 +23,17 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances asked for
     type(error_t), allocatable, intent(out) :: error !! a body out of balance
     real(wp) :: before
-    logical :: full, last, fields
+    logical :: full, last
 
     associate (audit => context%audit, model => context%model, system => context%system)
       call begin_cost(system%costs, cost_audit)
       before = audit%time
       last = context%state%step == context%monitor%steps
       full = audit%step == 0 .or. last
-      call recover_fields(context%files, model, system, context%state, last, fields)
+      call recover_points(context%files, model, system, context%state)
       call audit_state(model, system, context%state, settings, context%files%point_state, last, &
         audit)
-      if (fields) call audit_fields(system%bulk, context%files%bulk_state, audit)
+      call recover_fields(context%files, model, system, context%state, last, audit)
       full = full .or. any(audit%verdict == verdict_failed) .or. &
         context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))

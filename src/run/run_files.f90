@@ -12,10 +12,8 @@ module run_files
   use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
-  use solid_types, only: n_solid_state
   use assembly, only: recover
-  use bulk_assembly, only: recover_bulk
-  use nodal_dilatation, only: add_nodal_pressure
+  use element_fields, only: find_element_fields
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
@@ -28,7 +26,7 @@ module run_files
     close_contact_file
   use ranks, only: this_rank
   use rigid_paths, only: count_rigid
-  use body_fields, only: fields_of_bodies
+  use body_fields, only: fields_of_bodies, n_body_fields
   use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
   use point_fields, only: point_fields_t
   use frame_fields, only: fill_frame, fill_points
@@ -38,7 +36,7 @@ module run_files
   use restored_balance, only: residual_share_of
   implicit none
   private
-  public :: contact_ending, run_files_t, create_files, recover_fields, write_row, fill_state, &
+  public :: contact_ending, run_files_t, create_files, recover_points, recover_fields, write_row, fill_state, &
     close_files
 
   !> Ending of the file of the contact surfaces.
@@ -57,7 +55,8 @@ module run_files
     type(results_t) :: results !! .h5
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
-    real(wp), allocatable :: bulk_state(:, :) !! (n_solid_state, elements) of a row not written
+    real(wp), allocatable :: stress(:, :) !! (6, elements) of a row not written, if it is due
+    real(wp), allocatable :: strain(:, :) !! (6, elements) likewise
   end type run_files_t
 
 contains
@@ -115,25 +114,38 @@ contains
       error)
   end subroutine create_points
 
-  !> Contact points at an end time, and stresses where they are due or it is the last.
-  subroutine recover_fields(files, model, system, state, last, fields)
-    type(run_files_t), intent(inout) :: files !! gets point_state, bulk_state
+  !> Contact points at an end time.
+  subroutine recover_points(files, model, system, state)
+    type(run_files_t), intent(inout) :: files !! gets point_state
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! elements
+    type(state_t), intent(in) :: state !! the converged state
+
+    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
+  end subroutine recover_points
+
+  !> Fields of the elements where they are due, for the audit at the last end time, too.
+  subroutine recover_fields(files, model, system, state, last, audit)
+    type(run_files_t), intent(inout) :: files !! gets stress and strain that are to be written
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! elements
     type(state_t), intent(in) :: state !! the converged state
     logical, intent(in) :: last !! it is the last end time
-    logical, intent(out) :: fields !! bulk_state is that of this end time
+    type(audit_t), intent(inout) :: audit !! looks at them
+    logical :: due(n_body_fields)
 
-    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
-    fields = fields_due(model%output, state%step) .and. &
-      any(model%output%field .and. fields_of_bodies%of_elements)
-    fields = fields .or. last
-    if (fields) then
-      if (.not. allocated(files%bulk_state)) allocate (files%bulk_state(n_solid_state, &
-        system%bulk%n))
-      call recover_bulk(system%bulk, model%mesh%x, state%u, files%bulk_state)
-      call add_nodal_pressure(model%mesh%x, state%u, system, files%bulk_state)
+    due = model%output%field .and. fields_of_bodies%of_elements .and. &
+      fields_due(model%output, state%step)
+    if (.not. (any(due) .or. last)) return
+    if (allocated(files%stress)) deallocate (files%stress)
+    if (allocated(files%strain)) deallocate (files%strain)
+    if (this_rank() == 0) then
+      if (any(due .and. fields_of_bodies%word == 'stress')) &
+        allocate (files%stress(6, system%bulk%n))
+      if (any(due .and. fields_of_bodies%word == 'strain')) &
+        allocate (files%strain(6, system%bulk%n))
     end if
+    call find_element_fields(system, model%mesh%x, state%u, files%stress, files%strain, audit)
   end subroutine recover_fields
 
   !> Writes and flushes the rows of an end time.
@@ -174,7 +186,6 @@ contains
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
       audit, error)
-    if (allocated(files%bulk_state)) deallocate (files%bulk_state)
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
@@ -218,7 +229,8 @@ contains
       call append_results(files%results, model, row, audit, error=error)
       return
     end if
-    call fill_frame(model, system, state, files%point_state, files%bulk_state, frame)
+    call fill_frame(model, system, state, files%point_state, files%stress, &
+      files%strain, frame)
     call count_cost(system%costs, cost_fields, count([model%output%field, model%output%contact]))
     if (model%output%state == state_none) then
       call append_results(files%results, model, row, audit, frame, error=error)

@@ -42,6 +42,7 @@ contains
     associate (touch => system%touch)
       touch%stage = touch_none
       touch%span = span
+      if (allocated(touch%x_free)) deallocate (touch%x_free, touch%x_end)
       if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
       if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
       associate (bodies => system%body%bodies, pairs => size(model%pairs))

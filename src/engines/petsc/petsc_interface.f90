@@ -7,7 +7,7 @@ module petsc_interface
   public :: petsc_comm_world, mpi_comm_rank, mpi_comm_size, mpi_comm_dup, mpi_ibarrier, &
     mpi_test, mpi_abort
   public :: petsc_options_set, petsc_initialize, petsc_finalize, petsc_push_error_handler, &
-    petsc_return_error
+    petsc_return_error, object_comm
   public :: vec_create, vec_set_sizes, vec_set_type, vec_set_block_size, &
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
@@ -104,6 +104,14 @@ module petsc_interface
       type(c_ptr), value :: comm, fun, file, message, context
       integer(c_int), value :: line, n, p
     end function petsc_return_error
+
+    !> The ranks that something is shared by.
+    integer(c_int) function object_comm(object, comm) bind(c, name='PetscObjectGetComm')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: object
+      type(c_ptr), intent(out) :: comm
+    end function object_comm
 
     !> A vector, empty.
     integer(c_int) function vec_create(comm, x) bind(c, name='VecCreate')

@@ -6,7 +6,8 @@ module petsc_matrix_interface
   private
   public :: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, mat_preallocate, &
     mat_preallocate_parallel, mat_destroy, mat_set_near_null_space, &
-    mat_get_row, mat_restore_row, mat_create_submatrix, mat_mult, mat_mult_add, &
+    mat_get_row, mat_restore_row, mat_create_submatrix, mat_create_submatrices, &
+    mat_destroy_submatrices, mat_mult, mat_mult_add, &
     mat_duplicate, mat_axpy, mat_create_shell, mat_shell_set_operation, &
     mat_shell_get_context, mat_product_clear, null_space_rigid_body, null_space_destroy, &
     mat_create_vectors
@@ -109,6 +110,26 @@ module petsc_matrix_interface
       integer(c_int), value :: reuse
       type(c_ptr), intent(inout) :: part
     end function mat_create_submatrix
+
+    !> Some sets of rows and columns, each whole on this rank.
+    integer(c_int) function mat_create_submatrices(a, n, rows, columns, reuse, parts) &
+      bind(c, name='MatCreateSubMatrices')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a
+      integer(c_int), value :: n, reuse
+      type(c_ptr), intent(in) :: rows, columns
+      type(c_ptr), intent(out) :: parts
+    end function mat_create_submatrices
+
+    !> Releases these.
+    integer(c_int) function mat_destroy_submatrices(n, parts) &
+      bind(c, name='MatDestroySubMatrices')
+      import :: c_int, c_ptr
+      implicit none
+      integer(c_int), value :: n
+      type(c_ptr), intent(inout) :: parts
+    end function mat_destroy_submatrices
 
     !> y = A x.
     integer(c_int) function mat_mult(a, x, y) bind(c, name='MatMult')

@@ -4,18 +4,19 @@ module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
   use petsc_interface, only: petsc_comm_world, petsc_options_set, vec_aypx, vec_axpy, vec_zero, &
-    vec_destroy, is_create, is_create_stride, is_destroy, scatter_create, scatter_begin, &
-    scatter_end, scatter_destroy
-  use petsc_matrix_interface, only: mat_create_submatrix, mat_destroy, mat_mult, mat_mult_add, &
-    mat_axpy, mat_shell_get_context, mat_create_vectors, mat_product_clear
+    vec_destroy
+  use petsc_matrix_interface, only: mat_mult, mat_mult_add, mat_shell_get_context, &
+    mat_product_clear
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy, pc_shell_get_context, pc_levels, &
     pc_smoother, ksp_operators
   use petsc_matrices, only: layout_t, make_vector
+  use petsc_block, only: block_t, gather_block, keep_rows, factorise_block, pick_block, take_rows, &
+    answer_block, put_block, free_block
   use petsc_faults, only: note
   implicit none
   private
-  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, free_block, &
+  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, drop_block, &
     free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, multiply_sum, &
     different_pattern
   public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
@@ -30,11 +31,8 @@ module petsc_preconditioner
   character(14), parameter :: prefixes(n_ways) = [character(14) :: 'mfec_kept_', 'mfec_renewed_', &
     'mfec_boomer_', 'mfec_direct_']
 
-  ! petscmat.h, petscvec.h, petscsystypes.h
-  integer(c_int), parameter :: initial_matrix = 0_c_int, copy_values = 0_c_int
+  ! petscmat.h
   integer(c_int), parameter :: different_pattern = 0_c_int
-  integer(c_int), parameter :: insert_values = 1_c_int, add_values = 2_c_int
-  integer(c_int), parameter :: forward = 0_c_int, backward = 1_c_int
 
   !> The parts; PETSc knows it by its address.
   type :: preconditioner_t
@@ -42,15 +40,8 @@ module petsc_preconditioner
     type(c_ptr) :: bulk = c_null_ptr !! the bulk's share of it, not ours
     type(c_ptr) :: contact = c_null_ptr !! contact's share of it, not ours; null if there is none
     type(c_ptr) :: whole = c_null_ptr !! what stands for its inverse
-    type(c_ptr) :: pick = c_null_ptr !! brings the rows of the block together
-    type(c_ptr) :: asked = c_null_ptr !! right-hand side of the block
-    type(c_ptr) :: answer = c_null_ptr !! solution of the block
-    type(c_ptr) :: block = c_null_ptr !! the block
-    type(c_ptr) :: inverse = c_null_ptr !! its factor
-    type(c_ptr) :: rows = c_null_ptr !! its rows of the bulk's share
-    type(c_ptr) :: taken = c_null_ptr !! what these answer
+    type(block_t) :: block !! what contact holds
     type(c_ptr) :: rest = c_null_ptr !! residual within a pass
-    type(c_ptr) :: start = c_null_ptr !! answer of the block, with which iterations begin
     logical :: has_block = .false. !! there is a block
   end type preconditioner_t
 
@@ -69,15 +60,12 @@ contains
     call set(trim(prefixes(way_algebraic))//'pc_hypre_type', 'boomeramg')
     call set(trim(prefixes(way_direct))//'pc_type', 'lu')
     call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
-    if (ranks == 1) then
-      call set('mfec_block_pc_type', 'lu')
-    else
-      ! coarser matrices without the product in between, which would stay beside them; matrices of
-      ! one rank know no such way
-      call set('matptap_via', 'allatonce')
-      call set('mfec_block_pc_type', 'redundant')
-      call set('mfec_block_redundant_pc_type', 'lu')
-    end if
+    call set('mfec_block_pc_type', 'lu')
+    call set('mfec_block_pc_factor_mat_solver_type', 'umfpack')
+    call set('mfec_block_mat_umfpack_ordering', 'METIS')
+    ! coarser matrices without the product in between, which would stay beside them; matrices of
+    ! one rank know no such way
+    if (ranks > 1) call set('matptap_via', 'allatonce')
     call set('mfec_gmres_ksp_type', 'gmres')
     call set('mfec_gmres_ksp_pc_side', 'right')
     call set('mfec_gmres_ksp_gmres_restart', '30')
@@ -147,79 +135,20 @@ contains
     type(preconditioner_t), intent(inout) :: precon !! tangent, or its shares; gets the block
     logical, intent(out) :: failed !! it is singular
     integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer(c_int) :: status, reason
 
-    call free_block(precon)
     failed = .false.
+    call drop_block(precon)
     precon%has_block = any(inside)
     if (.not. c_associated(precon%rest)) call make_vector(layout, precon%rest, fault)
     if (.not. precon%has_block .or. fault /= 0_c_int) return
-    call gather_block(layout, inside, precon, fault)
-    call note(fault, pc_create(petsc_comm_world, precon%inverse))
-    if (fault /= 0_c_int) return
-    call note(fault, pc_set_operators(precon%inverse, precon%block, precon%block))
-    call note(fault, pc_set_prefix(precon%inverse, 'mfec_block_'//c_null_char))
-    call note(fault, pc_from_options(precon%inverse))
-    if (fault /= 0_c_int) return
-    status = pc_set_up(precon%inverse)
-    reason = 1_c_int
-    if (status == 0_c_int) status = pc_failed(precon%inverse, reason)
-    failed = status /= 0_c_int .or. reason /= 0_c_int
-  end subroutine make_block
-
-  !> The block itself, and the way of vectors to it and back.
-  subroutine gather_block(layout, inside, precon, fault)
-    type(layout_t), intent(in) :: layout !! whose rows
-    logical, intent(in) :: inside(:) !! (mesh nodes) in the block
-    type(preconditioner_t), intent(inout) :: precon !! gets block, pick, asked, answer, start
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer(c_int), allocatable :: rows(:)
-    type(c_ptr) :: set, a, part, ignored
-    integer :: i, k
-
-    a = precon%tangent
-    if (c_associated(precon%bulk)) a = precon%bulk
-    associate (own => layout%node(layout%first + 1:layout%first + layout%own))
-      rows = pack([((int(3*(layout%first + i - 1) + k, c_int), k=0, 2), i=1, size(own))], &
-        [((inside(own(i)), k=0, 2), i=1, size(own))])
-    end associate
-    call note(fault, is_create(petsc_comm_world, size(rows, kind=c_int), rows, copy_values, set))
-    if (fault /= 0_c_int) return
-    call note(fault, mat_create_submatrix(a, set, set, initial_matrix, precon%block))
-    if (fault == 0_c_int .and. c_associated(precon%contact)) then
-      part = c_null_ptr
-      call note(fault, mat_create_submatrix(precon%contact, set, set, initial_matrix, part))
-      if (fault == 0_c_int) call note(fault, mat_axpy(precon%block, 1.0_c_double, part, &
-        different_pattern))
-      if (fault == 0_c_int) call note(fault, mat_destroy(part))
+    if (c_associated(precon%bulk)) then
+      call gather_block(layout, inside, precon%bulk, precon%contact, precon%block, fault)
+      call keep_rows(layout, inside, precon%bulk, precon%block, fault)
+    else
+      call gather_block(layout, inside, precon%tangent, c_null_ptr, precon%block, fault)
     end if
-    if (fault /= 0_c_int) return
-    call note(fault, mat_create_vectors(precon%block, precon%answer, precon%asked))
-    if (fault == 0_c_int) call note(fault, mat_create_vectors(precon%block, precon%start, ignored))
-    if (fault == 0_c_int) call note(fault, vec_destroy(ignored))
-    if (fault /= 0_c_int) return
-    call note(fault, scatter_create(precon%rest, set, precon%asked, c_null_ptr, precon%pick))
-    if (c_associated(precon%bulk)) call pick_rows(layout, set, precon, fault)
-    call note(fault, is_destroy(set))
-  end subroutine gather_block
-
-  !> The rows of the block, of the bulk's share.
-  subroutine pick_rows(layout, set, precon, fault)
-    type(layout_t), intent(in) :: layout !! whose rows
-    type(c_ptr), intent(in) :: set !! those of the block
-    type(preconditioner_t), intent(inout) :: precon !! bulk given; gets rows, taken
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-    type(c_ptr) :: columns, ignored
-
-    call note(fault, is_create_stride(petsc_comm_world, int(3*layout%own, c_int), &
-      int(3*layout%first, c_int), 1_c_int, columns))
-    if (fault /= 0_c_int) return
-    call note(fault, mat_create_submatrix(precon%bulk, set, columns, initial_matrix, precon%rows))
-    if (fault /= 0_c_int) return
-    call note(fault, mat_create_vectors(precon%rows, ignored, precon%taken))
-    call note(fault, vec_destroy(ignored))
-    call note(fault, is_destroy(columns))
-  end subroutine pick_rows
+    call factorise_block(precon%block, failed, fault)
+  end subroutine make_block
 
   !> z = M r, called by PETSc: the whole, and the block on what that leaves.
   integer(c_int) function apply_preconditioner(pc, r, z) bind(c) result(fault)
@@ -235,7 +164,8 @@ contains
     fault = pc_apply(precon%whole, r, z)
     if (.not. precon%has_block) return
     call ask_block(precon, r, z, fault)
-    call answer_block(precon, precon%answer, z, fault)
+    call answer_block(precon%block, precon%block%answer, fault)
+    call put_block(precon%block, precon%block%answer, z, fault)
   end function apply_preconditioner
 
   !> The iterations begin at the answer of the block, so that no residual has a share in its rows,
@@ -248,8 +178,9 @@ contains
 
     call note(fault, vec_zero(answer))
     if (.not. precon%has_block .or. fault /= 0_c_int) return
-    call pick_block(precon, right, fault)
-    call answer_block(precon, precon%start, answer, fault)
+    call pick_block(precon%block, right, fault)
+    call answer_block(precon%block, precon%block%start, fault)
+    call put_block(precon%block, precon%block%start, answer, fault)
     call note(fault, mat_mult(precon%tangent, answer, precon%rest))
     call note(fault, vec_axpy(right, -1.0_c_double, precon%rest))
     call note(fault, vec_zero(answer))
@@ -262,29 +193,28 @@ contains
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
     if (.not. precon%has_block .or. fault /= 0_c_int) return
-    call put_block(precon, precon%start, answer, fault)
+    call put_block(precon%block, precon%block%start, answer, fault)
   end subroutine end_with_block
 
-  !> asked = r - A z in the rows of the block.
+  !> Asks the block about r - A z.
   subroutine ask_block(precon, r, z, fault)
-    type(preconditioner_t), intent(in) :: precon !! gets asked; rest is used
+    type(preconditioner_t), intent(in) :: precon !! its block is asked; rest is used
     type(c_ptr), intent(in) :: r !! residual
     type(c_ptr), intent(in) :: z !! answer so far
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
-    if (.not. c_associated(precon%rows)) then
+    if (.not. c_associated(precon%bulk)) then
       call find_rest(precon, precon%tangent, r, z, fault)
-      call pick_block(precon, precon%rest, fault)
+      call pick_block(precon%block, precon%rest, fault)
       return
     end if
     if (c_associated(precon%contact)) then
       call find_rest(precon, precon%contact, r, z, fault)
-      call pick_block(precon, precon%rest, fault)
+      call pick_block(precon%block, precon%rest, fault)
     else
-      call pick_block(precon, r, fault)
+      call pick_block(precon%block, r, fault)
     end if
-    call note(fault, mat_mult(precon%rows, z, precon%taken))
-    call note(fault, vec_axpy(precon%asked, -1.0_c_double, precon%taken))
+    call take_rows(precon%block, z, fault)
   end subroutine ask_block
 
   !> y = A x, called by PETSc: the bulk's share and that of contact.
@@ -314,38 +244,6 @@ contains
     call note(fault, vec_aypx(precon%rest, -1.0_c_double, r))
   end subroutine find_rest
 
-  !> Asks the block about a residual.
-  subroutine pick_block(precon, r, fault)
-    type(preconditioner_t), intent(in) :: precon !! gets asked
-    type(c_ptr), intent(in) :: r !! residual
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-
-    call note(fault, scatter_begin(precon%pick, r, precon%asked, insert_values, forward))
-    call note(fault, scatter_end(precon%pick, r, precon%asked, insert_values, forward))
-  end subroutine pick_block
-
-  !> Adds the block's answer to what it has been asked.
-  subroutine answer_block(precon, answer, z, fault)
-    type(preconditioner_t), intent(in) :: precon !! block, asked
-    type(c_ptr), intent(in) :: answer !! (rows of the block) becomes it
-    type(c_ptr), intent(in) :: z !! grows
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-
-    call note(fault, pc_apply(precon%inverse, precon%asked, answer))
-    call put_block(precon, answer, z, fault)
-  end subroutine answer_block
-
-  !> Adds what the block has answered.
-  subroutine put_block(precon, answer, z, fault)
-    type(preconditioner_t), intent(in) :: precon !! has a block
-    type(c_ptr), intent(in) :: answer !! (rows of the block)
-    type(c_ptr), intent(in) :: z !! grows by it
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-
-    call note(fault, scatter_begin(precon%pick, answer, z, add_values, backward))
-    call note(fault, scatter_end(precon%pick, answer, z, add_values, backward))
-  end subroutine put_block
-
   !> Releases what stands for the inverse of the whole matrix.
   subroutine free_whole(precon)
     type(preconditioner_t), intent(inout) :: precon !! keeps the rest
@@ -356,28 +254,12 @@ contains
   end subroutine free_whole
 
   !> Releases the block.
-  subroutine free_block(precon)
+  subroutine drop_block(precon)
     type(preconditioner_t), intent(inout) :: precon !! keeps the rest
-    integer(c_int) :: ignored
 
-    if (c_associated(precon%inverse)) ignored = pc_destroy(precon%inverse)
-    if (c_associated(precon%block)) ignored = mat_destroy(precon%block)
-    if (c_associated(precon%rows)) ignored = mat_destroy(precon%rows)
-    if (c_associated(precon%taken)) ignored = vec_destroy(precon%taken)
-    if (c_associated(precon%pick)) ignored = scatter_destroy(precon%pick)
-    if (c_associated(precon%asked)) ignored = vec_destroy(precon%asked)
-    if (c_associated(precon%answer)) ignored = vec_destroy(precon%answer)
-    if (c_associated(precon%start)) ignored = vec_destroy(precon%start)
-    precon%inverse = c_null_ptr
-    precon%block = c_null_ptr
-    precon%rows = c_null_ptr
-    precon%taken = c_null_ptr
-    precon%pick = c_null_ptr
-    precon%asked = c_null_ptr
-    precon%answer = c_null_ptr
-    precon%start = c_null_ptr
+    call free_block(precon%block)
     precon%has_block = .false.
-  end subroutine free_block
+  end subroutine drop_block
 
   !> Releases everything.
   subroutine free_preconditioner(precon)
@@ -385,7 +267,7 @@ contains
     integer(c_int) :: ignored
 
     call free_whole(precon)
-    call free_block(precon)
+    call drop_block(precon)
     if (c_associated(precon%rest)) ignored = vec_destroy(precon%rest)
     precon = preconditioner_t()
   end subroutine free_preconditioner

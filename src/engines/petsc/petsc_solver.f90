@@ -20,7 +20,7 @@ module petsc_solver
     keep_places, tell_modes, make_vector, put_vector, take_vector, multiply_rows, add_ring
   use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
-    free_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
+    drop_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
     multiply_sum, different_pattern, way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
@@ -347,7 +347,7 @@ contains
 
     if (c_associated(solver%method)) ignored = ksp_destroy(solver%method)
     solver%method = c_null_ptr
-    if (associated(solver%precon)) call free_block(solver%precon)
+    if (associated(solver%precon)) call drop_block(solver%precon)
   end subroutine drop_factor
 
   !> Releases the tangent, and the method, which would keep it.

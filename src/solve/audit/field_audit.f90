@@ -16,22 +16,26 @@ module field_audit
 
 contains
 
-  !> Largest principal strain and largest rotation of an element.
-  subroutine audit_fields(bulk, state, audit)
+  !> Largest principal strain and largest rotation of an element: those of some elements against
+  !! the values so far, which begin with the first element.
+  subroutine audit_fields(bulk, first, state, audit)
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
-    real(wp), intent(in) :: state(:, :) !! (n_solid_state, elements) of the bulk
+    integer, intent(in) :: first !! the first of these elements
+    real(wp), intent(in) :: state(:, :) !! (n_solid_state, some) their states
     type(audit_t), intent(inout) :: audit !! gets values, worst, verdicts
     integer, parameter :: checks(2) = [check_strain, check_rotation]
     real(wp) :: largest, turn
-    integer :: k
+    integer :: i, k
 
-    audit%worst(checks) = 0
-    largest = 0.0_wp
-    turn = 0.0_wp
-    do k = 1, bulk%n
+    if (first == 1) audit%worst(checks) = 0
+    if (first == 1) audit%value(checks) = 0.0_wp
+    largest = audit%value(check_strain)
+    turn = (audit%value(check_rotation)*pi/180.0_wp)**2
+    do i = 1, size(state, 2)
+      k = first + i - 1
       if (any(bulk%routine(k) == [routine_none, routine_finite])) cycle
       ! no principal strain is larger than the norm: few elements are worth their eigenvalues
-      associate (strain => state(state_strain, k), turned => state(state_rotation, k))
+      associate (strain => state(state_strain, i), turned => state(state_rotation, i))
         if (norm_squared(strain) > largest**2) then
           associate (principal => principal_strain(strain))
             if (principal > largest) audit%worst(check_strain) = k

@@ -72,21 +72,23 @@ contains
     !$omp end parallel do
   end subroutine compute
 
-  !> States of all elements (solid_types).
-  subroutine recover_bulk(list, x, u, state)
+  !> States of some elements (solid_types).
+  subroutine recover_bulk(list, x, u, first, state)
     type(bulk_list_t), intent(in) :: list !! elements
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    real(wp), intent(out) :: state(:, :) !! (n_solid_state, n) states, zero where there is none
+    integer, intent(in) :: first !! the first of them
+    real(wp), intent(out) :: state(:, :) !! (n_solid_state, some) states, zero where there is none
     type(solid_t) :: e
-    integer :: k
+    integer :: k, i
 
-    do k = 1, list%n
-      state(1:n_solid_state, k) = 0.0_wp
+    state = 0.0_wp
+    do i = 1, size(state, 2)
+      k = first + i - 1
       if (list%routine(k) == routine_none) cycle
       call gather(list, k, x, u, e)
       call solid_routine(list%routine(k), task_stress, list%d(:, list%set(k)), e)
-      state(1:n_solid_state, k) = e%state
+      state(:, i) = e%state
     end do
   end subroutine recover_bulk
 

@@ -7,7 +7,6 @@ module nodal_dilatation
   use kinds, only: wp
   use vectors, only: invert
   use cells, only: tet4
-  use solid_types, only: state_stress
   use bulk_laws, only: laws
   use law_linear, only: lame
   use law_neohooke, only: neohooke_volume
@@ -287,11 +286,11 @@ contains
   end subroutine add_products
 
   !> Adds the pressure, the mean over the nodes, to the stresses of the elements.
-  subroutine add_nodal_pressure(x, u, system, state)
+  subroutine add_nodal_pressure(x, u, system, stress)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(in) :: system !! volumes
-    real(wp), intent(inout) :: state(:, :) !! (n_solid_state, elements) states
+    real(wp), intent(inout) :: stress(:, :) !! (6, elements) xx yy zz xy yz zx
     real(wp), dimension(system%volumes%n) :: pressure, slope
     real(wp) :: energy
     integer :: e
@@ -301,8 +300,7 @@ contains
       call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
-        state(state_stress(1:3), e) = state(state_stress(1:3), e) &
-          + 0.25_wp*sum(pressure(list%corner(:, e)))
+        stress(1:3, e) = stress(1:3, e) + 0.25_wp*sum(pressure(list%corner(:, e)))
       end do
     end associate
   end subroutine add_nodal_pressure
