@@ -3,19 +3,45 @@
 module element_fields
   use kinds, only: wp
   use solid_types, only: n_solid_state, state_stress, state_strain
-  use system_types, only: system_t
+  use system_types, only: system_t, state_t
   use audit_types, only: audit_t
+  use model_types, only: model_t
+  use body_fields, only: fields_of_bodies, n_body_fields
+  use results_file, only: fields_due
+  use ranks, only: this_rank
   use bulk_assembly, only: recover_bulk
   use nodal_dilatation, only: add_nodal_pressure
   use field_audit, only: audit_fields
   implicit none
   private
-  public :: find_element_fields
+  public :: recover_fields, find_element_fields
 
   !> Elements at a time.
   integer, parameter :: portion = 4096
 
 contains
+
+  !> Fields of the elements where they are due, for the audit at the last end time, too.
+  subroutine recover_fields(model, system, state, last, stress, strain, audit)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! elements
+    type(state_t), intent(in) :: state !! the converged state
+    logical, intent(in) :: last !! it is the last end time
+    real(wp), allocatable, intent(inout) :: stress(:, :) !! (6, elements) if it is to be written
+    real(wp), allocatable, intent(inout) :: strain(:, :) !! (6, elements) likewise
+    type(audit_t), intent(inout) :: audit !! looks at them
+    logical :: due(n_body_fields)
+
+    due = model%output%field .and. fields_of_bodies%of_elements .and. &
+      fields_due(model%output, state%step)
+    if (.not. (any(due) .or. last)) return
+    if (allocated(stress)) deallocate (stress)
+    if (allocated(strain)) deallocate (strain)
+    due = due .and. this_rank() == 0
+    if (any(due .and. fields_of_bodies%word == 'stress')) allocate (stress(6, system%bulk%n))
+    if (any(due .and. fields_of_bodies%word == 'strain')) allocate (strain(6, system%bulk%n))
+    call find_element_fields(system, model%mesh%x, state%u, stress, strain, audit)
+  end subroutine recover_fields
 
   !> What is asked for, of all elements; their strains and rotations to the audit.
   subroutine find_element_fields(system, x, u, stress, strain, audit)

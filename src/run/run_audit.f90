@@ -8,7 +8,9 @@ module run_audit
   use audit, only: audit_state
   use audit_text, only: audit_table, audit_warning, balance_message
   use system_types, only: settings_t
-  use run_files, only: recover_points, recover_fields
+  use element_types, only: task_stress
+  use assembly, only: recover
+  use element_fields, only: recover_fields
   use run_log, only: log_full
   use run_context, only: context_t
   implicit none
@@ -30,10 +32,12 @@ contains
       before = audit%time
       last = context%state%step == context%monitor%steps
       full = audit%step == 0 .or. last
-      call recover_points(context%files, model, system, context%state)
+      call recover(system%contact, task_stress, model%mesh%x, context%state%u, &
+        context%files%point_state)
       call audit_state(model, system, context%state, settings, context%files%point_state, last, &
         audit)
-      call recover_fields(context%files, model, system, context%state, last, audit)
+      call recover_fields(model, system, context%state, last, context%files%stress, &
+        context%files%strain, audit)
       full = full .or. any(audit%verdict == verdict_failed) .or. &
         context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))

@@ -3,7 +3,7 @@ module run_files
   use kinds, only: wp
   use vectors, only: cross
   use errors, only: error_t
-  use element_types, only: task_stress, n_element_stress, status_stick, status_slip, status_open
+  use element_types, only: n_element_stress, status_stick, status_slip, status_open
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_field
@@ -12,8 +12,6 @@ module run_files
   use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
-  use assembly, only: recover
-  use element_fields, only: find_element_fields
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
@@ -26,7 +24,6 @@ module run_files
     close_contact_file
   use ranks, only: this_rank
   use rigid_paths, only: count_rigid
-  use body_fields, only: fields_of_bodies, n_body_fields
   use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
   use point_fields, only: point_fields_t
   use frame_fields, only: fill_frame, fill_points
@@ -36,7 +33,7 @@ module run_files
   use restored_balance, only: residual_share_of
   implicit none
   private
-  public :: contact_ending, run_files_t, create_files, recover_points, recover_fields, write_row, fill_state, &
+  public :: contact_ending, run_files_t, create_files, write_row, fill_state, &
     close_files
 
   !> Ending of the file of the contact surfaces.
@@ -113,40 +110,6 @@ contains
     call create_point_table(files%points, path, model%title, model%pairs(model%output%points), &
       error)
   end subroutine create_points
-
-  !> Contact points at an end time.
-  subroutine recover_points(files, model, system, state)
-    type(run_files_t), intent(inout) :: files !! gets point_state
-    type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! elements
-    type(state_t), intent(in) :: state !! the converged state
-
-    call recover(system%contact, task_stress, model%mesh%x, state%u, files%point_state)
-  end subroutine recover_points
-
-  !> Fields of the elements where they are due, for the audit at the last end time, too.
-  subroutine recover_fields(files, model, system, state, last, audit)
-    type(run_files_t), intent(inout) :: files !! gets stress and strain that are to be written
-    type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! elements
-    type(state_t), intent(in) :: state !! the converged state
-    logical, intent(in) :: last !! it is the last end time
-    type(audit_t), intent(inout) :: audit !! looks at them
-    logical :: due(n_body_fields)
-
-    due = model%output%field .and. fields_of_bodies%of_elements .and. &
-      fields_due(model%output, state%step)
-    if (.not. (any(due) .or. last)) return
-    if (allocated(files%stress)) deallocate (files%stress)
-    if (allocated(files%strain)) deallocate (files%strain)
-    if (this_rank() == 0) then
-      if (any(due .and. fields_of_bodies%word == 'stress')) &
-        allocate (files%stress(6, system%bulk%n))
-      if (any(due .and. fields_of_bodies%word == 'strain')) &
-        allocate (files%strain(6, system%bulk%n))
-    end if
-    call find_element_fields(system, model%mesh%x, state%u, files%stress, files%strain, audit)
-  end subroutine recover_fields
 
   !> Writes and flushes the rows of an end time.
   subroutine write_row(files, model, system, state, increment, audit, error)

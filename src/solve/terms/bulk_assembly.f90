@@ -2,7 +2,7 @@
 module bulk_assembly
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress, task_reach
-  use solid_types, only: solid_t, n_solid_state
+  use solid_types, only: solid_t
   use element_lists, only: bulk_list_t, batch_size, on_threads
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t
