@@ -37,7 +37,7 @@ contains
     if (.not. (any(due) .or. last)) return
     if (allocated(stress)) deallocate (stress)
     if (allocated(strain)) deallocate (strain)
-    due = due .and. this_rank() == 0
+    if (this_rank() > 0) due = .false.
     if (any(due .and. fields_of_bodies%word == 'stress')) allocate (stress(6, system%bulk%n))
     if (any(due .and. fields_of_bodies%word == 'strain')) allocate (strain(6, system%bulk%n))
     call find_element_fields(system, model%mesh%x, state%u, stress, strain, audit)
