@@ -109,6 +109,7 @@ contains
     integer :: i
 
     share = 1.0_wp
+    if (is_proportional(system)) return
     if (system%condensed%active) then
       do i = 1, system%condensed%alive%n_live
         associate (c => system%condensed%alive%live(i), places => system%condensed)
@@ -136,6 +137,18 @@ contains
   pure logical function in_bounds(system) result(inside)
     type(system_t), intent(in) :: system !! u and its bound
 
-    inside = all(abs(system%u) <= system%scale%bound)
+    inside = is_proportional(system)
+    if (.not. inside) inside = all(abs(system%u) <= system%scale%bound)
   end function in_bounds
+
+  !> The answer is in proportion to the loads, however far that goes: a linear bulk that supports
+  !! hold, no contact, no rigid body that is free to turn.
+  pure logical function is_proportional(system) result(yes)
+    type(system_t), intent(in) :: system !! elements, bodies
+
+    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
+      system%body%drag <= 0.0_wp
+    if (yes .and. allocated(system%body%grounded)) yes = .not. any(system%body%grounded)
+    if (yes .and. allocated(system%body%weak)) yes = .not. any(system%body%weak)
+  end function is_proportional
 end module force_scales

@@ -16,6 +16,7 @@ module diagnosis
   use statics_report, only: motion_text, reserve_text
   use remedies, only: what_may_help, settle_advice
   use residuals, only: find_worst
+  use force_scales, only: in_bounds
   use system_types, only: system_t
   implicit none
   private
@@ -60,6 +61,9 @@ contains
       text = text//nl//worst_node(model, system, cut)
       return
     end if
+    if (.not. in_bounds(system)) text = text//nl//'  displacements of '// &
+      to_text(maxval(abs(system%u)), 3)//' were tried, more than twice the size of the model '// &
+      'and what'//nl//'  is prescribed: look at the units of loads and moduli'
     call judge_statics(model, system, time, verdict)
     if (present(goal) .and. verdict%kind <= statics_carried) then
       call judge_statics(model, system, goal, ahead)
