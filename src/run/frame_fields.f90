@@ -38,6 +38,7 @@ contains
       if (model%output%field(k)) call fill_field(fields_of_bodies(k)%name, model, state, &
         stress, frame%body(k)%values)
     end do
+    ! the last ones: others are formed from them
     do k = 1, n_body_fields
       if (.not. model%output%field(k)) cycle
       if (fields_of_bodies(k)%name == 'stress') call move_alloc(stress, frame%body(k)%values)

@@ -13,12 +13,13 @@ module force_scales
   !> No node goes farther in a run than this many times the size of the model, beyond what is
   !! prescribed.
   real(wp), parameter :: farthest = 2.0_wp
-  !> An iterative solver may leave this share of what counts as converged,
+  !> An iterative solver may leave this share of what counts as converged, and of what Newton
+  !! itself leaves,
   real(wp), parameter :: share_of_goal = 0.1_wp
   !> and shares of the right-hand side within these bounds.
-  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-3_wp
-  !> Without contact one solve may be all that it takes; a body that hardly anything holds goes far
-  !! for a small force.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> Without contact one solve is all that a linear bulk takes; a body that hardly anything holds
+  !! goes far for a small force.
   real(wp), parameter :: finest_alone = 1.0e-15_wp, finest_loose = 1.0e-14_wp
   !> Round-off beyond this share of the forces is no balance; strains below this are none.
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
@@ -41,20 +42,23 @@ contains
     system%scale%stroke = maxval(abs(system%u - state%u))
   end subroutine begin_scales
 
-  !> Residual over right-hand side that an iterative solver may leave of a direction.
-  pure real(wp) function needed_accuracy(system, converged) result(accuracy)
+  !> Residual over right-hand side that an iterative solver may leave of a direction: as many
+  !! digits as Newton can use, a tenth of the square of the share that the last iteration left.
+  pure real(wp) function needed_accuracy(system, share, converged) result(accuracy)
     type(system_t), intent(in) :: system !! right given
+    real(wp), intent(in) :: share !! residual over that of the iteration before; 0 if there is none
     real(wp), intent(in) :: converged !! residual over forces that counts as converged
     real(wp) :: norm
 
     norm = norm2(system%right)
-    if (system%contact%n == 0) then
+    if (system%contact%n == 0 .and. system%bulk%linear) then
       accuracy = finest_alone
       return
     end if
     accuracy = merge(finest_loose, finest, any(system%body%weak))
     if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
-      share_of_goal*converged*force_scale(system)/norm))
+      share_of_goal*converged*force_scale(system)/norm, &
+      merge(share_of_goal*share**2, coarsest, share > 0.0_wp)))
   end function needed_accuracy
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were

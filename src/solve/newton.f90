@@ -71,6 +71,7 @@ contains
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
     if (progress%solves == 0) system%body%settled = .false.
+    progress%share = 0.0_wp
     progress%lowest = residual_norm(system)
     progress%shortest = huge(1.0_wp)
     progress%fewest = huge(1)
@@ -246,7 +247,8 @@ contains
     if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
       progress%energy_met = meets_energy(system, settings, progress)
     call count_creeping(system, settings, progress)
-    progress%halved = residual_norm(system) <= 0.5_wp*progress%start
+    progress%share = residual_norm(system)/max(progress%start, tiny(1.0_wp))
+    progress%halved = progress%share <= 0.5_wp
     call note_forces(system)
     call describe(system, progress, time, length, wall_seconds() - begin, report)
     call judge_progress(system, report%stick, progress)
@@ -292,7 +294,8 @@ contains
     end if
     call form_tangent(system, x)
     system%contact%slip_before = system%contact%slip
-    system%whole%solver%accuracy = needed_accuracy(system, wanted_share(settings))
+    system%whole%solver%accuracy = needed_accuracy(system, progress%share, &
+      wanted_share(settings))
     call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return

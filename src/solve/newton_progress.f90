@@ -53,6 +53,7 @@ module newton_progress
     real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
     real(wp) :: start = 0.0_wp !! residual norm before the last iteration
+    real(wp) :: share = 0.0_wp !! residual norm after it over that, 0 before the first iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
     real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
     integer :: fewest = huge(1) !! sticking points of this solve, lowest number

@@ -17,7 +17,7 @@ module parallel
     vec_restore_array, vec_max, vec_destroy, petsc_options_set, petsc_initialize, &
     petsc_finalize, petsc_push_error_handler, petsc_return_error
   use petsc_faults, only: note
-  use petsc_preconditioner, only: set_options
+  use petsc_options, only: set_options
   implicit none
   private
   public :: start_parallel, any_rank, end_parallel
@@ -45,7 +45,7 @@ contains
     call return_memory()
     if (fault == 0_c_int) call note(fault, petsc_push_error_handler(c_funloc(petsc_return_error), &
       c_null_ptr))
-    if (fault == 0_c_int) call set_options(count_ranks(), fault)
+    if (fault == 0_c_int) call set_options(fault)
     n = 1_c_int
     if (fault == 0_c_int) call note(fault, mpi_comm_size(petsc_comm_world, n))
     if (fault /= 0_c_int) then

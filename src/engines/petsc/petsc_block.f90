@@ -4,15 +4,15 @@
 module petsc_block
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
-  use petsc_interface, only: petsc_comm_world, object_comm, vec_create, vec_set_sizes, &
-    vec_set_type, vec_axpy, vec_get_array, vec_restore_array, vec_destroy, is_create, &
+  use petsc_interface, only: petsc_comm_world, object_comm, vec_axpy, vec_get_array, &
+    vec_restore_array, vec_destroy, is_create, &
     is_create_stride, is_destroy, scatter_create, scatter_to_all, scatter_begin, scatter_end, &
     scatter_destroy
   use petsc_matrix_interface, only: mat_create_submatrix, mat_create_submatrices, &
     mat_destroy_submatrices, mat_duplicate, mat_axpy, mat_mult, mat_create_vectors, mat_destroy
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy
-  use petsc_matrices, only: layout_t
+  use petsc_matrices, only: layout_t, make_nodal_vector
   use petsc_faults, only: note
   implicit none
   private
@@ -54,12 +54,15 @@ contains
     type(block_t), intent(inout) :: block !! without anything; gets matrix and vectors
     integer(c_int), intent(inout) :: fault !! 0, or the first error
     type(c_ptr) :: set, ignored
+    integer :: nodes, own
 
+    nodes = count(inside(layout%node))
+    own = count(inside(layout%node(layout%first + 1:layout%first + layout%own)))
     block%first = 3*count(inside(layout%node(:layout%first)))
-    block%own = 3*count(inside(layout%node(layout%first + 1:layout%first + layout%own)))
-    call make_vector(block%own, 3*count(inside(layout%node)), block%asked, fault)
-    call make_vector(block%own, 3*count(inside(layout%node)), block%answer, fault)
-    call make_vector(block%own, 3*count(inside(layout%node)), block%start, fault)
+    block%own = 3*own
+    call make_nodal_vector(own, nodes, block%asked, fault)
+    call make_nodal_vector(own, nodes, block%answer, fault)
+    call make_nodal_vector(own, nodes, block%start, fault)
     if (fault == 0_c_int) call note(fault, scatter_to_all(block%asked, block%gather, &
       block%question))
     call sum_parts(layout, inside, a, more, block, fault)
@@ -142,20 +145,6 @@ contains
     end associate
     call note(fault, is_create(comm, size(rows, kind=c_int), rows, copy_values, set))
   end subroutine make_set
-
-  !> A vector of the rows of the block.
-  subroutine make_vector(own, n, x, fault)
-    integer, intent(in) :: own !! rows of this rank
-    integer, intent(in) :: n !! rows in all
-    type(c_ptr), intent(out) :: x !! the vector
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-
-    x = c_null_ptr
-    if (fault /= 0_c_int) return
-    call note(fault, vec_create(petsc_comm_world, x))
-    if (fault == 0_c_int) call note(fault, vec_set_sizes(x, int(own, c_int), int(n, c_int)))
-    if (fault == 0_c_int) call note(fault, vec_set_type(x, 'standard'//c_null_char))
-  end subroutine make_vector
 
   !> Its factor.
   subroutine factorise_block(block, failed, fault)

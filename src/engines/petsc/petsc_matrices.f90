@@ -19,7 +19,7 @@ module petsc_matrices
   implicit none
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, keep_places, &
-    tell_modes, make_vector, put_vector, take_vector, multiply_rows, add_ring
+    tell_modes, make_vector, make_nodal_vector, put_vector, take_vector, multiply_rows, add_ring
 
   integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
@@ -241,14 +241,25 @@ contains
     type(c_ptr), intent(out) :: x !! the vector
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
+    call make_nodal_vector(layout%own, layout%nodes, x, fault)
+  end subroutine make_vector
+
+  !> A vector of three rows a node, zero.
+  subroutine make_nodal_vector(own, nodes, x, fault)
+    integer, intent(in) :: own !! nodes of this rank
+    integer, intent(in) :: nodes !! nodes in all
+    type(c_ptr), intent(out) :: x !! the vector
+    integer(c_int), intent(inout) :: fault !! 0, or the first error
+
     x = c_null_ptr
+    if (fault /= 0_c_int) return
     call note(fault, vec_create(petsc_comm_world, x))
     if (fault /= 0_c_int) return
-    call note(fault, vec_set_sizes(x, int(3*layout%own, c_int), int(3*layout%nodes, c_int)))
+    call note(fault, vec_set_sizes(x, int(3*own, c_int), int(3*nodes, c_int)))
     call note(fault, vec_set_block_size(x, 3_c_int))
     call note(fault, vec_set_type(x, 'standard'//c_null_char))
     if (fault == 0_c_int) call note(fault, vec_zero(x))
-  end subroutine make_vector
+  end subroutine make_nodal_vector
 
   !> Values of the equations to a vector; it asks for nothing where restrained.
   subroutine put_vector(layout, b, x, fault)

@@ -3,8 +3,7 @@
 module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
-  use petsc_interface, only: petsc_comm_world, petsc_options_set, vec_aypx, vec_axpy, vec_zero, &
-    vec_destroy
+  use petsc_interface, only: petsc_comm_world, vec_aypx, vec_axpy, vec_zero, vec_destroy
   use petsc_matrix_interface, only: mat_mult, mat_mult_add, mat_shell_get_context, &
     mat_product_clear
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
@@ -13,23 +12,14 @@ module petsc_preconditioner
   use petsc_matrices, only: layout_t, make_vector
   use petsc_block, only: block_t, gather_block, keep_rows, factorise_block, pick_block, take_rows, &
     answer_block, put_block, free_block
+  use petsc_options, only: is_scarce, choose_products, way_renewed, prefixes
   use petsc_faults, only: note
+  use parallel, only: any_rank
   implicit none
   private
-  public :: preconditioner_t, set_options, make_whole, make_block, free_whole, drop_block, &
+  public :: preconditioner_t, make_whole, make_block, free_whole, drop_block, &
     free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, multiply_sum, &
     different_pattern
-  public :: way_kept, way_renewed, way_algebraic, way_direct, n_ways
-
-  !> What stands for the inverse of the whole matrix, the cheapest first.
-  integer, parameter :: way_kept = 1 !! multigrid of the bulk, kept
-  integer, parameter :: way_renewed = 2 !! multigrid of the tangent
-  integer, parameter :: way_algebraic = 3 !! BoomerAMG of the tangent
-  integer, parameter :: way_direct = 4 !! a factor of the tangent
-  integer, parameter :: n_ways = 4
-  !> What the options of each begin with.
-  character(14), parameter :: prefixes(n_ways) = [character(14) :: 'mfec_kept_', 'mfec_renewed_', &
-    'mfec_boomer_', 'mfec_direct_']
 
   ! petscmat.h
   integer(c_int), parameter :: different_pattern = 0_c_int
@@ -47,46 +37,10 @@ module petsc_preconditioner
 
 contains
 
-  !> All options, once.
-  subroutine set_options(ranks, fault)
-    integer, intent(in) :: ranks !! how many
-    integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer :: k
-
-    do k = way_kept, way_renewed
-      call set(trim(prefixes(k))//'pc_type', 'gamg')
-    end do
-    call set(trim(prefixes(way_algebraic))//'pc_type', 'hypre')
-    call set(trim(prefixes(way_algebraic))//'pc_hypre_type', 'boomeramg')
-    call set(trim(prefixes(way_direct))//'pc_type', 'lu')
-    call set(trim(prefixes(way_direct))//'pc_factor_mat_solver_type', 'mumps')
-    call set('mfec_block_pc_type', 'lu')
-    call set('mfec_block_pc_factor_mat_solver_type', 'umfpack')
-    call set('mfec_block_mat_umfpack_ordering', 'METIS')
-    ! coarser matrices without the product in between, which would stay beside them; matrices of
-    ! one rank know no such way
-    if (ranks > 1) call set('matptap_via', 'allatonce')
-    call set('mfec_gmres_ksp_type', 'gmres')
-    call set('mfec_gmres_ksp_pc_side', 'right')
-    call set('mfec_gmres_ksp_gmres_restart', '30')
-    call set('mfec_gmres_ksp_gmres_modifiedgramschmidt', '1')
-    call set('mfec_cg_ksp_type', 'cg')
-    call set('mfec_cg_ksp_norm_type', 'unpreconditioned')
-
-  contains
-
-    !> One option.
-    subroutine set(name, value)
-      character(*), intent(in) :: name !! without the dash
-      character(*), intent(in) :: value !! its value
-
-      call note(fault, petsc_options_set(c_null_ptr, '-'//name//c_null_char, value//c_null_char))
-    end subroutine set
-  end subroutine set_options
-
   !> What stands for the inverse of a matrix; an older one is released.
-  subroutine make_whole(way, a, precon, failed, fault)
+  subroutine make_whole(way, layout, a, precon, failed, fault)
     integer, intent(in) :: way !! one of the ways
+    type(layout_t), intent(in) :: layout !! whose rows
     type(c_ptr), intent(in) :: a !! the matrix
     type(preconditioner_t), intent(inout) :: precon !! gets whole
     logical, intent(out) :: failed !! there is none
@@ -98,6 +52,7 @@ contains
     call note(fault, pc_create(petsc_comm_world, precon%whole))
     if (fault /= 0_c_int) return
     call note(fault, pc_set_operators(precon%whole, a, a))
+    if (way <= way_renewed) call choose_products(any_rank(is_scarce(layout%nodes)), fault)
     call note(fault, pc_set_prefix(precon%whole, trim(prefixes(way))//c_null_char))
     call note(fault, pc_from_options(precon%whole))
     if (fault /= 0_c_int) return

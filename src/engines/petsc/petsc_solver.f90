@@ -21,7 +21,8 @@ module petsc_solver
   use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
     drop_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
-    multiply_sum, different_pattern, way_kept, way_renewed, way_algebraic, n_ways
+    multiply_sum, different_pattern
+  use petsc_options, only: way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
   public :: petsc_t
@@ -241,7 +242,7 @@ contains
       matrix = solver%bulk
       if (solver%way /= way_kept) call find_sum(solver, matrix)
       call tell_modes(solver%layout, matrix, .true., solver%fault)
-      call make_whole(solver%way, matrix, solver%precon, failed, solver%fault)
+      call make_whole(solver%way, solver%layout, matrix, solver%precon, failed, solver%fault)
       call tell_modes(solver%layout, matrix, .false., solver%fault)
       call end_cost(costs, cost_multigrid)
       solver%first_count = 0
