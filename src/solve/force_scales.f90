@@ -18,8 +18,8 @@ module force_scales
   real(wp), parameter :: share_of_goal = 0.1_wp
   !> and shares of the right-hand side within these bounds.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
-  !> Without contact one solve is all that a linear bulk takes; a body that hardly anything holds
-  !! goes far for a small force.
+  !> Without contact one solve may be all that it takes; a body that hardly anything holds goes far
+  !! for a small force.
   real(wp), parameter :: finest_alone = 1.0e-15_wp, finest_loose = 1.0e-14_wp
   !> Round-off beyond this share of the forces is no balance; strains below this are none.
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
@@ -51,7 +51,7 @@ contains
     real(wp) :: norm
 
     norm = norm2(system%right)
-    if (system%contact%n == 0 .and. system%bulk%linear) then
+    if (system%contact%n == 0) then
       accuracy = finest_alone
       return
     end if

@@ -5,11 +5,12 @@ module petsc_block
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer
   use petsc_interface, only: petsc_comm_world, object_comm, vec_axpy, vec_get_array, &
-    vec_restore_array, vec_destroy, is_create, &
-    is_create_stride, is_destroy, scatter_create, scatter_to_all, scatter_begin, scatter_end, &
-    scatter_destroy
+    vec_restore_array, vec_destroy, is_create, is_create_stride, is_destroy, scatter_create, &
+    scatter_to_all, scatter_begin, scatter_end, scatter_destroy, copy_values, insert_values, &
+    add_values, scatter_forward, scatter_backward
   use petsc_matrix_interface, only: mat_create_submatrix, mat_create_submatrices, &
-    mat_destroy_submatrices, mat_duplicate, mat_axpy, mat_mult, mat_create_vectors, mat_destroy
+    mat_destroy_submatrices, mat_duplicate, mat_axpy, mat_mult, mat_create_vectors, mat_destroy, &
+    initial_matrix, with_values, different_pattern
   use petsc_solver_interface, only: pc_create, pc_set_operators, pc_set_prefix, &
     pc_from_options, pc_set_up, pc_failed, pc_apply, pc_destroy
   use petsc_matrices, only: layout_t, make_nodal_vector
@@ -18,12 +19,6 @@ module petsc_block
   private
   public :: block_t, gather_block, keep_rows, factorise_block, pick_block, take_rows, &
     answer_block, put_block, free_block
-
-  ! petscmat.h, petscvec.h, petscsystypes.h
-  integer(c_int), parameter :: initial_matrix = 0_c_int, copy_values = 0_c_int
-  integer(c_int), parameter :: with_values = 1_c_int, different_pattern = 0_c_int
-  integer(c_int), parameter :: insert_values = 1_c_int, add_values = 2_c_int
-  integer(c_int), parameter :: forward = 0_c_int, backward = 1_c_int
 
   !> The block; its vectors have the rows of this rank unless said.
   type :: block_t
@@ -174,8 +169,8 @@ contains
     type(c_ptr), intent(in) :: r !! residual of all rows
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
-    call note(fault, scatter_begin(block%pick, r, block%asked, insert_values, forward))
-    call note(fault, scatter_end(block%pick, r, block%asked, insert_values, forward))
+    call note(fault, scatter_begin(block%pick, r, block%asked, insert_values, scatter_forward))
+    call note(fault, scatter_end(block%pick, r, block%asked, insert_values, scatter_forward))
   end subroutine pick_block
 
   !> Takes away from what it is asked what the bulk answers to z.
@@ -197,9 +192,9 @@ contains
     type(c_ptr) :: from, to
 
     call note(fault, scatter_begin(block%gather, block%asked, block%question, insert_values, &
-      forward))
+      scatter_forward))
     call note(fault, scatter_end(block%gather, block%asked, block%question, insert_values, &
-      forward))
+      scatter_forward))
     call note(fault, pc_apply(block%inverse, block%question, block%reply))
     if (fault /= 0_c_int) return
     call note(fault, vec_get_array(block%reply, from))
@@ -219,8 +214,8 @@ contains
     type(c_ptr), intent(in) :: z !! of all rows; grows by it
     integer(c_int), intent(inout) :: fault !! 0, or the first error
 
-    call note(fault, scatter_begin(block%pick, answer, z, add_values, backward))
-    call note(fault, scatter_end(block%pick, answer, z, add_values, backward))
+    call note(fault, scatter_begin(block%pick, answer, z, add_values, scatter_backward))
+    call note(fault, scatter_end(block%pick, answer, z, add_values, scatter_backward))
   end subroutine put_block
 
   !> Releases it.

@@ -12,6 +12,11 @@ module petsc_interface
     vec_destroy, vec_get_array, vec_restore_array, vec_aypx, vec_axpy, vec_zero, vec_max
   public :: scatter_to_all, scatter_create, scatter_begin, scatter_end, scatter_destroy
   public :: is_create, is_create_stride, is_destroy
+  public :: copy_values, insert_values, add_values, scatter_forward, scatter_backward
+
+  !> Values of PETSc's enumerations: CopyMode, InsertMode and ScatterMode.
+  integer(c_int), parameter :: copy_values = 0_c_int, insert_values = 1_c_int, &
+    add_values = 2_c_int, scatter_forward = 0_c_int, scatter_backward = 1_c_int
 
   !> All ranks: PETSc's own variable, there once it has been initialised.
   type(c_ptr), bind(c, name='PETSC_COMM_WORLD') :: petsc_comm_world

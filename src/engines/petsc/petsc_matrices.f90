@@ -10,7 +10,8 @@ module petsc_matrices
   use block_matrix, only: block_matrix_t
   use petsc_interface, only: petsc_comm_world, mpi_comm_rank, mpi_comm_size, vec_create, &
     vec_set_sizes, vec_set_type, vec_set_block_size, vec_destroy, vec_get_array, &
-    vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy
+    vec_restore_array, vec_zero, scatter_to_all, scatter_begin, scatter_end, scatter_destroy, &
+    insert_values, scatter_forward
   use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_set_block_size, &
     mat_preallocate, mat_preallocate_parallel, mat_get_row, mat_restore_row, mat_destroy, &
     mat_set_near_null_space, null_space_rigid_body, null_space_destroy
@@ -20,8 +21,6 @@ module petsc_matrices
   private
   public :: layout_t, make_layout, free_layout, fits_layout, make_matrix, keep_places, &
     tell_modes, make_vector, make_nodal_vector, put_vector, take_vector, multiply_rows, add_ring
-
-  integer(c_int), parameter :: insert_values = 1_c_int, scatter_forward = 0_c_int
 
   !> Which rows are whose.
   type :: layout_t

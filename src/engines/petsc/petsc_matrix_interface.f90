@@ -11,6 +11,11 @@ module petsc_matrix_interface
     mat_duplicate, mat_axpy, mat_create_shell, mat_shell_set_operation, &
     mat_shell_get_context, mat_product_clear, null_space_rigid_body, null_space_destroy, &
     mat_create_vectors
+  public :: initial_matrix, with_values, different_pattern, operation_multiply
+
+  !> Values of PETSc's enumerations: MatReuse, MatDuplicateOption, MatStructure and MatOperation.
+  integer(c_int), parameter :: initial_matrix = 0_c_int, with_values = 1_c_int, &
+    different_pattern = 0_c_int, operation_multiply = 3_c_int
 
   interface
     !> A matrix, empty.

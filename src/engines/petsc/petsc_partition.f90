@@ -11,7 +11,7 @@ module petsc_partition
   use petsc_faults, only: note
   use petsc_interface, only: petsc_comm_world, mpi_comm_rank, is_destroy, vec_create, &
     vec_set_sizes, vec_set_type, vec_get_array, vec_restore_array, vec_destroy, scatter_to_all, &
-    scatter_begin, scatter_end, scatter_destroy
+    scatter_begin, scatter_end, scatter_destroy, insert_values, scatter_forward
   use petsc_matrix_interface, only: mat_create, mat_set_sizes, mat_set_type, mat_preallocate, &
     mat_destroy
   use petsc_partition_interface, only: petsc_options_get, mpi_comm_split, mpi_comm_free, is_get, &
@@ -28,7 +28,6 @@ module petsc_partition
   character(*), parameter :: threads_of_scotch = 'SCOTCH_PTHREAD_NUMBER'
   !> PETSc's numbers for lack of memory, and for a file that cannot be read.
   integer(c_int), parameter :: out_of_memory = 55_c_int, no_file = 66_c_int
-  integer(c_int), parameter :: insert_values = 1_c_int, forward = 0_c_int
 
 contains
 
@@ -208,8 +207,8 @@ contains
     call note(fault, vec_restore_array(x, address))
     call note(fault, scatter_to_all(x, scatter, whole))
     if (fault /= 0_c_int) return
-    call note(fault, scatter_begin(scatter, x, whole, insert_values, forward))
-    call note(fault, scatter_end(scatter, x, whole, insert_values, forward))
+    call note(fault, scatter_begin(scatter, x, whole, insert_values, scatter_forward))
+    call note(fault, scatter_end(scatter, x, whole, insert_values, scatter_forward))
     call note(fault, vec_get_array(whole, address))
     if (fault /= 0_c_int) return
     call c_f_pointer(address, values, [n])

@@ -18,11 +18,7 @@ module petsc_preconditioner
   implicit none
   private
   public :: preconditioner_t, make_whole, make_block, free_whole, drop_block, &
-    free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, multiply_sum, &
-    different_pattern
-
-  ! petscmat.h
-  integer(c_int), parameter :: different_pattern = 0_c_int
+    free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, multiply_sum
 
   !> The parts; PETSc knows it by its address.
   type :: preconditioner_t

@@ -12,7 +12,7 @@ module petsc_solver
   use back_ends, only: nodal_back_end_t, nodes_t, solver_done, solver_singular, solver_failed
   use petsc_interface, only: petsc_comm_world, vec_destroy
   use petsc_matrix_interface, only: mat_destroy, mat_duplicate, mat_axpy, &
-    mat_create_shell, mat_shell_set_operation
+    mat_create_shell, mat_shell_set_operation, with_values, different_pattern, operation_multiply
   use petsc_solver_interface, only: ksp_create, ksp_set_operators, ksp_set_prefix, &
     ksp_from_options, ksp_set_tolerances, ksp_solve, ksp_reason, ksp_iterations, ksp_get_pc, &
     ksp_destroy, pc_set_type, pc_shell_set_apply, pc_shell_set_context
@@ -21,7 +21,7 @@ module petsc_solver
   use petsc_faults, only: note
   use petsc_preconditioner, only: preconditioner_t, make_whole, make_block, free_whole, &
     drop_block, free_preconditioner, apply_preconditioner, begin_with_block, end_with_block, &
-    multiply_sum, different_pattern
+    multiply_sum
   use petsc_options, only: way_kept, way_renewed, way_algebraic, n_ways
   implicit none
   private
@@ -33,8 +33,6 @@ module petsc_solver
   !! iterations, and this many times those of the first solve with it.
   real(wp), parameter :: worn_share = 1.5_wp
   integer, parameter :: worn_least = 10
-  ! petscmat.h
-  integer(c_int), parameter :: operation_multiply = 3_c_int, with_values = 1_c_int
 
   !> Memory of the matrix, multigrid and the vectors of GMRES for one row [byte].
   real(wp), parameter :: row_bytes = 1800.0_wp
