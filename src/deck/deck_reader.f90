@@ -4,7 +4,8 @@ module deck_reader
   use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t, parameter_t, &
     item_word, item_empty
   use numbers, only: is_digit
-  use records, only: item_integer, is_word
+  use records, only: item_count, item_integer, is_word
+  use hints, only: word_list_t, add_candidate, nearest_word
   use signatures, only: compile_signature
   use keywords, only: keyword_table
   use source, only: add_file
@@ -12,7 +13,7 @@ module deck_reader
   use line_reader, only: open_reader, next_title, status_record, status_blank, status_end, &
     status_damaged
   use matching, only: match_t, match_record
-  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record, close_set
+  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record, close_set, lose
   use deck_parameters, only: check_overrides
   use mesh_section, only: read_mesh_record, read_blank_line
   use batch_section, only: read_batch_record, read_table_record, check_loops
@@ -68,6 +69,8 @@ contains
     end if
     call check_overrides(reading, diagnostics)
     call take_sets(reading%mesh, deck%mesh)
+    allocate (deck%losses(0))
+    if (allocated(reading%losses)) call move_alloc(reading%losses, deck%losses)
     call take_sets(reading%batch, deck%batch)
     call take_parameters(reading, deck%parameters)
     if (.not. allocated(deck%tables)) allocate (deck%tables(0))
@@ -117,8 +120,14 @@ contains
     if (.not. found) then
       empty = status == status_end
       if (empty) return
-      call report_error(diagnostics, location_of(record, deck%last), &
-                        'the title is missing', 'a deck begins with MFEC * * title')
+      if (is_misspelt_title(record)) then
+        call report_error(diagnostics, record%at, 'a title that begins with '''// &
+                          record%items(1)%text//'''', 'write MFEC * * title')
+        call fetch_record(reading, diagnostics, record, status)
+      else
+        call report_error(diagnostics, location_of(record, deck%last), &
+                          'the title is missing', 'a deck begins with MFEC * * title')
+      end if
     end if
     if (status == status_record) then
       if (is_control(record)) then
@@ -128,6 +137,19 @@ contains
     end if
     call push_back(reading, record, status)
   end subroutine read_title
+
+  !> Whether the first record of a deck without a title is one whose first word is misspelt.
+  logical function is_misspelt_title(record) result(misspelt)
+    type(record_t), intent(in) :: record !! the first record
+    type(word_list_t) :: words
+
+    misspelt = item_count(record) > 1
+    if (misspelt) misspelt = record%items(2)%text == '*'
+    if (.not. misspelt) return
+    call add_candidate(words, 'MFEC')
+    call add_candidate(words, 'FEAP')
+    misspelt = len(nearest_word(words, record%items(1)%text)) > 0
+  end function is_misspelt_title
 
   !> Whether a record is the control record: what it has first is a number, fields before it may be
   !> left empty (FEAP counts them), as in `,,,3,3,4`.
@@ -193,6 +215,7 @@ contains
         if (section == in_tables .and. tables%count > 0) group = group + 1
       case (status_damaged)
         reading%set%complete = .false.
+        call lose(reading, '')
       case default
         if (section == in_mesh) then
           call read_mesh_record(reading, record, diagnostics, command)

@@ -7,7 +7,7 @@ module deck_types
   implicit none
   private
   public :: location_t, item_t, record_t, data_set_t, deck_t, parameter_t, &
-    override_t
+    override_t, loss_t
   public :: item_empty, item_number, item_word, item_quoted
   public :: name_length, longest_line
 
@@ -52,7 +52,14 @@ module deck_types
     type(record_t), allocatable :: records(:) !! data records in order (may be larger than count)
     integer :: count = 0 !! number of data records
     logical :: complete = .true. !! false if records were left out because of errors
+    logical :: unknown = .false. !! one of these begins with a word that nobody knows
   end type data_set_t
+
+  !> Data of a command that were left out because of an error.
+  type :: loss_t
+    character(4) :: command = '' !! first four letters of the command, empty if it may be any
+    character(:), allocatable :: name !! what it would have defined, empty if that is unknown
+  end type loss_t
 
   !> A parameter and its value.
   type :: parameter_t
@@ -75,6 +82,7 @@ module deck_types
     integer :: control(6) = 0 !! numnp numel nummat ndm ndf nen; zeros where not given
     type(record_t) :: control_record !! the control record, without items if there is none
     type(data_set_t), allocatable :: mesh(:) !! mesh commands in order (PARA, INCL, END are gone)
+    type(loss_t), allocatable :: losses(:) !! what is missing in the mesh commands
     type(data_set_t), allocatable :: batch(:) !! solution commands in order (END, STOP are gone)
     type(record_t), allocatable :: tables(:) !! records after the END of BATCh (FEAP's PROP tables)
     type(parameter_t), allocatable :: parameters(:) !! parameters with their last values

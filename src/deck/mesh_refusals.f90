@@ -1,16 +1,20 @@
 !> What is said of records of the mesh section that cannot be what they seem to be.
 module mesh_refusals
   use deck_types, only: record_t, item_word
-  use records, only: item_count
+  use records, only: item_count, four_letters
   use numbers, only: is_letter
   use hints, only: word_list_t, nearest_word, did_you_mean
   use keyword_types, only: keyword_t, find_keyword, find_word, list_keywords, list_words, &
-    takes_names, table_mesh, table_batch
+    takes_names, fits_data, table_mesh, table_batch
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use reading, only: reading_t, skip_data
+  use reading, only: reading_t, skip_data, lose
   implicit none
   private
   public :: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
+
+  !> Words of FEAP without whose data the mesh is another one.
+  character(4), parameter :: moves_nodes(13) = ['pola', 'cyli', 'sphe', 'shif', 'read', 'cons', &
+    'loop', 'next', '*nod', '*ele', 'blen', 'snod', 'side']
 
 contains
 
@@ -27,6 +31,7 @@ contains
     else
       call report_error(diagnostics, record%at, trim(command%name)// &
                         ' of FEAP is not available in this program', trim(command%summary))
+      if (any(command%key == moves_nodes)) call lose(reading, '')
       call skip_data(reading)
     end if
   end subroutine pass_foreign
@@ -39,6 +44,10 @@ contains
 
     misspelt = .false.
     if (item_count(record) > 1 .or. record%items(1)%kind /= item_word) return
+    if (reading%open > 0) then
+      ! where a name alone is a whole record, as in HOLD, it is one
+      if (fits_data(reading%table%commands(reading%open), 1)) return
+    end if
     if (len(record%items(1)%text) < 4 .or. .not. is_letter(record%items(1)%text(1:1))) return
     call list_keywords(reading%table, table_mesh, commands)
     misspelt = len(nearest_word(commands, record%items(1)%text)) > 0
@@ -65,7 +74,7 @@ contains
 
   !> Reports a data record where no data set is open.
   subroutine report_stray(reading, record, diagnostics)
-    type(reading_t), intent(in) :: reading !! where reading stands
+    type(reading_t), intent(inout) :: reading !! where reading stands
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
 
@@ -74,7 +83,9 @@ contains
                         trim(reading%table%commands(reading%closed)%name), &
                         'remove the blank line, or repeat '// &
                         trim(reading%table%commands(reading%closed)%name)//' below it')
+      call lose(reading, reading%table%commands(reading%closed)%key)
     else
+      call lose(reading, '')
       call report_error(diagnostics, record%at, 'a data record without a command', &
                         'begin with the command it belongs to')
     end if
@@ -89,8 +100,14 @@ contains
 
     stray = .false.
     if (reading%open > 0 .or. reading%closed == 0) return
-    stray = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
-    if (stray .or. .not. may_continue(reading, record)) return
+    associate (command => reading%table%commands(reading%closed))
+      stray = find_word(command, record%items(1)) > 0
+      if (stray .or. .not. may_continue(reading, record)) return
+      ! a name and as many numbers as its records have, however like a command the name is
+      stray = fits_data(command, item_count(record)) .and. &
+        scan(record%items(2)%text(:1), '0123456789.+-(') > 0
+      if (stray) return
+    end associate
     stray = len(nearest_word(commands, record%items(1)%text)) == 0
   end function is_stray_name
 
@@ -137,6 +154,7 @@ contains
           trim(reading%table%commands(reading%open)%name), did_you_mean(words, word, &
           own_words_text(reading, reading%table%commands(reading%open))))
         reading%set%complete = .false.
+        reading%set%unknown = .true.
         return
       end if
     end if
@@ -149,6 +167,9 @@ contains
     if (may_continue(reading, record)) remedy = remedy//' (or remove the blank line that ended '// &
       trim(reading%table%commands(reading%closed)%name)//')'
     call report_error(diagnostics, record%at, 'unknown keyword '''//word//'''', remedy)
+    call lose(reading, four_letters(nearest_word(commands, word)), record)
+    if (may_continue(reading, record)) call lose(reading, &
+      reading%table%commands(reading%closed)%key)
     call skip_data(reading)
   end subroutine refuse
 end module mesh_refusals

@@ -7,7 +7,7 @@ module mesh_section
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
   use diagnostics, only: diagnostics_t, report_error
   use command_tails, only: drop_tail
-  use reading, only: reading_t, append_record, move_record, close_set, skip_data
+  use reading, only: reading_t, append_record, move_record, close_set, skip_data, lose
   use mesh_refusals, only: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
   use matching, only: match_t, match_record
   use deck_parameters, only: define_parameter
@@ -132,6 +132,7 @@ contains
       reading%set%complete = good
       reading%keep = good
       if (.not. good) reading%keep = is_head(reading, command, record)
+      if (.not. reading%keep) call lose(reading, command%key, record)
       select case (command%key)
       case ('para')
         reading%in_parameters = .true.

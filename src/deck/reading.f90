@@ -1,14 +1,15 @@
 !> What the reader of a deck keeps in mind from record to record.
 module reading
-  use deck_types, only: record_t, data_set_t, parameter_t, override_t
+  use deck_types, only: record_t, data_set_t, parameter_t, override_t, loss_t, item_word, &
+    item_quoted
   use records, only: is_word, item_count
   use keyword_types, only: keyword_table_t
-  use diagnostics, only: diagnostics_t, report_error
+  use diagnostics, only: diagnostics_t, report_error, error_count
   use line_reader, only: line_reader_t, next_record, open_include, status_record
   implicit none
   private
   public :: reading_t, set_list_t, fetch_record, push_back, append_record, append_set, &
-    take_sets, move_record, close_set, skip_data
+    take_sets, move_record, close_set, skip_data, lose
 
   !> Data sets gathered so far.
   type :: set_list_t
@@ -33,6 +34,7 @@ module reading
     logical :: skipping = .false. !! whether stray numbers belong to what was refused before
     logical :: passing = .false. !! whether all records belong to it, up to a blank line
     logical :: refused = .false. !! whether any command was refused
+    type(loss_t), allocatable :: losses(:) !! what was left out because of errors
     integer :: closed = 0 !! index of the last set that a blank line ended
     logical :: contact = .false. !! whether there was a CONTact
     type(record_t) :: pending !! a record that is to be read again
@@ -47,6 +49,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
     type(record_t), intent(out) :: record !! the record
     integer, intent(out) :: status !! as next_record has it
+    integer :: errors
 
     if (reading%pending_status /= 0) then
       call move_record(reading%pending, record)
@@ -61,13 +64,16 @@ contains
       if (reading%in_parameters .and. reading%lines%equals) return
       if (item_count(record) == 2) then
         if (len(record%items(2)%text) > 0) then
+          errors = error_count(diagnostics)
           call open_include(reading%lines, diagnostics, record)
+          if (error_count(diagnostics) > errors) call lose(reading, '')
           cycle
         end if
       end if
       call report_error(diagnostics, record%items(min(2, item_count(record)))%at, &
                         'INCLude takes one file name', &
                         'INCLude file; a name with blanks stands in quotes')
+      call lose(reading, '')
     end do
   end subroutine fetch_record
 
@@ -141,9 +147,11 @@ contains
     call move_alloc(from%records, to%records)
     to%count = from%count
     to%complete = from%complete
+    to%unknown = from%unknown
     from%command = ''
     from%count = 0
     from%complete = .true.
+    from%unknown = .false.
   end subroutine move_set
 
   !> The data sets of a list, exactly as many as there are.
@@ -171,7 +179,31 @@ contains
     reading%in_parameters = .false.
     reading%set%count = 0
     reading%set%complete = .true.
+    reading%set%unknown = .false.
   end subroutine close_set
+
+  !> Keeps in mind that data are missing because of an error.
+  subroutine lose(reading, command, record)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    character(*), intent(in) :: command !! first four letters, empty if it may be any
+    type(record_t), intent(in), optional :: record !! the head of the data
+    type(loss_t), allocatable :: longer(:)
+    integer :: n
+
+    n = 0
+    if (allocated(reading%losses)) n = size(reading%losses)
+    allocate (longer(n + 1))
+    if (n > 0) longer(:n) = reading%losses
+    longer(n + 1)%command = command
+    longer(n + 1)%name = ''
+    if (present(record)) then
+      if (item_count(record) > 1) then
+        if (any(record%items(2)%kind == [item_word, item_quoted])) &
+          longer(n + 1)%name = record%items(2)%text
+      end if
+    end if
+    call move_alloc(longer, reading%losses)
+  end subroutine lose
 
   !> Passes over the data of a command that is refused.
   subroutine skip_data(reading)

@@ -107,7 +107,9 @@ contains
     real(wp) :: apart
 
     call place_node(mesh, node, x, apart)
-    if (apart > 0.0_wp) call report_second_place(at, node, apart, diagnostics)
+    if (apart <= 0.0_wp) return
+    mesh%misplaced = mesh%misplaced + 1
+    call report_second_place(at, node, apart, diagnostics)
   end subroutine put_node
 
   !> Says that a node has been given two places.

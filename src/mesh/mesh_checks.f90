@@ -76,7 +76,7 @@ contains
     integer, intent(in) :: e !! element number
     logical, intent(in) :: report !! report what is wrong
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(mesh_t), intent(inout) :: mesh !! the mesh
     logical, intent(out) :: good !! nothing is wrong
     logical, intent(out) :: left !! it is left-handed
     character(:), allocatable :: what, remedy
@@ -107,9 +107,12 @@ contains
       what = 'element '//to_text(e)//' is flat'
       remedy = 'its four corners lie in one plane; check their coordinates and order'
     end if
+    ! an element without its nodes is left out, so that what follows can be looked at
+    if (.not. good .and. k > 0) mesh%ix(:, e) = 0
     if (good .or. .not. report) return
     j = 3 + k
     if (k == 0) j = 1
+    mesh%misplaced = mesh%misplaced + 1
     call report_error(diagnostics, element_location(deck, origin, e, j), what, remedy)
   end subroutine check_element
 

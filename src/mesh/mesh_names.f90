@@ -7,7 +7,10 @@ module mesh_names
   implicit none
   private
   public :: find_nodes, find_set, find_region, find_surface, nearest_name, name_hint, name_exists, &
-    region_nodes, surface_nodes, in_region
+    region_hint, region_nodes, surface_nodes, in_region
+
+  !> Names that a remedy lists.
+  integer, parameter :: most_listed = 8
 
 contains
 
@@ -190,8 +193,56 @@ contains
     hint = nearest_name(mesh, name)
     if (hint == '') then
       hint = 'the deck defines no set, region or surface; see SET, BLOCk and SURFace'
+    else if (edit_distance(hint, name) > max(2, len(name)/2)) then
+      hint = list_names(mesh)
     else
       hint = 'the nearest name is '//hint
     end if
   end function name_hint
+
+  !> The first names that there are.
+  pure function list_names(mesh) result(t)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    character(:), allocatable :: t
+    integer :: i, n
+
+    t = 'the names are'
+    n = 0
+    do i = 1, size(mesh%sets)
+      call list_one(mesh%sets(i)%name, n, t)
+    end do
+    do i = 1, size(mesh%surfaces)
+      call list_one(mesh%surfaces(i)%name, n, t)
+    end do
+    do i = 1, size(mesh%regions)
+      call list_one(mesh%regions(i)%name, n, t)
+    end do
+    if (n > most_listed) t = t//' ...'
+  end function list_names
+
+  !> Adds a name to a list unless it is long enough.
+  pure subroutine list_one(name, n, t)
+    character(*), intent(in) :: name !! may be empty
+    integer, intent(inout) :: n !! names so far
+    character(:), allocatable, intent(inout) :: t !! the list
+
+    if (name == '') return
+    n = n + 1
+    if (n <= most_listed) t = t//' '//name
+  end subroutine list_one
+
+  !> The remedy for a region that does not exist: the names of those that do.
+  pure function region_hint(mesh) result(hint)
+    type(mesh_t), intent(in) :: mesh !! the mesh, for its names
+    character(:), allocatable :: hint
+    integer :: i, n
+
+    hint = 'the regions are'
+    n = 0
+    do i = 1, size(mesh%regions)
+      call list_one(mesh%regions(i)%name, n, hint)
+    end do
+    if (n > most_listed) hint = hint//' ...'
+    if (n == 0) hint = 'give a BLOCk or a MESH a name: it becomes a region'
+  end function region_hint
 end module mesh_names

@@ -2,6 +2,7 @@
 module mesh_reader
   use errors, only: error_t
   use deck_types, only: deck_t
+  use deck_losses, only: is_whole
   use text, only: to_text
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use facets, only: facet_table_t, exterior_facets
@@ -69,19 +70,23 @@ contains
       return
     end if
     ! what was left out because of an error must not give rise to others
-    complete = all_read(deck, ['coor', 'elem', 'bloc', 'mesh', 'tran']) .and. &
-      error_count(diagnostics) == errors
+    complete = is_whole(deck, ['coor', 'elem', 'bloc', 'mesh', 'tran']) .and. &
+      error_count(diagnostics) == errors + mesh%misplaced
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
     call check_elements(deck, origin, complete, diagnostics, mesh)
+    mesh%filled = complete .and. error_count(diagnostics) == errors + mesh%misplaced .and. &
+      mesh%elements > 0 .and. (is_whole(deck, ['tie ']) .or. .not. has_tie(deck))
     complete = complete .and. error_count(diagnostics) == errors
     if (complete) call check_bricks(deck, origin, mesh, diagnostics)
     if (complete) call check_curved(deck, origin, mesh, diagnostics)
     if (complete) call check_edges(deck, origin, mesh, diagnostics)
     complete = complete .and. error_count(diagnostics) == errors
     if (complete .and. has_tie(deck)) call tie(deck, drafts, diagnostics, mesh)
+    mesh%filled = mesh%filled .and. (complete .or. .not. has_tie(deck)) .and. &
+      error_count(diagnostics) == errors + mesh%misplaced
     complete = complete .and. error_count(diagnostics) == errors
-    call evaluate_parts(deck, complete, diagnostics, mesh, drafts)
-    mesh%sound = complete .and. all_read(deck, ['set ', 'surf']) .and. &
+    call evaluate_parts(deck, mesh%filled, diagnostics, mesh, drafts)
+    mesh%sound = complete .and. is_whole(deck, ['set ', 'surf']) .and. &
       error_count(diagnostics) == names
   end subroutine read_mesh
 
@@ -157,17 +162,4 @@ contains
     field%vectors = field%vectors(:, order)
     field%at = field%at(order)
   end subroutine tie_field
-
-  !> True if no record of these commands was left out because of an error.
-  pure logical function all_read(deck, commands)
-    type(deck_t), intent(in) :: deck !! the deck
-    character(4), intent(in) :: commands(:) !! first four letters of each
-    integer :: i
-
-    all_read = .true.
-    do i = 1, size(deck%mesh)
-      if (all(deck%mesh(i)%command /= commands)) cycle
-      all_read = all_read .and. deck%mesh(i)%complete
-    end do
-  end function all_read
 end module mesh_reader

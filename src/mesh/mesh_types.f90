@@ -43,6 +43,8 @@ module mesh_types
   !> The mesh as the deck describes it. Node and element numbers are the deck's own.
   type :: mesh_t
     logical :: sound = .false. !! nothing in it is wrong or missing: it can be computed with
+    logical :: filled = .false. !! all nodes and elements are there, maybe not at their right places
+    integer :: misplaced = 0 !! errors of nodes with two places and of elements
     integer :: nodes = 0 !! highest node number
     integer :: exact_nodes = 0 !! the last so many belong to exact surfaces
     integer :: elements = 0 !! highest element number

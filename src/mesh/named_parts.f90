@@ -4,11 +4,12 @@
 !! complete each part is evaluated after those it refers to.
 module named_parts
   use deck_types, only: deck_t, item_t
+  use deck_losses, only: is_lost_name
   use records, only: item_name, item_count, is_word
   use diagnostics, only: diagnostics_t, report_error
   use text, only: to_text
   use mesh_types, only: mesh_t, node_set_t, region_t, surface_t
-  use mesh_names, only: find_set, find_region, find_surface, name_exists, name_hint
+  use mesh_names, only: find_set, find_region, find_surface, name_exists, name_hint, region_hint
   use facets, only: facet_table_t, exterior_facets
   use node_sets, only: select_nodes
   use surfaces, only: select_facets
@@ -52,6 +53,7 @@ contains
     integer :: i, n(3)
 
     n = [command_count(deck, 'set'), command_count(deck, 'bloc'), command_count(deck, 'surf')]
+    if (allocated(deck%losses)) n = n + size(deck%losses)
     allocate (sets(n(1)), regions(n(2)), surfaces(n(3)))
     do i = 1, n(1)
       sets(i)%name = ''
@@ -68,7 +70,26 @@ contains
     call move_alloc(regions, mesh%regions)
     call move_alloc(surfaces, mesh%surfaces)
     call enter_names(deck, diagnostics, mesh)
+    if (allocated(deck%losses)) call enter_lost_names(deck, mesh)
   end subroutine gather_names
+
+  !> Names that data left out because of an error may have defined: they stand behind the others,
+  !! for whatever may be looked for, and nothing is in them.
+  subroutine enter_lost_names(deck, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    character(:), allocatable :: name
+    integer :: i, n(3)
+
+    n = [size(mesh%sets), size(mesh%regions), size(mesh%surfaces)] - size(deck%losses)
+    do i = 1, size(deck%losses)
+      name = deck%losses(i)%name
+      if (name_exists(mesh, name)) cycle
+      mesh%sets(n(1) + i)%name = name
+      mesh%regions(n(2) + i)%name = name
+      mesh%surfaces(n(3) + i)%name = name
+    end do
+  end subroutine enter_lost_names
 
   !> Number of data sets of one command.
   pure integer function command_count(deck, command) result(n)
@@ -235,6 +256,7 @@ contains
     logical, intent(inout) :: good !! stays true if the name can be evaluated
     integer :: set, surface, region, i
 
+    if (is_lost_name(deck, item%text)) good = .false.
     call find_region(mesh, item%text, region)
     if (region > 0) return
     if (only_region) then
@@ -264,20 +286,4 @@ contains
     call visit(deck, mesh, i, diagnostics, list)
     good = good .and. list%parts(i)%state == state_good
   end subroutine follow
-
-  !> The remedy for a region that does not exist: the names of those that do.
-  pure function region_hint(mesh) result(hint)
-    type(mesh_t), intent(in) :: mesh !! the mesh, for its names
-    character(:), allocatable :: hint
-    integer :: i, n
-
-    hint = 'the regions are'
-    n = 0
-    do i = 1, size(mesh%regions)
-      if (mesh%regions(i)%name == '' .or. n > 7) cycle
-      hint = hint//' '//mesh%regions(i)%name
-      n = n + 1
-    end do
-    if (n == 0) hint = 'give a BLOCk or a MESH a name: it becomes a region'
-  end function region_hint
 end module named_parts

@@ -2,10 +2,11 @@
 module conditions_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number
-  use records, only: item_count
+  use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number, item_empty
+  use records, only: item_count, item_name
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use mesh_names, only: surface_nodes
+  use deck_losses, only: is_whole
+  use mesh_names, only: surface_nodes, find_nodes
   use model_types, only: model_t, rigid_body_t
   use loads, only: has_load
   use condition_draft, only: condition_draft_t, start_draft, finish_draft, &
@@ -61,7 +62,7 @@ contains
     call read_rigid(deck, model, diagnostics, draft, rigid)
     call restrain_rigid_nodes(model, draft)
     call restrain_loose_nodes(deck, model, diagnostics, draft)
-    call check_displacements(draft, diagnostics)
+    if (knows_supports(deck, model)) call check_displacements(draft, diagnostics)
     call finish_draft(draft, model%conditions)
     call move_alloc(rigid, model%conditions%rigid)
   end subroutine read_conditions
@@ -185,6 +186,29 @@ contains
     call report_note(diagnostics, deck%last, count_noun(n, 'node')// &
       ' without element, restrained in all directions; the first is '//to_text(first))
   end subroutine restrain_loose_nodes
+
+  !> True if no support is missing because of an error: each record could be used, and the nodes
+  !! that it names are there.
+  logical function knows_supports(deck, model) result(known)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(model_t), intent(in) :: model !! the mesh
+    integer, allocatable :: nodes(:)
+    integer :: i, k
+    logical :: found
+
+    known = is_whole(deck, ['boun', 'ebou', 'cbou', 'rota', 'rigi'])
+    do i = 1, size(deck%mesh)
+      associate (set => deck%mesh(i))
+        if (set%command == 'mate') known = known .and. .not. set%unknown
+        if (all(set%command /= ['boun', 'rota'])) cycle
+        do k = 1, set%count
+          if (any(set%records(k)%items(1)%kind == [item_number, item_empty])) cycle
+          call find_nodes(model%mesh, item_name(set%records(k), 1), nodes, found)
+          known = known .and. found .and. size(nodes) > 0
+        end do
+      end associate
+    end do
+  end function knows_supports
 
   !> A displacement other than zero needs a support: one error for each item that lacks it.
   subroutine check_displacements(draft, diagnostics)

@@ -8,7 +8,7 @@ module distributed_loads
   use records, only: item_count, item_integer, item_location, item_name, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_names, only: find_region, find_set, find_surface, in_region
-  use node_queries, only: report_unknown_name
+  use node_queries, only: report_unknown_name, report_no_region
   use bulk_laws, only: laws
   use model_types, only: model_t, pressure_t
   use loads, only: add_values, has_load, join_load
@@ -121,8 +121,8 @@ contains
       chosen = in_region(model%mesh, index) .and. model%element_material > 0
     else
       chosen = .false.
-      call report_error(diagnostics, item_location(record, last), 'there is no region '// &
-        item_name(record, last), 'name a BLOCk, a region of a mesh file, or leave IN away')
+      call report_no_region(model%mesh, item_location(record, last), item_name(record, last), &
+        diagnostics)
     end if
   end subroutine choose_cells
 

@@ -6,7 +6,7 @@ module held_reader
   use records, only: item_location, item_name, item_real
   use diagnostics, only: diagnostics_t, report_error
   use mesh_names, only: find_region, region_nodes
-  use node_queries, only: report_unknown_name, nodes_of_item
+  use node_queries, only: report_no_region, nodes_of_item
   use model_types, only: model_t
   implicit none
   private
@@ -44,7 +44,7 @@ contains
 
     call find_region(model%mesh, item_name(record, 1), index)
     if (index == 0) then
-      call report_unknown_name(model%mesh, item_location(record, 1), item_name(record, 1), &
+      call report_no_region(model%mesh, item_location(record, 1), item_name(record, 1), &
         diagnostics)
       return
     end if

@@ -3,13 +3,17 @@ module loads_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, data_set_t, record_t
+  use deck_losses, only: is_whole
   use records, only: item_count, item_integer, item_location, item_real
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_table_t
   use loads, only: has_load
   implicit none
   private
-  public :: read_loads
+  public :: read_loads, add_lost_tables
+
+  !> Tables that may be those of a PROPortional that was refused have numbers up to this.
+  integer, parameter :: most_lost = 100
 
 contains
 
@@ -35,6 +39,23 @@ contains
       'data that no PROP command reads', &
       'write PROP,,n in the batch for each table behind its END')
   end subroutine read_loads
+
+  !> Where tables were left out because of an error, each number may be one of theirs.
+  subroutine add_lost_tables(deck, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(model_t), intent(inout) :: model !! receives tables that are 0
+    type(load_table_t) :: table
+    integer :: n
+
+    if (is_whole(deck, ['prop'])) return
+    table%t = [0.0_wp]
+    table%p = [0.0_wp]
+    do n = 1, most_lost
+      if (has_load(model%tables, n)) cycle
+      table%number = n
+      call append_table(table, model%tables)
+    end do
+  end subroutine add_lost_tables
 
   !> PROPortional n with one record `t p` for each point.
   subroutine read_mesh_table(set, diagnostics, model)

@@ -158,7 +158,9 @@ contains
     type(model_t), intent(inout) :: model !! mesh and materials
     logical, allocatable :: used(:)
     integer :: e, m, missing
+    logical :: known
 
+    known = .not. lost_material(deck)
     allocate (model%element_material(model%mesh%elements), source=0)
     allocate (used(size(model%materials)), source=.false.)
     missing = 0
@@ -170,19 +172,50 @@ contains
       if (m > 0) then
         used(m) = .true.
       else if (missing == 0 .or. model%mesh%material(e) /= missing) then
-        if (first_without(model, e)) then
+        if (known .and. first_without(model, e)) then
           call report_missing_material(deck, model, e, diagnostics)
         end if
         missing = model%mesh%material(e)
       end if
     end do
     call choose_dilatation(model, diagnostics)
+    call drop_unknown(deck, model)
     do m = 1, size(used)
       if (used(m)) cycle
       call report_note(diagnostics, model%materials(m)%at, 'material '// &
         to_text(model%materials(m)%number)//' is used by no element')
     end do
   end subroutine assign_materials
+
+  !> True if a whole MATErial was left out because of an error: nobody knows its number.
+  pure logical function lost_material(deck) result(lost)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i
+
+    lost = .false.
+    if (.not. allocated(deck%losses)) return
+    do i = 1, size(deck%losses)
+      lost = lost .or. any(deck%losses(i)%command == ['    ', 'mate'])
+    end do
+  end function lost_material
+
+  !> After an error in a material nothing is said of its elements; that it is rigid counts.
+  pure subroutine drop_unknown(deck, model)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(model_t), intent(inout) :: model !! its elements lose their material
+    logical :: known(0:size(model%materials))
+    integer :: i, m
+
+    known(0) = .true.
+    m = 0
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command /= 'mate') cycle
+      m = m + 1
+      known(m) = deck%mesh(i)%complete .or. model%materials(m)%rigid
+    end do
+    if (all(known)) return
+    where (.not. known(model%element_material)) model%element_material = 0
+  end subroutine drop_unknown
 
   !> Elements of ten nodes take the mean dilatation from nu 0.45 on unless the deck says FULL; those
   !! of four nodes have none but their own.

@@ -1,11 +1,12 @@
 !> Turns a checked deck into the problem: mesh, materials, loads, conditions, contact, output.
 module model_reader
   use deck_types, only: deck_t
+  use deck_losses, only: is_whole
   use diagnostics, only: diagnostics_t, error_count
   use mesh_reader, only: read_mesh
   use model_types, only: model_t
   use materials_reader, only: read_materials, assign_materials
-  use loads_reader, only: read_loads
+  use loads_reader, only: read_loads, add_lost_tables
   use conditions_reader, only: read_conditions
   use distributed_loads, only: read_distributed_loads
   use held_reader, only: read_held
@@ -21,9 +22,6 @@ module model_reader
 contains
 
   !> Reads everything and reports all that is wrong; the model is complete if nothing is.
-  !!
-  !! Where nodes or elements are missing because of an error, what refers to them is not checked:
-  !! one error shall not be reported twice.
   subroutine read_model(deck, diagnostics, model)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -34,7 +32,8 @@ contains
     call read_rest(deck, diagnostics, model)
   end subroutine read_model
 
-  !> All but the mesh, which is there.
+  !> All but the mesh, which is there. After errors the rest is read all the same, where nodes and
+  !! elements are there; what may be wrong only because of what is missing is not reported.
   subroutine read_rest(deck, diagnostics, model, exterior)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
@@ -47,7 +46,8 @@ contains
     call read_loads(deck, diagnostics, model)
     call read_pairs(deck, diagnostics, drafts)
     call read_materials(deck, diagnostics, model)
-    if (.not. sound) then
+    if (.not. sound) call add_lost_tables(deck, model)
+    if (.not. (sound .or. model%mesh%filled)) then
       call check_names(deck, model%mesh, diagnostics)
       return
     end if
@@ -55,7 +55,7 @@ contains
     call read_conditions(deck, diagnostics, model)
     call read_distributed_loads(deck, diagnostics, model)
     call read_held(deck, diagnostics, model)
-    call build_pairs(drafts, diagnostics, model, exterior)
+    call build_pairs(drafts, is_whole(deck, ['mate', 'glob']), diagnostics, model, exterior)
     call read_output(deck, diagnostics, model)
   end subroutine read_rest
 end module model_reader

@@ -20,14 +20,19 @@ contains
     integer :: i, k, j
 
     do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command == 'rigi' .and. item_count(deck%mesh(i)%head) > 1) &
+        call check_name(deck%mesh(i)%head%items(2), mesh, diagnostics)
       do k = 1, deck%mesh(i)%count
         associate (record => deck%mesh(i)%records(k), command => deck%mesh(i)%command)
           if (item_count(record) == 0) cycle
           select case (command)
           case ('boun', 'disp', 'forc', 'fpro', 'hold', 'trac', 'pres', 'spri', 'rota')
             call check_name(record%items(1), mesh, diagnostics)
+          case ('grav')
+            call check_name(record%items(item_count(record)), mesh, diagnostics)
           case ('cont', 'pair')
-            if (.not. is_word(record%items(1), 'ntos')) cycle
+            if (.not. (is_word(record%items(1), 'ntos') .or. is_word(record%items(1), 'gtos'))) &
+              cycle
             do j = 2, min(3, item_count(record))
               call check_name(record%items(j), mesh, diagnostics)
             end do

@@ -7,11 +7,11 @@ module node_queries
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use mesh_building, only: model_size, own_nodes
-  use mesh_names, only: find_nodes, name_hint
+  use mesh_names, only: find_nodes, name_exists, name_hint, region_hint
   use node_sets, only: default_tolerance
   implicit none
   private
-  public :: report_missing_node, nodes_of_item, report_unknown_name
+  public :: report_missing_node, nodes_of_item, report_unknown_name, report_no_region
   public :: plane_tolerance, nearest_node
 
 contains
@@ -39,6 +39,20 @@ contains
     call report_error(diagnostics, at, 'there is no set, region or surface '//name, &
       name_hint(mesh, name))
   end subroutine report_unknown_name
+
+  !> Reports a name that is no region, but maybe something else.
+  subroutine report_no_region(mesh, at, name, diagnostics)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(location_t), intent(in) :: at !! where it stands
+    character(*), intent(in) :: name !! the name
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (name_exists(mesh, name)) then
+      call report_error(diagnostics, at, name//' is no region', region_hint(mesh))
+    else
+      call report_error(diagnostics, at, 'there is no region '//name, region_hint(mesh))
+    end if
+  end subroutine report_no_region
 
   !> Nodes of the set, region or surface that item `i` names; none, and an error, if unknown.
   subroutine nodes_of_item(mesh, record, i, diagnostics, nodes)

@@ -4,6 +4,7 @@ module output_reader
   use hints, only: word_list_t, add_candidate, did_you_mean
   use deck_types, only: deck_t, record_t
   use body_fields, only: fields_of_bodies, n_body_fields
+  use deck_losses, only: is_whole
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use tied_nodes, only: kept_node
@@ -31,7 +32,11 @@ contains
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'outp') cycle
       do k = 1, deck%mesh(i)%count
-        call read_request(deck%mesh(i)%records(k), diagnostics, model, reactions_given)
+        associate (record => deck%mesh(i)%records(k))
+          ! a pair may have been left out because of an error
+          if (is_word(record%items(1), 'points') .and. .not. is_whole(deck, ['cont'])) cycle
+          call read_request(record, diagnostics, model, reactions_given)
+        end associate
       end do
     end do
     if (.not. reactions_given) call request_restrained_sets(model)

@@ -35,16 +35,19 @@ module pair_builder
 
 contains
 
-  !> Fills model%pairs from what the deck says.
-  subroutine build_pairs(drafts, diagnostics, model, known)
+  !> Fills model%pairs from what the deck says. After errors what may hang on them is left out.
+  subroutine build_pairs(drafts, elastic, diagnostics, model, known)
     type(pair_draft_t), intent(inout) :: drafts(:) !! the pairs as read; get what ADJUst has done
+    logical, intent(in) :: elastic !! the materials are without error
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! mesh and materials; receives the pairs
     type(facet_table_t), intent(in), optional :: known !! exterior facets, if they are at hand
     type(facet_table_t) :: exterior
     type(body_facets_t) :: outside
     integer :: i
+    logical :: sound
 
+    sound = error_count(diagnostics) == 0
     allocate (model%pairs(size(drafts)))
     if (size(drafts) == 0) return
     if (present(known)) then
@@ -53,13 +56,13 @@ contains
       call exterior_facets(model%mesh, exterior)
     end if
     do i = 1, size(drafts)
-      if (drafts(i)%has_form .and. drafts(i)%pair%fit%adjusted) call adjust_pair(drafts(i)%pair, &
-        exterior, diagnostics, model%mesh)
+      if (.not. (sound .and. drafts(i)%has_form .and. drafts(i)%pair%fit%adjusted)) cycle
+      call adjust_pair(drafts(i)%pair, exterior, diagnostics, model%mesh)
     end do
     do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
-      call build_pair(drafts(i), exterior, outside, diagnostics, model, &
+      call build_pair(drafts(i), exterior, elastic, outside, diagnostics, model, &
         model%pairs(i))
     end do
   end subroutine build_pairs
@@ -99,9 +102,10 @@ contains
   end subroutine adjust_pair
 
   !> Builds one pair.
-  subroutine build_pair(draft, exterior, outside, diagnostics, model, pair)
+  subroutine build_pair(draft, exterior, elastic, outside, diagnostics, model, pair)
     type(pair_draft_t), intent(in) :: draft !! the pair as read
     type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    logical, intent(in) :: elastic !! the materials are without error
     type(body_facets_t), intent(inout) :: outside !! the same for rays; made when it is needed
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(in) :: model !! mesh and materials
@@ -115,9 +119,14 @@ contains
       call take_slave(model%mesh, exterior, diagnostics, pair, found_slave)
     end if
     if (.not. (found_slave .and. found_master)) return
+    if (error_count(diagnostics) > 0) then
+      if (size(pair%surface%facets, 2) == 0 .or. count_points(pair) == 0) return
+    end if
     call check_common_nodes(model%mesh, pair, diagnostics)
-    call set_lay(draft%has_direction, model%mesh, diagnostics, pair)
+    if (draft%complete .or. draft%has_direction) call set_lay(draft%has_direction, model%mesh, &
+      diagnostics, pair)
     if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
+    if (.not. (elastic .and. draft%complete)) return
     call take_penalties(model, diagnostics, pair)
     call measure_depths(model%mesh, exterior, outside, pair)
     if (pair%segmented) call prepare_cells(model%mesh%x, pair)

@@ -10,7 +10,7 @@ module rigid_reader
   use mesh_types, only: mesh_t
   use mesh_names, only: find_region, find_surface, region_nodes, surface_nodes, &
     in_region
-  use node_queries, only: report_unknown_name
+  use node_queries, only: report_no_region
   use model_types, only: model_t, rigid_body_t, point_load_t
   use condition_draft, only: condition_draft_t
   use loads, only: add_values, join_load
@@ -74,7 +74,7 @@ contains
     end if
     call find_region(model%mesh, item_name(set%head, 2), index)
     if (index == 0) then
-      call report_unknown_name(model%mesh, item_location(set%head, 2), item_name(set%head, 2), &
+      call report_no_region(model%mesh, item_location(set%head, 2), item_name(set%head, 2), &
         diagnostics)
       return
     end if

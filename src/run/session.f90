@@ -127,9 +127,9 @@ contains
     call check_files(deck, commands, restart_base(base_name(options), options%restart), &
       diagnostics)
     if (allocated(model%pairs)) call check_nodes(deck, commands, model%mesh, diagnostics)
-    if (error_count(diagnostics) == 0) call read_sensitivities(deck, options%deck, &
-      options%overrides, options%sens, diagnostics, model, sensitivity)
-    if (error_count(diagnostics) == 0) call read_study(deck, options%vary, diagnostics, study)
+    call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
+      model, sensitivity)
+    call read_study(deck, options%vary, diagnostics, study)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

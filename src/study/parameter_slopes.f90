@@ -30,6 +30,7 @@ module parameter_slopes
     character(:), allocatable :: path !! the deck
     type(override_t), allocatable :: overrides(:) !! parameters that the command line sets
     type(facet_table_t) :: exterior !! exterior facets of its mesh
+    logical :: names_only = .false. !! the deck has errors: nothing but names can be looked up
   end type reading_t
 
 contains

@@ -26,14 +26,15 @@ module sensitivity_reader
 
 contains
 
-  !> Fills s%slopes; without SENSitivity and --sens it stays inactive.
+  !> Fills s%slopes; without SENSitivity and --sens it stays inactive. In a deck with errors only
+  !! the names are looked up.
   subroutine read_sensitivities(deck, path, overrides, names, diagnostics, model, s)
     type(deck_t), intent(in) :: deck !! the deck
     character(*), intent(in) :: path !! its main file
     type(override_t), intent(in) :: overrides(:) !! parameters that the command line sets
     character(*), intent(in) :: names !! what --sens asks for, parted by commas
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    type(model_t), intent(in) :: model !! the problem, without errors
+    type(model_t), intent(in) :: model !! the problem
     type(sensitivity_t), intent(inout) :: s !! gets active, slopes, shown
     type(reading_t) :: reading
     type(location_t) :: command_line
@@ -42,8 +43,9 @@ contains
     allocate (s%slopes(0))
     reading%path = path
     reading%overrides = overrides
-    if (any(deck%mesh%command == 'sens') .or. len(names) > 0) call exterior_facets(model%mesh, &
-      reading%exterior)
+    reading%names_only = error_count(diagnostics) > 0
+    if ((any(deck%mesh%command == 'sens') .or. len(names) > 0) .and. .not. reading%names_only) &
+      call exterior_facets(model%mesh, reading%exterior)
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'sens') cycle
       s%active = .true.
@@ -130,6 +132,7 @@ contains
     integer :: i, n
 
     n = item_count(record)
+    if (names_nothing(record) .and. reading%names_only) return
     if (is_word(record%items(1), 'young') .and. n == 3) then
       call read_modulus(record, diagnostics, model, s)
     else if (is_word(record%items(1), 'load') .and. n == 2) then
@@ -150,6 +153,16 @@ contains
       end do
     end if
   end subroutine read_record
+
+  !> A record of the own words that begins with no name of a parameter.
+  logical function names_nothing(record) result(nothing)
+    type(record_t), intent(in) :: record !! the record
+    integer :: n
+
+    n = item_count(record)
+    nothing = n == 3 .and. (is_word(record%items(1), 'young') .or. is_word(record%items(1), 'way'))
+    nothing = nothing .or. n == 2 .and. is_word(record%items(1), 'load')
+  end function names_nothing
 
   !> A word of contact, or a parameter of the deck. In the deck words go first, on the command line
   !! parameters do.
@@ -173,6 +186,7 @@ contains
     end do
     is_contact = any(words == lower(name))
     if (at%file == 0 .and. parameter > 0) is_contact = .false.
+    if (reading%names_only .and. (is_contact .or. parameter > 0)) return
     if (is_contact) then
       call read_word(lower(name), pair, at, diagnostics, model, s)
     else if (parameter > 0) then

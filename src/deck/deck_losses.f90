@@ -1,0 +1,41 @@
+!> What a deck lacks because of errors: nobody knows what would have stood there, so what is missing
+!! because of one error must not be reported as another.
+module deck_losses
+  use deck_types, only: deck_t
+  implicit none
+  private
+  public :: is_whole, is_lost_name
+
+contains
+
+  !> True if no data of these mesh commands were left out because of an error.
+  pure logical function is_whole(deck, commands) result(whole)
+    type(deck_t), intent(in) :: deck !! the deck
+    character(4), intent(in) :: commands(:) !! first four letters of each
+    integer :: i
+
+    whole = .true.
+    do i = 1, size(deck%mesh)
+      if (any(deck%mesh(i)%command == commands)) whole = whole .and. deck%mesh(i)%complete
+    end do
+    if (.not. allocated(deck%losses)) return
+    do i = 1, size(deck%losses)
+      associate (command => deck%losses(i)%command)
+        if (command == '' .or. any(command == commands)) whole = .false.
+      end associate
+    end do
+  end function is_whole
+
+  !> True if data that were left out may have defined this name.
+  pure logical function is_lost_name(deck, name) result(lost)
+    type(deck_t), intent(in) :: deck !! the deck
+    character(*), intent(in) :: name !! of a set, region or surface
+    integer :: i
+
+    lost = .false.
+    if (.not. allocated(deck%losses)) return
+    do i = 1, size(deck%losses)
+      lost = lost .or. (len(name) > 0 .and. deck%losses(i)%name == name)
+    end do
+  end function is_lost_name
+end module deck_losses
