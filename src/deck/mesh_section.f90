@@ -1,7 +1,7 @@
 !> Reads the mesh commands with their data.
 module mesh_section
   use deck_types, only: record_t, item_t, item_word
-  use records, only: item_count
+  use records, only: item_count, is_word
   use numbers, only: is_letter
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
@@ -166,6 +166,7 @@ contains
     reading%set%complete = good
     record%word = find_word(reading%table%commands(reading%open), record%items(1))
     if (good) call append_record(reading%set, record)
+    if (.not. good) call lose(reading, 'pair')
   end subroutine continue_contact
 
   !> Index of a mesh command, known to exist.
@@ -246,6 +247,7 @@ contains
       end associate
     end associate
     record%word = number
+    if (.not. good .and. is_word(record%items(1), 'pair')) call lose(reading, 'pair')
     call keep_record(reading, record, good)
   end subroutine take_word
 

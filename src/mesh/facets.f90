@@ -44,7 +44,9 @@ contains
         if (any(keys(:, order(last + 1)) /= keys(:, order(first)))) exit
         last = last + 1
       end do
-      if (last == first) then
+      if (keys(1, order(first)) == 0) then
+        ! of an element that is not there
+      else if (last == first) then
         element = (order(first) - 1)/4 + 1
         k = order(first) - 4*(element - 1)
         table%count = table%count + 1

@@ -4,7 +4,6 @@ module output_reader
   use hints, only: word_list_t, add_candidate, did_you_mean
   use deck_types, only: deck_t, record_t
   use body_fields, only: fields_of_bodies, n_body_fields
-  use deck_losses, only: is_whole
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use tied_nodes, only: kept_node
@@ -34,13 +33,26 @@ contains
       do k = 1, deck%mesh(i)%count
         associate (record => deck%mesh(i)%records(k))
           ! a pair may have been left out because of an error
-          if (is_word(record%items(1), 'points') .and. .not. is_whole(deck, ['cont'])) cycle
+          if (is_word(record%items(1), 'points') .and. .not. knows_pairs(deck)) cycle
           call read_request(record, diagnostics, model, reactions_given)
         end associate
       end do
     end do
     if (.not. reactions_given) call request_restrained_sets(model)
   end subroutine read_output
+
+  !> True if no pair was left out because of an error.
+  pure logical function knows_pairs(deck) result(known)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i
+
+    known = .true.
+    if (allocated(deck%losses)) known = .not. any([(any(deck%losses(i)%command == &
+      ['    ', 'cont', 'pair']), i=1, size(deck%losses))])
+    do i = 1, size(deck%mesh)
+      if (deck%mesh(i)%command == 'cont') known = known .and. .not. deck%mesh(i)%unknown
+    end do
+  end function knows_pairs
 
   !> Reads one record.
   subroutine read_request(record, diagnostics, model, reactions_given)

@@ -118,13 +118,13 @@ contains
     else
       call take_slave(model%mesh, exterior, diagnostics, pair, found_slave)
     end if
+    if (found_master .and. (draft%complete .or. draft%has_direction)) call set_lay( &
+      draft%has_direction, model%mesh, diagnostics, pair)
     if (.not. (found_slave .and. found_master)) return
     if (error_count(diagnostics) > 0) then
       if (size(pair%surface%facets, 2) == 0 .or. count_points(pair) == 0) return
     end if
     call check_common_nodes(model%mesh, pair, diagnostics)
-    if (draft%complete .or. draft%has_direction) call set_lay(draft%has_direction, model%mesh, &
-      diagnostics, pair)
     if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
     if (.not. (elastic .and. draft%complete)) return
     call take_penalties(model, diagnostics, pair)

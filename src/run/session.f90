@@ -42,7 +42,7 @@ module session
   use sensitivity_reader, only: read_sensitivities
   use study_types, only: study_t
   use study_reader, only: read_study
-  use study_run, only: run_study
+  use study_run, only: run_study, check_run
   use sensitivity_start, only: check_slopes, begin_sensitivities
   use kept_slopes, only: announce_slopes, resume_slopes
   use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
@@ -130,6 +130,9 @@ contains
     call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
       model, sensitivity)
     call read_study(deck, options%vary, diagnostics, study)
+    if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
+      diagnostics, error)
+    if (allocated(error)) return
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

@@ -6,6 +6,7 @@ module study_run
   use errors, only: error_t, raise, exit_deck, exit_done, exit_no_convergence
   use costs, only: wall_seconds
   use deck_types, only: override_t
+  use diagnostics, only: diagnostics_t, report_error, error_count
   use friction_return, only: has_friction
   use facets, only: facet_table_t, exterior_facets
   use mesh_names, only: find_nodes
@@ -25,7 +26,8 @@ module study_run
   use study_types, only: study_t
   use study_table, only: study_table_t, result_t, create_study_table, write_variant, &
     close_study_table
-  use study_start, only: common_t, begin_common, begin_variant, plan_t, read_plan
+  use study_start, only: common_t, foresee_common, begin_common, begin_variant, acts_before, &
+    plan_t, read_plan
   use study_monitor, only: study_monitor_t
   use terminal, only: print_line
   use signals, only: stop_requested
@@ -34,7 +36,7 @@ module study_run
   use command_line, only: options_t
   implicit none
   private
-  public :: run_study
+  public :: run_study, check_run
 
   !> What all variants share.
   type :: shared_t
@@ -63,11 +65,11 @@ contains
     type(shared_t) :: shared
     type(study_table_t) :: table
     type(result_t) :: result
+    type(diagnostics_t) :: unheard
     integer :: k, failed
     real(wp) :: began
 
-    call read_plan(commands, shared%plan, error)
-    if (allocated(error)) return
+    call read_plan(commands, shared%plan, unheard)
     call read_variant(options%deck, options%overrides, shared%base, error)
     if (allocated(error)) return
     call exterior_facets(shared%base%model%mesh, shared%exterior)
@@ -104,6 +106,56 @@ contains
       'error: '//count_noun(failed, 'variant')//' of '//to_text(size(study%order))// &
       ' failed'//new_line('a')//'  '//base//'.study says which and how far they went')
   end subroutine run_study
+
+  !> What a study asks of the run: commands that it knows, and up to FROM nothing that varies.
+  !! Looked up before any file is touched.
+  subroutine check_run(options, commands, study, diagnostics, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(study_t), intent(in) :: study !! the variants
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(error_t), allocatable, intent(out) :: error !! the deck cannot be read again
+    type(shared_t) :: shared
+    type(variant_t) :: variant
+    type(error_t), allocatable :: trouble
+    integer :: k, errors
+    logical :: sharing
+
+    errors = error_count(diagnostics)
+    call read_plan(commands, shared%plan, diagnostics)
+    if (study%from <= 0.0_wp .or. error_count(diagnostics) > errors) return
+    call read_variant(options%deck, options%overrides, shared%base, error)
+    if (allocated(error)) return
+    call exterior_facets(shared%base%model%mesh, shared%exterior)
+    call foresee_common(study, shared%plan, shared%base%model, shared%common, diagnostics)
+    do k = 1, size(study%order)
+      if (error_count(diagnostics) > errors) return
+      call read_values(options, study, k, shared, variant, sharing, trouble)
+      if (allocated(trouble)) cycle ! its row says so
+      if (.not. sharing) then
+        call report_error(diagnostics, study%from_at, 'FROM '//to_text(study%from)// &
+          ': variant '//to_text(k)//' ('//values_text(study, k)//') has a factor of its own '// &
+          'and no part in common with the others', 'leave FROM out')
+      else if (.not. study%forced) then
+        if (acts_before(shared%common, shared%base%model, variant%model)) call report_error( &
+          diagnostics, study%from_at, 'FROM '//to_text(study%from)//': '//names(study)// &
+          ' of variant '//to_text(k)//' acts before that time', 'leave FROM out, or write FROM '// &
+          to_text(study%from)//' FORCE to press all variants with the values of the deck')
+      end if
+    end do
+  end subroutine check_run
+
+  !> The names of what a study varies.
+  function names(study) result(t)
+    type(study_t), intent(in) :: study !! parameters
+    character(:), allocatable :: t
+    integer :: p
+
+    t = study%varied(1)%name
+    do p = 2, size(study%varied)
+      t = t//', '//study%varied(p)%name
+    end do
+  end function names
 
   !> What the rest may take, in words.
   function left_text(done, all, seconds) result(t)
@@ -163,9 +215,7 @@ contains
         call change_influence(variant%model, context%system)
         shared%changed_loads = .not. same_loads(variant%model, shared%base%model)
       end if
-      call begin_variant(study, shared%common, shared%base%model, number, variant%model, &
-        context%system, context%state, error)
-      if (allocated(error)) return
+      call begin_variant(shared%common, variant%model, context%system, context%state)
       context%system%condensed%surface_only = .true.
       context%system%condensed%narrow = .true.
       call choose_neighbours(shared%starts, number)

@@ -2,7 +2,8 @@
 !! (doc/theory, "Variants of a run").
 module study_start
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, upper
+  use diagnostics, only: diagnostics_t, report_error
   use errors, only: error_t, raise, exit_deck
   use loads, only: conditions_at
   use rigid_paths, only: count_rigid
@@ -16,7 +17,7 @@ module study_start
   use batch_types, only: batch_command_t
   implicit none
   private
-  public :: plan_t, read_plan, common_t, begin_common, begin_variant
+  public :: plan_t, read_plan, common_t, foresee_common, begin_common, begin_variant, acts_before
 
   !> End times of a run, with their tolerances.
   type :: plan_t
@@ -44,10 +45,10 @@ module study_start
 contains
 
   !> End times from DT, TOL and STEP; other commands are refused.
-  subroutine read_plan(commands, plan, error)
+  subroutine read_plan(commands, plan, diagnostics)
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(plan_t), intent(out) :: plan !! end times
-    type(error_t), allocatable, intent(out) :: error !! a command that studies do not know
+    type(diagnostics_t), intent(inout) :: diagnostics !! hears of commands that studies do not know
     type(settings_t) :: settings
     real(wp) :: dt, begin
     integer :: i, k
@@ -72,12 +73,37 @@ contains
       case ('disp', 'reac', 'solv', 'prop')
         ! Nothing that variants would do another way.
       case default
-        call raise(error, exit_deck, 'error: a study knows DT, TOL and STEP, not '// &
-          commands(i)%command//new_line('a')//'  write the run with STEP,,n')
+        call report_error(diagnostics, commands(i)%at, 'a study knows DT, TOL and STEP, not '// &
+          upper(trim(commands(i)%command)), 'write the run with STEP,,n')
         return
       end select
     end do
   end subroutine read_plan
+
+  !> Loads and prescribed values up to FROM, which must be an end time.
+  subroutine foresee_common(study, plan, base, common, diagnostics)
+    type(study_t), intent(in) :: study !! FROM
+    type(plan_t), intent(in) :: plan !! end times
+    type(model_t), intent(in) :: base !! the problem as the deck has it
+    type(common_t), intent(out) :: common !! gets step, times, given
+    type(diagnostics_t), intent(inout) :: diagnostics !! hears of a time that is none
+    integer :: i
+
+    if (study%from <= 0.0_wp .or. size(plan%times) == 0) return
+    i = minloc(abs(plan%times - study%from), 1)
+    if (abs(plan%times(i) - study%from) > 1.0e-9_wp*study%from) then
+      call report_error(diagnostics, study%from_at, 'FROM '//to_text(study%from)// &
+        ' is no end time of the run', 'the next one is '//to_text(plan%times(i)))
+      return
+    end if
+    common%step = i
+    common%times = plan%times(:common%step)
+    allocate (common%given(3, base%mesh%nodes, 2*common%step))
+    do i = 1, common%step
+      call conditions_at(base, common%times(i), displacement=common%given(:, :, 2*i - 1), &
+        force=common%given(:, :, 2*i))
+    end do
+  end subroutine foresee_common
 
   !> Solves what all variants have in common, once.
   subroutine begin_common(study, plan, base, system, monitor, common, error)
@@ -87,8 +113,9 @@ contains
     type(system_t), intent(inout) :: system !! its system
     class(monitor_t), intent(inout) :: monitor !! hears of it
     type(common_t), intent(out) :: common !! the state there
-    type(error_t), allocatable, intent(out) :: error !! no such end time, no convergence
+    type(error_t), allocatable, intent(out) :: error !! no convergence
     type(model_t) :: model
+    type(diagnostics_t) :: unheard
     integer :: i, k
 
     if (study%from <= 0.0_wp) return
@@ -98,21 +125,12 @@ contains
         'SEGMent and SMOOth'//new_line('a')//'  leave FROM out')
       return
     end if
-    common%step = minloc(abs(plan%times - study%from), 1)
-    if (abs(plan%times(common%step) - study%from) > 1.0e-9_wp*study%from) then
-      call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//' is no end time of '// &
-        'the run'//new_line('a')//'  the next one is '//to_text(plan%times(common%step)))
-      return
-    end if
+    call foresee_common(study, plan, base, common, unheard)
     model = base
     allocate (common%state%u(3, model%mesh%nodes), common%state%reaction(3, model%mesh%nodes), &
       common%state%rigid(6, count_rigid(model)))
     call set_back(model, system, common%state)
-    common%times = plan%times(:common%step)
-    allocate (common%given(3, model%mesh%nodes, 2*common%step))
     do i = 1, common%step
-      call conditions_at(model, common%times(i), displacement=common%given(:, :, 2*i - 1), &
-        force=common%given(:, :, 2*i))
       call advance(model, system, common%state, plan%times(i), plan%settings(i), monitor, error)
       if (allocated(error)) return
       common%state%step = i
@@ -126,26 +144,15 @@ contains
     common%span_before = system%touch%span_before
   end subroutine begin_common
 
-  !> Puts a variant into the common state; a parameter that acts before is refused by its name.
-  subroutine begin_variant(study, common, base, number, model, system, state, error)
-    type(study_t), intent(in) :: study !! FROM, parameters
+  !> Puts a variant into the common state.
+  subroutine begin_variant(common, model, system, state)
     type(common_t), intent(in) :: common !! the state there
-    type(model_t), intent(in) :: base !! the problem as the deck has it
-    integer, intent(in) :: number !! the variant
     type(model_t), intent(inout) :: model !! its problem; gets the history
     type(system_t), intent(inout) :: system !! set back; gets forces
     type(state_t), intent(inout) :: state !! becomes the common state
-    type(error_t), allocatable, intent(out) :: error !! a parameter acts before FROM
     integer :: k
 
     if (common%step == 0) return
-    if (.not. study%forced .and. acts_before(common, base, model)) then
-      call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//': '//names(study)// &
-        ' of variant '//to_text(number)//' acts before that time'//new_line('a')// &
-        '  leave FROM out, or write FROM '//to_text(study%from)//' FORCE to press all variants '// &
-        'with the values of the deck')
-      return
-    end if
     do k = 1, size(model%pairs)
       model%pairs(k)%history%old = common%pairs(k)%points
       model%pairs(k)%history%new = common%pairs(k)%points
@@ -159,18 +166,6 @@ contains
     if (allocated(common%u_before)) system%touch%u_before = common%u_before
     system%touch%span_before = common%span_before
   end subroutine begin_variant
-
-  !> The names of what a study varies.
-  function names(study) result(t)
-    type(study_t), intent(in) :: study !! parameters
-    character(:), allocatable :: t
-    integer :: p
-
-    t = study%varied(1)%name
-    do p = 2, size(study%varied)
-      t = t//', '//study%varied(p)%name
-    end do
-  end function names
 
   !> Contact, or loads up to the common state, are not those of the base.
   pure logical function acts_before(common, base, model) result(acts)

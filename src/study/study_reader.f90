@@ -68,6 +68,7 @@ contains
       associate (record => set%records(k))
         if (is_word(record%items(1), 'from') .and. item_count(record) > 1) then
           study%from = item_real(record, 2)
+          study%from_at = record%at
           study%forced = item_count(record) > 2
         else
           call read_record(deck, record, diagnostics, study)

@@ -27,6 +27,7 @@ module study_types
     type(location_t) :: at !! where it stands
     integer :: form = study_grid !! one of the forms
     real(wp) :: from = 0.0_wp !! time up to which all variants are the same
+    type(location_t) :: from_at !! where it stands
     logical :: forced = .false. !! even where a parameter acts before that
     type(varied_t), allocatable :: varied(:) !! the parameters
     real(wp), allocatable :: variants(:, :) !! (parameters, variants) values
