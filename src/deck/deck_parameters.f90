@@ -14,7 +14,7 @@ module deck_parameters
   use item_checks, only: evaluate_item
   implicit none
   private
-  public :: define_parameter, check_overrides
+  public :: define_parameter, guess_parameter, check_overrides
 
 contains
 
@@ -39,6 +39,17 @@ contains
     call apply_overrides(reading, record%items(1)%text, record%items(2)%value, diagnostics)
     call set_parameter(reading, record%items(1)%text, record%items(2)%value)
   end subroutine define_parameter
+
+  !> A parameter whose definition has been refused gets a value all the same, so that one error
+  !! does not become many.
+  subroutine guess_parameter(reading, record)
+    type(reading_t), intent(inout) :: reading !! parameters
+    type(record_t), intent(in) :: record !! the definition
+
+    if (record%items(1)%kind /= item_word) return
+    if (.not. is_parameter_name(record%items(1)%text) .or. is_reserved(record%items(1)%text)) return
+    call set_parameter(reading, record%items(1)%text, 1.0_wp)
+  end subroutine guess_parameter
 
   !> A name like that of a command stands in parentheses where it begins a record: here, too.
   subroutine remove_parentheses(record)

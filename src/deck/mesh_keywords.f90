@@ -144,7 +144,8 @@ contains
     call add_word(t, 'BOX', 'r:x1 r:x2 r:y1 r:y2 r:z1 r:z2', 'nodes in a box, its faces included')
     call add_word(t, 'INSIde', 'w:region', 'nodes of a region')
     call add_word(t, 'NODEs', 'l:node...', 'listed nodes, with TO for ranges')
-    call add_word(t, 'OR', '', 'starts an alternative')
+    call add_word(t, 'OR', 'PLANe d:direction r:coordinate [z:tol] | BOX r:x1 r:x2 r:y1 r:y2 '// &
+                  'r:z1 r:z2 | INSIde w:region | NODEs l:node... | ', 'starts an alternative')
     call explain(t, 'Records narrow the set (logical and); OR starts an alternative.')
     call explain(t, 'Example:')
     call explain(t, '  SET top')

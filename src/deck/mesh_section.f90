@@ -10,7 +10,7 @@ module mesh_section
   use reading, only: reading_t, append_record, move_record, close_set, skip_data, lose
   use mesh_refusals, only: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
   use matching, only: match_t, match_record
-  use deck_parameters, only: define_parameter
+  use deck_parameters, only: define_parameter, guess_parameter
   implicit none
   private
   public :: read_mesh_record, read_blank_line
@@ -47,6 +47,7 @@ contains
       call take_data(reading, record, diagnostics)
     case default
       call refuse(reading, record, diagnostics)
+      if (reading%in_parameters) call guess_parameter(reading, record)
     end select
   end subroutine read_mesh_record
 

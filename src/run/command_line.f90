@@ -98,9 +98,13 @@ contains
       options%version = .true.
     case ('--help', '-h')
       options%help = .true.
-      if (i < command_argument_count() .and. len(options%deck) == 0) then
-        i = i + 1
-        options%topic = argument(i)
+      if (equals > 0) then
+        options%topic = item(equals + 1:)
+      else if (i < command_argument_count()) then
+        if (index(argument(i + 1), '--') /= 1) then
+          i = i + 1
+          options%topic = argument(i)
+        end if
       end if
     case ('--set', '--out', '--solver', '--threads', '--restart', '--step', '--sens', &
           '--vary', '--log')
