@@ -4,7 +4,7 @@ module deck_losses
   use deck_types, only: deck_t
   implicit none
   private
-  public :: is_whole, is_lost_name
+  public :: is_whole, is_lost_name, lost_names
 
 contains
 
@@ -21,7 +21,7 @@ contains
     if (.not. allocated(deck%losses)) return
     do i = 1, size(deck%losses)
       associate (command => deck%losses(i)%command)
-        if (command == '' .or. any(command == commands)) whole = .false.
+        if (any(command == [character(4) :: '', '?']) .or. any(command == commands)) whole = .false.
       end associate
     end do
   end function is_whole
@@ -38,4 +38,16 @@ contains
       lost = lost .or. (len(name) > 0 .and. deck%losses(i)%name == name)
     end do
   end function is_lost_name
+
+  !> True if data that were left out may have defined any name.
+  pure logical function lost_names(deck) result(lost)
+    type(deck_t), intent(in) :: deck !! the deck
+    integer :: i
+
+    lost = .false.
+    if (.not. allocated(deck%losses)) return
+    do i = 1, size(deck%losses)
+      lost = lost .or. deck%losses(i)%command == '?'
+    end do
+  end function lost_names
 end module deck_losses

@@ -215,7 +215,7 @@ contains
         if (section == in_tables .and. tables%count > 0) group = group + 1
       case (status_damaged)
         reading%set%complete = .false.
-        call lose(reading, '')
+        call lose(reading, '?')
       case default
         if (section == in_mesh) then
           call read_mesh_record(reading, record, diagnostics, command)

@@ -57,7 +57,8 @@ module deck_types
 
   !> Data of a command that were left out because of an error.
   type :: loss_t
-    character(4) :: command = '' !! first four letters of the command, empty if it may be any
+    character(4) :: command = '' !! first four letters of the command, empty if it may be any, ? if
+    !! there may be several, and any names
     character(:), allocatable :: name !! what it would have defined, empty if that is unknown
   end type loss_t
 

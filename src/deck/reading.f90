@@ -66,14 +66,14 @@ contains
         if (len(record%items(2)%text) > 0) then
           errors = error_count(diagnostics)
           call open_include(reading%lines, diagnostics, record)
-          if (error_count(diagnostics) > errors) call lose(reading, '')
+          if (error_count(diagnostics) > errors) call lose(reading, '?')
           cycle
         end if
       end if
       call report_error(diagnostics, record%items(min(2, item_count(record)))%at, &
                         'INCLude takes one file name', &
                         'INCLude file; a name with blanks stands in quotes')
-      call lose(reading, '')
+      call lose(reading, '?')
     end do
   end subroutine fetch_record
 
@@ -185,7 +185,7 @@ contains
   !> Keeps in mind that data are missing because of an error.
   subroutine lose(reading, command, record)
     type(reading_t), intent(inout) :: reading !! where reading stands
-    character(*), intent(in) :: command !! first four letters, empty if it may be any
+    character(*), intent(in) :: command !! first four letters, or as in loss_t
     type(record_t), intent(in), optional :: record !! the head of the data
     type(loss_t), allocatable :: longer(:)
     integer :: n

@@ -2,7 +2,7 @@
 module mesh_reader
   use errors, only: error_t
   use deck_types, only: deck_t
-  use deck_losses, only: is_whole
+  use deck_losses, only: is_whole, lost_names
   use text, only: to_text
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use facets, only: facet_table_t, exterior_facets
@@ -36,13 +36,14 @@ contains
     type(mesh_t), intent(out) :: mesh !! the mesh
     type(element_origin_t) :: origin
     type(surface_draft_t), allocatable :: drafts(:)
-    integer :: names, errors, i, region, material
+    integer :: names, errors, i, n, parts, region, material
     logical :: complete
     type(error_t), allocatable :: error
 
     names = error_count(diagnostics)
     call start_mesh(mesh, origin, deck%control(1), deck%control(2))
     call gather_names(deck, diagnostics, mesh)
+    mesh%nameless = lost_names(deck)
     errors = error_count(diagnostics)
     allocate (drafts(0))
     region = 0
@@ -56,7 +57,11 @@ contains
         region = region + 1
         call read_block(deck%mesh(i), i, region, material, mesh, origin, diagnostics)
       else if (deck%mesh(i)%command == 'mesh') then
+        n = error_count(diagnostics)
+        parts = size(mesh%sets) + size(mesh%regions) + size(mesh%surfaces)
         call read_mesh_file(deck, i, mesh, origin, drafts, diagnostics)
+        mesh%nameless = mesh%nameless .or. error_count(diagnostics) > n .and. parts == &
+          size(mesh%sets) + size(mesh%regions) + size(mesh%surfaces)
       else if (deck%mesh(i)%command == 'tran') then
         call read_transform(deck%mesh(i), mesh, diagnostics)
       end if

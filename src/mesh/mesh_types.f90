@@ -44,6 +44,7 @@ module mesh_types
   type :: mesh_t
     logical :: sound = .false. !! nothing in it is wrong or missing: it can be computed with
     logical :: filled = .false. !! all nodes and elements are there, maybe not at their right places
+    logical :: nameless = .false. !! names may be missing, for what defines them could not be read
     integer :: misplaced = 0 !! errors of nodes with two places and of elements
     integer :: nodes = 0 !! highest node number
     integer :: exact_nodes = 0 !! the last so many belong to exact surfaces

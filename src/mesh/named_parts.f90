@@ -259,6 +259,10 @@ contains
     if (is_lost_name(deck, item%text)) good = .false.
     call find_region(mesh, item%text, region)
     if (region > 0) return
+    if (mesh%nameless .and. .not. name_exists(mesh, item%text)) then
+      good = .false.
+      return
+    end if
     if (only_region) then
       call report_error(diagnostics, item%at, 'there is no region '//item%text, region_hint(mesh))
       good = .false.

@@ -195,7 +195,7 @@ contains
     lost = .false.
     if (.not. allocated(deck%losses)) return
     do i = 1, size(deck%losses)
-      lost = lost .or. any(deck%losses(i)%command == ['    ', 'mate'])
+      lost = lost .or. any(deck%losses(i)%command == ['    ', '?   ', 'mate'])
     end do
   end function lost_material
 

@@ -36,6 +36,7 @@ contains
     character(*), intent(in) :: name !! the name
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
 
+    if (mesh%nameless) return
     call report_error(diagnostics, at, 'there is no set, region or surface '//name, &
       name_hint(mesh, name))
   end subroutine report_unknown_name
@@ -49,7 +50,7 @@ contains
 
     if (name_exists(mesh, name)) then
       call report_error(diagnostics, at, name//' is no region', region_hint(mesh))
-    else
+    else if (.not. mesh%nameless) then
       call report_error(diagnostics, at, 'there is no region '//name, region_hint(mesh))
     end if
   end subroutine report_no_region

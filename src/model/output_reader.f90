@@ -48,7 +48,7 @@ contains
 
     known = .true.
     if (allocated(deck%losses)) known = .not. any([(any(deck%losses(i)%command == &
-      ['    ', 'cont', 'pair']), i=1, size(deck%losses))])
+      ['    ', '?   ', 'cont', 'pair']), i=1, size(deck%losses))])
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command == 'cont') known = known .and. .not. deck%mesh(i)%unknown
     end do

@@ -106,7 +106,12 @@ contains
         call read_real(text, here, x(k), 'a coordinate')
       end do
       if (here%failed) then
-        call fail(cursor, here%fault, here%what, here%remedy)
+        if (here%at > last) then
+          call fail(cursor, first, 'a vertex of STL has three coordinates', &
+            'write the file again, as triangles')
+        else
+          call fail(cursor, here%fault, here%what, here%remedy)
+        end if
         return
       end if
       n = n + 1
