@@ -4,7 +4,7 @@ module deck_losses
   use deck_types, only: deck_t
   implicit none
   private
-  public :: is_whole, is_lost_name, lost_names
+  public :: is_whole, is_lost, is_lost_name, lost_names
 
 contains
 
@@ -18,13 +18,24 @@ contains
     do i = 1, size(deck%mesh)
       if (any(deck%mesh(i)%command == commands)) whole = whole .and. deck%mesh(i)%complete
     end do
-    if (.not. allocated(deck%losses)) return
-    do i = 1, size(deck%losses)
-      associate (command => deck%losses(i)%command)
-        if (any(command == [character(4) :: '', '?']) .or. any(command == commands)) whole = .false.
-      end associate
+    do i = 1, size(commands)
+      if (is_lost(deck, commands(i))) whole = .false.
     end do
   end function is_whole
+
+  !> True if a data set of this command may have been left out with its head: nobody knows what it
+  !! was called or numbered.
+  pure logical function is_lost(deck, command) result(lost)
+    type(deck_t), intent(in) :: deck !! the deck
+    character(*), intent(in) :: command !! its first four letters
+    integer :: i
+
+    lost = .false.
+    if (.not. allocated(deck%losses)) return
+    do i = 1, size(deck%losses)
+      lost = lost .or. any(deck%losses(i)%command == [character(4) :: '', '?', command])
+    end do
+  end function is_lost
 
   !> True if data that were left out may have defined this name.
   pure logical function is_lost_name(deck, name) result(lost)

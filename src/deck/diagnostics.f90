@@ -35,17 +35,36 @@ module diagnostics
 
 contains
 
-  !> Notes an error.
+  !> Notes an error, once: what several readers look up is found more than once.
   subroutine report_error(diagnostics, at, what, remedy)
     type(diagnostics_t), intent(inout) :: diagnostics !! where it is gathered
     type(location_t), intent(in) :: at !! file, line, column; file 0 is the command line
     character(*), intent(in) :: what !! what is wrong
     character(*), intent(in) :: remedy !! what would be right
 
+    if (is_known(diagnostics, at, what)) return
     diagnostics%errors = diagnostics%errors + 1
     if (diagnostics%kept >= most_kept) return
     call append(diagnostics%messages, diagnostics%kept, at, what, remedy)
   end subroutine report_error
+
+  !> True if the same has been said of this place.
+  pure logical function is_known(diagnostics, at, what) result(known)
+    type(diagnostics_t), intent(in) :: diagnostics !! what was gathered
+    type(location_t), intent(in) :: at !! file, line, column
+    character(*), intent(in) :: what !! what is wrong
+    integer :: i
+
+    known = .false.
+    do i = 1, diagnostics%kept
+      associate (other => diagnostics%messages(i))
+        if (other%at%line /= at%line .or. other%at%column /= at%column) cycle
+        if (other%at%file /= at%file .or. at%file == 0) cycle
+        known = other%what == what
+        if (known) return
+      end associate
+    end do
+  end function is_known
 
   !> Notes a remark that goes to the log.
   subroutine report_note(diagnostics, at, what)

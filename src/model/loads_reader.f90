@@ -3,7 +3,7 @@ module loads_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, data_set_t, record_t
-  use deck_losses, only: is_whole
+  use deck_losses, only: is_lost
   use records, only: item_count, item_integer, item_location, item_real
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_table_t
@@ -47,7 +47,7 @@ contains
     type(load_table_t) :: table
     integer :: n
 
-    if (is_whole(deck, ['prop'])) return
+    if (.not. is_lost(deck, 'prop')) return
     table%t = [0.0_wp]
     table%p = [0.0_wp]
     do n = 1, most_lost

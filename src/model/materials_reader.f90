@@ -3,6 +3,7 @@ module materials_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, data_set_t, record_t, location_t, item_number
+  use deck_losses, only: is_lost
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
   use cells, only: most_nodes
@@ -160,7 +161,7 @@ contains
     integer :: e, m, missing
     logical :: known
 
-    known = .not. lost_material(deck)
+    known = .not. is_lost(deck, 'mate')
     allocate (model%element_material(model%mesh%elements), source=0)
     allocate (used(size(model%materials)), source=.false.)
     missing = 0
@@ -186,18 +187,6 @@ contains
         to_text(model%materials(m)%number)//' is used by no element')
     end do
   end subroutine assign_materials
-
-  !> True if a whole MATErial was left out because of an error: nobody knows its number.
-  pure logical function lost_material(deck) result(lost)
-    type(deck_t), intent(in) :: deck !! the deck
-    integer :: i
-
-    lost = .false.
-    if (.not. allocated(deck%losses)) return
-    do i = 1, size(deck%losses)
-      lost = lost .or. any(deck%losses(i)%command == ['    ', '?   ', 'mate'])
-    end do
-  end function lost_material
 
   !> After an error in a material nothing is said of its elements; that it is rigid counts.
   pure subroutine drop_unknown(deck, model)

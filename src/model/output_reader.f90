@@ -4,6 +4,7 @@ module output_reader
   use hints, only: word_list_t, add_candidate, did_you_mean
   use deck_types, only: deck_t, record_t
   use body_fields, only: fields_of_bodies, n_body_fields
+  use deck_losses, only: is_lost
   use records, only: item_location, item_count, item_integer, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error
   use tied_nodes, only: kept_node
@@ -46,9 +47,7 @@ contains
     type(deck_t), intent(in) :: deck !! the deck
     integer :: i
 
-    known = .true.
-    if (allocated(deck%losses)) known = .not. any([(any(deck%losses(i)%command == &
-      ['    ', '?   ', 'cont', 'pair']), i=1, size(deck%losses))])
+    known = .not. (is_lost(deck, 'cont') .or. is_lost(deck, 'pair'))
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command == 'cont') known = known .and. .not. deck%mesh(i)%unknown
     end do
