@@ -3,7 +3,8 @@ module batch_reader
   use kinds, only: wp
   use text, only: lower, to_text
   use deck_types, only: deck_t, data_set_t, item_word, item_quoted
-  use records, only: item_count, is_word
+  use records, only: item_count, is_word, four_letters
+  use source, only: source_t, source_line
   use diagnostics, only: diagnostics_t, report_error, report_note
   use contact_types, only: pair_t
   use contact_parameters, only: is_round_off
@@ -25,7 +26,7 @@ contains
     logical :: has_increment, has_state
 
     allocate (commands(size(deck%batch)))
-    has_increment = has_errors(deck, diagnostics)
+    has_increment = has_errors(diagnostics)
     has_state = has_increment
     do i = 1, size(commands)
       commands(i) = command_of(deck%batch(i))
@@ -38,7 +39,7 @@ contains
     if (allocated(pairs)) call check_tangents(pairs, commands, diagnostics)
     call pair_loops(commands)
     call mark_solves(commands)
-    call check_order(commands, has_errors(deck, diagnostics), diagnostics)
+    call check_order(commands, has_errors(diagnostics), diagnostics)
   end subroutine read_batch
 
   !> SOLVer with one that this program has.
@@ -135,25 +136,45 @@ contains
     end do
   end subroutine check_tangents
 
-  !> Whether solution commands may be missing, because there is an error behind the last
-  !! mesh record.
-  pure logical function has_errors(deck, diagnostics)
-    type(deck_t), intent(in) :: deck !! the deck
+  !> Whether solution commands may be missing, because there is an error behind BATCh, or in a file
+  !! that may be included there.
+  logical function has_errors(diagnostics)
     type(diagnostics_t), intent(in) :: diagnostics !! the deck's errors
     integer :: i, first
+    logical :: including
 
-    first = 0
-    do i = 1, size(deck%mesh)
-      associate (set => deck%mesh(i))
-        first = max(first, set%head%at%line)
-        if (set%count > 0) first = max(first, set%records(set%count)%at%line)
+    has_errors = .false.
+    if (diagnostics%kept == 0) return
+    call find_batch(diagnostics%source, first, including)
+    do i = 1, diagnostics%kept
+      associate (at => diagnostics%messages(i)%at)
+        has_errors = has_errors .or. at%file == 1 .and. at%line > first .or. including .and. &
+          at%file > 1
       end associate
     end do
-    has_errors = .false.
-    do i = 1, diagnostics%kept
-      if (diagnostics%messages(i)%at%line > first) has_errors = .true.
-    end do
   end function has_errors
+
+  !> The line of the main file at which BATCh stands, 0 if it stands in another one.
+  subroutine find_batch(source, first, including)
+    type(source_t), intent(in) :: source !! the deck's files
+    integer, intent(out) :: first !! the line
+    logical, intent(out) :: including !! an INCLude follows, or BATCh stands in one
+    character(4) :: word
+    integer :: i
+
+    first = 0
+    including = .true.
+    if (source%count == 0) return
+    do i = 1, source%files(1)%lines
+      word = four_letters(adjustl(source_line(source, 1, i)//'    '))
+      if (first == 0 .and. (word == 'batc' .or. word == 'macr')) then
+        first = i
+        including = .false.
+      else if (first > 0) then
+        including = including .or. word == 'incl'
+      end if
+    end do
+  end subroutine find_batch
 
   !> A contact pair of the deck has AUGMent.
   pure logical function has_multipliers(deck) result(yes)
