@@ -100,7 +100,7 @@ contains
     call project_on_facet(model%mesh%x(:, facet) + system%u(:, facet), &
       point_position(model%pairs(pair), point, model%mesh%x + system%u), xi, gap)
     t = '  worst contact point: pair '//model%pairs(pair)%name//', slave ' &
-      //point_text(model%pairs(pair), point)//', facet of nodes '//facet_text(facet)//': ' &
+      //point_text(model%pairs(pair), point)//', '//facet_words(model%pairs(pair), facet)//': ' &
       //trim(status)//', gap '//to_text(gap, 4)
   end function point_line
 
@@ -220,6 +220,16 @@ contains
     t = 'none'
     if (host > 0) t = facet_text(pair%surface%facets(:, host))
   end function host_text
+
+  !> A master facet by its nodes; an exact surface has none that a deck knows.
+  pure function facet_words(pair, facet) result(t)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet(3) !! corner nodes
+    character(:), allocatable :: t
+
+    t = 'facet of nodes '//facet_text(facet)
+    if (pair%surface%exact) t = 'surface '//pair%master
+  end function facet_words
 
   !> The corner nodes of a facet.
   pure function facet_text(facet) result(t)
