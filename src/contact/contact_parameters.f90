@@ -11,7 +11,8 @@ module contact_parameters
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, raise_along, is_stiff, &
-    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates
+    is_round_off, has_multipliers, shifts_gap, has_field, field_penalty, most_updates, &
+    stiffest_plain
 
   !> The first solve of an increment with multipliers has a penalty of at most this times E/h: with
   !! a stiffer one Newton's method is less sure.
@@ -25,7 +26,7 @@ module contact_parameters
   integer, parameter :: most_updates_of_field = 50
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
-  real(wp), parameter :: stiffest_plain = 2000.0_wp
+  real(wp), parameter :: stiffest_plain = 100.0_wp
   !> Above this times E/h, without multipliers, the round-off of positions makes forces as large as
   !! those of the stresses, and a residual of that size means nothing any more.
   real(wp), parameter :: stiffest_exact = 1.0e11_wp

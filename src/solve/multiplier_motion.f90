@@ -27,8 +27,9 @@ module multiplier_motion
 
   !> Shares of what the multipliers lack that a direction may leave.
   real(wp), parameter :: finest = 1.0e-8_wp, coarsest = 1.0e-2_wp
-  !> Below this share of the forces nothing is lacking.
-  real(wp), parameter :: least_share = 1.0e-10_wp
+  !> Below this share of the forces nothing is lacking, and below this share of what may be lacking
+  !! when multipliers fit.
+  real(wp), parameter :: least_share = 1.0e-10_wp, share_of_fitting = 0.1_wp
   !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
   !! these patterns of multipliers meet this compliance over the penalty's.
   real(wp), parameter :: yielding = 1.0e-6_wp
@@ -94,7 +95,7 @@ contains
       motion%way = 0.0_wp
       call project(model, system, at, change_of_forces(system, system%du), image)
       call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
-      floor = max(floor*iteration%rest, system%scale%round_off, least_share*norm2(motion%force))
+      floor = max(floor*iteration%rest, least_lack(model, system))
       do while (iteration%rest > floor .and. iteration%n < most_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call answer_multipliers(system, du)
@@ -115,6 +116,24 @@ contains
     share = coarsest
     if (before > 0.0_wp) share = max(finest, min(coarsest, 0.1_wp*(rest/before)**2))
   end function wanted_share
+
+  !> What multipliers may lack when a direction need not bring more: less than when they fit, or
+  !! they would stay where they are and be given up.
+  pure real(wp) function least_lack(model, system) result(least)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! motion with its forces, round-off
+    real(wp) :: forces
+    integer :: k
+
+    least = least_share*norm2(system%motion%force)
+    do k = 1, size(model%pairs)
+      if (.not. shifts_gap(model%pairs(k))) cycle
+      forces = norm2(system%motion%force(:, system%place%first_point(k): &
+        system%place%first_point(k + 1) - 1))
+      if (forces > 0.0_wp) least = min(least, share_of_fitting*fitting(model%pairs(k))*forces)
+    end do
+    least = max(least, system%scale%round_off)
+  end function least_lack
 
   !> Fields of the multipliers at the present positions.
   subroutine find_fields(model, system, at)

@@ -318,6 +318,8 @@ contains
       call begin_with_block(solver%precon, solver%right, solver%answer, fault)
       call note(fault, ksp_set_tolerances(solver%method, tiny(1.0_c_double), &
         solver%accuracy*norm2(b), 1.0e10_c_double, most_iterations))
+      ! tests ask for more digits by PETSC_OPTIONS
+      call note(fault, ksp_from_options(solver%method))
       if (fault == 0_c_int) call note(fault, ksp_solve(solver%method, solver%right, solver%answer))
       if (fault == 0_c_int) call note(fault, ksp_reason(solver%method, reason))
       if (fault == 0_c_int) call note(fault, ksp_iterations(solver%method, n))

@@ -4,7 +4,7 @@ module diagnosis
   use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_no_convergence
   use contact_points, only: count_points
-  use contact_parameters, only: shifts_gap
+  use contact_parameters, only: shifts_gap, stiffest_plain
   use supports, only: free_motion
   use rigid_bodies, only: is_carried
   use model_types, only: model_t
@@ -57,7 +57,8 @@ contains
       text = text//nl//'  pairs with multipliers:'//with_multipliers(model)// &
         '; the log tells what each update has left'//nl// &
         '  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
-        'PAIR;'//nl//'  or, without AUGMent, a penalty below 2000 times E/h'
+        'PAIR;'//nl//'  or, without AUGMent, a penalty of at most '// &
+        to_text(stiffest_plain, 4)//' times E/h'
       text = text//nl//worst_node(model, system, cut)
       return
     end if
