@@ -41,7 +41,7 @@ contains
     end do
   end function find_block
 
-  !> y = A x, by block columns.
+  !> y = A x, by block columns; those where x is zero are passed over.
   pure subroutine multiply(matrix, x, y)
     type(block_matrix_t), intent(in) :: matrix !! A
     real(wp), intent(in) :: x(:, :) !! (3, nodes)
@@ -50,6 +50,7 @@ contains
 
     y = 0.0_wp
     do j = 1, matrix%nodes
+      if (all(abs(x(:, j)) <= 0.0_wp)) cycle
       do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
         associate (i => matrix%row(k))
           y(:, i) = y(:, i) + matrix%val(:, 1, k)*x(1, j) + matrix%val(:, 2, k)*x(2, j) &

@@ -5,8 +5,7 @@ module cholmod_solver
     c_f_pointer, c_sizeof
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
-    cost_solve, cost_interior
-  use lapack_interface, only: dgemv, dtrsv
+    cost_solve
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -16,8 +15,9 @@ module cholmod_solver
     cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
-  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, reduce_right, &
-    complete_solution, drop_trailing_block, factor_work, cholmod_words
+  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, drop_trailing_block, &
+    factor_work, cholmod_words
+  public :: supernodes_t, supernodes_of
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
@@ -299,37 +299,6 @@ contains
     end associate
   end subroutine drop_trailing_block
 
-  !> The forward substitution down to the last m unknowns: y1 of L11 y1 = b1, and b2 - L21 y1 for
-  !! these (doc/theory, "Condensed contact").
-  subroutine reduce_right(solver, m, x, costs)
-    type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
-    integer, intent(in) :: m !! unknowns at the end
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
-    type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
-
-    call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = 1, int(nodes%factor%nsuper)
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) exit
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      last = nodes%px(k) + int(rows, long)*w
-      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        x(row) = x(row) - below(:rows - w)
-      end associate
-    end do
-    call end_cost(costs, cost_interior)
-  end subroutine reduce_right
-
   !> Work of a factorisation, and entries of its factor: column by column.
   subroutine factor_work(solver, work, entries)
     type(cholmod_t), intent(in) :: solver !! analysed
@@ -351,35 +320,6 @@ contains
       end do
     end do
   end subroutine factor_work
-
-  !> Completes x, known at the last m unknowns, from what reduce_right has made of the right-hand
-  !! side of all others: L11^T x1 = y1 - L21^T x2 (doc/theory, "Condensed contact").
-  subroutine complete_solution(solver, m, x, costs)
-    type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
-    integer, intent(in) :: m !! unknowns at the end
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
-    type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
-
-    call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = int(nodes%factor%nsuper), 1, -1
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) cycle
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-      last = nodes%px(k) + int(rows, long)*w
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
-        x(first:first + w - 1), 1)
-    end do
-    call end_cost(costs, cost_interior)
-  end subroutine complete_solution
 
   !> Releases everything.
   subroutine free(solver)

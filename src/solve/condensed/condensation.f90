@@ -9,7 +9,8 @@ module condensation
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
   use back_ends, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
-    reduce_right, complete_solution, drop_trailing_block, factor_work
+    drop_trailing_block, factor_work
+  use half_solves, only: reduce_right, complete_solution
   use condensed_types, only: condensed_body_t
   implicit none
   private

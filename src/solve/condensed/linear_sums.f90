@@ -7,12 +7,12 @@
 module linear_sums
   use kinds, only: wp
   use vectors, only: cross
-  use lapack_interface, only: dsymv, dgemv
+  use lapack_interface, only: dsymm, dgemv
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use model_types, only: model_t
   use block_matrix, only: multiply
-  use condensation, only: reduce_body
+  use half_solves, only: reduce_columns
   use body_audit, only: measure_bodies
   use system_types, only: system_t, state_t
   implicit none
@@ -22,8 +22,18 @@ module linear_sums
 
   !> More sums than this are not worth it.
   integer, parameter :: most_sums = 300
-  !> End times over sums from which on they pay: each takes half a pass through a factor.
-  integer, parameter :: least_spared = 2
+  !> Sums of a body whose pulls go through its factor together.
+  integer, parameter :: most_together = 16
+  !> End times from which on sums pay, and sums for each further one: an end time saves a pass
+  !! through the factors, `most_together` sums cost about four.
+  integer, parameter :: least_spared = 4, sums_of_pass = 4
+
+  !> Pulls of sums on a body.
+  type :: pulls_t
+    integer :: n = 0 !! how many
+    integer, allocatable :: row(:) !! (most) the sum of each
+    real(wp), allocatable :: right(:, :) !! (equations, most) the pulls
+  end type pulls_t
 
 contains
 
@@ -90,7 +100,7 @@ contains
       .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
     if (can) can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
     n = count_sums(model, system)
-    can = can .and. n <= most_sums .and. system%spared >= least_spared*n
+    can = can .and. n <= most_sums .and. system%spared >= least_spared + n/sums_of_pass
   end function can_do_without
 
   !> What contact forces and loads do to each sum.
@@ -100,13 +110,15 @@ contains
     real(wp) :: unit(3, model%mesh%nodes), pull(3, model%mesh%nodes), force(3, model%mesh%nodes)
     real(wp), allocatable :: by_load(:, :), by_force(:, :), reach(:), inertia(:, :, :)
     logical, allocatable :: moves(:)
-    integer :: row, k, n, last(2)
+    type(pulls_t) :: pulls(size(system%condensed%bodies))
+    integer :: row, k, n, last(2), b
 
     call measure_bodies(model%mesh%x, system, system%condensed%sums%center, reach, inertia, moves)
     n = count_sums(model, system)
     last = reaction_rows(model, system)
     associate (influence => system%condensed%outer%influence)
-      allocate (by_load(n, size(influence, 3)), by_force(system%condensed%n, n))
+      allocate (by_load(n, size(influence, 3)))
+      allocate (by_force(system%condensed%n, n), source=0.0_wp)
       do row = 1, n
         call find_unit(model, system, row, unit)
         pull = unit
@@ -118,7 +130,12 @@ contains
           call add_force(model%conditions%loads(k), 1.0_wp, force)
           by_load(row, k) = by_load(row, k) - sum(unit*force)
         end do
-        call find_shares(system, pull, by_force(:, row))
+        do b = 1, size(pulls)
+          call take_pull(system, b, row, pull, pulls(b), by_force)
+        end do
+      end do
+      do b = 1, size(pulls)
+        call find_shares(system, b, pulls(b), by_force)
       end do
     end associate
     associate (sums => system%condensed%sums)
@@ -199,22 +216,51 @@ contains
     end do
   end subroutine add_motion_of
 
-  !> What a unit of force at each candidate does to a sum: the work of the pull on what it moves.
-  subroutine find_shares(system, pull, share)
+  !> Keeps the pull of a sum on a body, if there is one, until there are enough of them.
+  subroutine take_pull(system, b, row, pull, pulls, by_force)
     type(system_t), intent(inout) :: system !! bodies of condensed; cost table
+    integer, intent(in) :: b !! the body
+    integer, intent(in) :: row !! the sum
     real(wp), intent(in) :: pull(:, :) !! (3, nodes) force [as the sum over a length]
-    real(wp), intent(out) :: share(:) !! (n) of each candidate
-    integer :: b
+    type(pulls_t), intent(inout) :: pulls !! those of the body
+    real(wp), intent(inout) :: by_force(:, :) !! (n, sums) gets the shares of those that are due
+    integer :: i
 
-    share = 0.0_wp
-    do b = 1, size(system%condensed%bodies)
-      associate (body => system%condensed%bodies(b))
-        if (body%m == 0) cycle
-        call reduce_body(body, pull, system%costs)
-        call dsymv('L', body%m, -1.0_wp, body%compliance, body%m, body%reduced(body%equation), 1, &
-          0.0_wp, share(body%first + 1:body%first + body%m), 1)
+    associate (body => system%condensed%bodies(b))
+      if (body%m == 0) return
+      if (.not. allocated(pulls%right)) allocate (pulls%right(size(body%node), most_together), &
+        pulls%row(most_together))
+      associate (right => pulls%right(:, pulls%n + 1))
+        do i = 1, size(right)
+          right(i) = pull(body%direction(i), body%node(i))
+        end do
+        if (all(abs(right) <= 0.0_wp)) return
       end associate
-    end do
+      pulls%n = pulls%n + 1
+      pulls%row(pulls%n) = row
+      if (pulls%n == most_together) call find_shares(system, b, pulls, by_force)
+    end associate
+  end subroutine take_pull
+
+  !> What a unit of force at each candidate of a body does to the sums whose pulls are kept: the
+  !! work of a pull on what it moves.
+  subroutine find_shares(system, b, pulls, by_force)
+    type(system_t), intent(inout) :: system !! bodies of condensed; cost table
+    integer, intent(in) :: b !! the body
+    type(pulls_t), intent(inout) :: pulls !! those of the body; they go
+    real(wp), intent(inout) :: by_force(:, :) !! (n, sums) gets the shares
+    real(wp), allocatable :: share(:, :)
+
+    if (pulls%n == 0) return
+    associate (body => system%condensed%bodies(b), rows => pulls%row(:pulls%n), &
+      last => size(pulls%right, 1))
+      call reduce_columns(body%solver, body%m, last, pulls%n, pulls%right, system%costs)
+      allocate (share(body%m, pulls%n))
+      call dsymm('L', 'L', body%m, pulls%n, -1.0_wp, body%compliance, body%m, &
+        pulls%right(last - body%m + 1:, :pulls%n), body%m, 0.0_wp, share, body%m)
+      by_force(body%first + 1:body%first + body%m, rows) = share
+    end associate
+    pulls%n = 0
   end subroutine find_shares
 
   !> The sums of a converged state from its contact forces.
