@@ -5,11 +5,12 @@ module tetrahedra_at_once
   use law_neohooke, only: neohooke_points, at_once
   implicit none
   private
-  public :: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, tetrahedron_tangent, &
+  public :: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, form_tangents, &
     is_reach_far
 
-  !> The elements; index 1 of all arrays is that of the element.
+  !> The elements; index 1 of all arrays but s is that of the element.
   type :: tetrahedra_t
+    logical :: alike = .false. !! it holds elements
     real(wp) :: x(at_once, 3, 4) !! reference coordinates [length]
     real(wp) :: u(at_once, 3, 4) !! displacements [length]
     real(wp) :: gradient(at_once, 3, 2:4) !! dN_a/dX of the last three nodes [1/length]
@@ -21,6 +22,7 @@ module tetrahedra_at_once
     real(wp) :: turning(at_once) !! G - lambda ln J [force/length^2]
     real(wp) :: energy(at_once) !! strain energy [force length]
     real(wp) :: r(at_once, 3, 4) !! internal force of the nodes [force]
+    real(wp) :: s(3, 3, 4, 4, at_once) !! tangents dr_a/du_b [force/length]
   end type tetrahedra_t
 
 contains
@@ -80,36 +82,37 @@ contains
     end do
   end subroutine strain_tetrahedra
 
-  !> The tangent of one of them: with h_a = F^-T grad N_a
+  !> Their tangents: with h_a = F^-T grad N_a
   !! K_ab = V (G grad N_a . grad N_b I + lambda h_a h_b^T + (G - lambda ln J) h_b h_a^T).
-  pure subroutine tetrahedron_tangent(lambda, g, e, n, s)
+  pure subroutine form_tangents(lambda, g, e)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    type(tetrahedra_t), intent(in) :: e !! strained
-    integer, intent(in) :: n !! which of them
-    real(wp), intent(inout) :: s(:, :) !! its first 12 rows and columns get dr/du [force/length]
+    type(tetrahedra_t), intent(inout) :: e !! strained; gets s
     real(wp) :: slope(3, 4), h(3, 4), along(3), across(3), even
-    integer :: a, b, k
+    integer :: n, a, b, k
 
-    slope(:, 2:4) = e%gradient(n, :, :)
-    slope(:, 1) = -(slope(:, 2) + slope(:, 3) + slope(:, 4))
-    do a = 1, 4
-      h(:, a) = e%away(n, :, 1)*slope(1, a) + e%away(n, :, 2)*slope(2, a) &
-        + e%away(n, :, 3)*slope(3, a)
-    end do
-    do b = 1, 4
-      along = e%volume(n)*lambda*h(:, b)
-      across = e%volume(n)*e%turning(n)*h(:, b)
+    do n = 1, at_once
+      slope(:, 2:4) = e%gradient(n, :, :)
+      slope(:, 1) = -(slope(:, 2) + slope(:, 3) + slope(:, 4))
       do a = 1, 4
-        even = e%volume(n)*g*(slope(1, a)*slope(1, b) + slope(2, a)*slope(2, b) &
-          + slope(3, a)*slope(3, b))
-        do k = 1, 3
-          s(3*a - 2:3*a, 3*b - 3 + k) = h(:, a)*along(k) + across*h(k, a)
-          s(3*a - 3 + k, 3*b - 3 + k) = s(3*a - 3 + k, 3*b - 3 + k) + even
+        h(:, a) = e%away(n, :, 1)*slope(1, a) + e%away(n, :, 2)*slope(2, a) &
+          + e%away(n, :, 3)*slope(3, a)
+      end do
+      do b = 1, 4
+        along = e%volume(n)*lambda*h(:, b)
+        across = e%volume(n)*e%turning(n)*h(:, b)
+        do a = 1, b
+          even = e%volume(n)*g*(slope(1, a)*slope(1, b) + slope(2, a)*slope(2, b) &
+            + slope(3, a)*slope(3, b))
+          do k = 1, 3
+            e%s(:, k, a, b, n) = h(:, a)*along(k) + across*h(k, a)
+            e%s(k, k, a, b, n) = e%s(k, k, a, b, n) + even
+          end do
+          if (a < b) e%s(:, :, b, a, n) = transpose(e%s(:, :, a, b, n))
         end do
       end do
     end do
-  end subroutine tetrahedron_tangent
+  end subroutine form_tangents
 
   !> Ways of which twice the length would turn no F inside out: |cof F| |dF| < det F/2.
   pure subroutine is_reach_far(e, du, far)

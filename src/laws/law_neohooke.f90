@@ -61,8 +61,8 @@ contains
     real(wp), intent(out) :: energy(at_once) !! W [force/length^2]
     real(wp), intent(out) :: away(at_once, 3, 3) !! F^-T
     real(wp), intent(out) :: j(at_once) !! det F
-    real(wp), intent(out) :: turning(at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL + G d_ik d_JL + this
-    !! F^-T_iL F^-T_kJ [force/length^2]
+    real(wp), intent(out) :: turning(at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
+    !! + G d_ik d_JL + this F^-T_iL F^-T_kJ [force/length^2]
     real(wp) :: growth(at_once), log_j(at_once), share(at_once)
     real(wp) :: f(3, 3), a(3, 3), strain(3, 3)
     integer :: m, i, k

@@ -3,10 +3,10 @@
 module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
     c_f_pointer, c_sizeof
-  use kinds, only: wp, long
+  use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve, cost_interior
-  use lapack_interface, only: dgemv, dtrsv
+  use lapack_interface, only: dgemv, dtrsv, sgemv, strsv
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -17,7 +17,7 @@ module cholmod_solver
   implicit none
   private
   public :: cholmod_t, solve_symmetric, factor_order, trailing_block, reduce_right, &
-    complete_solution, drop_trailing_block, factor_work, cholmod_words
+    complete_solution, drop_trailing_block, halve_factor, factor_work, cholmod_words
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
@@ -33,6 +33,7 @@ module cholmod_solver
     type(c_ptr) :: y = c_null_ptr, e = c_null_ptr !! work space of the solution
     logical :: started = .false. !! common is in use
     logical :: definite = .false. !! the factor holds values
+    real(sp), allocatable :: half(:) !! its values in single precision, in place of the others
   contains
     procedure :: analyse
     procedure :: is_analysed
@@ -85,6 +86,7 @@ contains
     integer(c_int) :: status
 
     solver%definite = .false.
+    if (allocated(solver%half)) deallocate (solver%half)
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
   end subroutine forget_pattern
@@ -95,6 +97,7 @@ contains
     integer(c_int) :: status
 
     solver%definite = .false.
+    if (allocated(solver%half)) deallocate (solver%half)
     if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
       1_c_int, 1_c_int, solver%factor, solver%common)
   end subroutine drop_factor
@@ -151,6 +154,7 @@ contains
       call solver%analyse(a, costs, outcome)
       if (outcome /= solver_done) return
     end if
+    if (allocated(solver%half)) deallocate (solver%half)
     call view_of(a, view)
     call begin_cost(costs, cost_symmetric_factor)
     status = cholmod_l_factorize(view, solver%factor, solver%common)
@@ -299,6 +303,51 @@ contains
     end associate
   end subroutine drop_trailing_block
 
+  !> Keeps a factor whose trailing block is gone in single precision alone, if its entries are
+  !! numbers there, and answers of the one and the other differ by less than a share. Half the
+  !! memory is half the time of a substitution.
+  subroutine halve_factor(solver, m, share, costs)
+    type(cholmod_t), intent(inout) :: solver !! its trailing block of m columns is gone
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(in) :: share !! most of the difference over the answer
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(supernodes_t) :: nodes
+    real(wp), allocatable :: x(:), y(:)
+    integer(c_int) :: status
+
+    nodes = supernodes_of(solver)
+    if (nodes%factor%xsize == 0 .or. .not. c_associated(nodes%factor%x)) return
+    if (maxval(abs(nodes%x)) > sqrt(real(huge(1.0_sp), wp))) return
+    allocate (x(nodes%factor%n), source=1.0_wp)
+    y = x
+    call answer_inside(solver, m, x, costs)
+    solver%half = real(nodes%x, sp)
+    call answer_inside(solver, m, y, costs)
+    if (norm2(x - y) <= share*norm2(x)) then
+      status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, 1_c_int, 1_c_int, &
+        solver%factor, solver%common)
+    else
+      deallocate (solver%half)
+    end if
+  end subroutine halve_factor
+
+  !> The answer inside to a right-hand side while the last m unknowns are held, and the answer to
+  !! that, in which soft motions stand out; both are scaled to length 1.
+  subroutine answer_inside(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! its trailing block of m columns is gone
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: right-hand side; out: the second answer
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: time
+
+    do time = 1, 2
+      call reduce_right(solver, m, x, costs)
+      x(size(x) - m + 1:) = 0.0_wp
+      call complete_solution(solver, m, x, costs)
+      x = x/max(norm2(x), tiny(1.0_wp))
+    end do
+  end subroutine answer_inside
+
   !> The forward substitution down to the last m unknowns: y1 of L11 y1 = b1, and b2 - L21 y1 for
   !! these (doc/theory, "Condensed contact").
   subroutine reduce_right(solver, m, x, costs)
@@ -311,6 +360,10 @@ contains
     integer :: k, w, rows, first
     integer(long) :: last
 
+    if (allocated(solver%half)) then
+      call reduce_half(solver, m, x, costs)
+      return
+    end if
     call begin_cost(costs, cost_interior)
     nodes = supernodes_of(solver)
     do k = 1, int(nodes%factor%nsuper)
@@ -364,6 +417,10 @@ contains
     integer :: k, w, rows, first
     integer(long) :: last
 
+    if (allocated(solver%half)) then
+      call complete_half(solver, m, x, costs)
+      return
+    end if
     call begin_cost(costs, cost_interior)
     nodes = supernodes_of(solver)
     do k = int(nodes%factor%nsuper), 1, -1
@@ -380,6 +437,69 @@ contains
     end do
     call end_cost(costs, cost_interior)
   end subroutine complete_solution
+
+  !> reduce_right in single precision.
+  subroutine reduce_half(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! its values in single precision
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(supernodes_t) :: nodes
+    real(sp) :: y(size(x)), below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    call begin_cost(costs, cost_interior)
+    nodes = supernodes_of(solver)
+    y = real(x, sp)
+    do k = 1, int(nodes%factor%nsuper)
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) exit
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      last = nodes%px(k) + int(rows, long)*w
+      call strsv('L', 'N', 'N', w, solver%half(nodes%px(k) + 1:last), rows, &
+        y(first:first + w - 1), 1)
+      if (rows == w) cycle
+      call sgemv('N', rows - w, w, 1.0_sp, solver%half(nodes%px(k) + w + 1:last), rows, &
+        y(first:first + w - 1), 1, 0.0_sp, below, 1)
+      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+        y(row) = y(row) - below(:rows - w)
+      end associate
+    end do
+    x = real(y, wp)
+    call end_cost(costs, cost_interior)
+  end subroutine reduce_half
+
+  !> complete_solution in single precision.
+  subroutine complete_half(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! its values in single precision
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(supernodes_t) :: nodes
+    real(sp) :: y(size(x)), below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    call begin_cost(costs, cost_interior)
+    nodes = supernodes_of(solver)
+    y = real(x, sp)
+    do k = int(nodes%factor%nsuper), 1, -1
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) cycle
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      below(:rows - w) = y(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      last = nodes%px(k) + int(rows, long)*w
+      if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
+        solver%half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)
+      call strsv('L', 'T', 'N', w, solver%half(nodes%px(k) + 1:last), rows, &
+        y(first:first + w - 1), 1)
+    end do
+    x(:size(x) - m) = real(y(:size(x) - m), wp)
+    call end_cost(costs, cost_interior)
+  end subroutine complete_half
 
   !> Releases everything.
   subroutine free(solver)

@@ -10,8 +10,8 @@ module newton_progress
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: newton_t, is_converged, is_round_off, meets_energy, may_go_on, wanted_share, count_creeping, judge_progress, &
-    judge_settled
+  public :: newton_t, is_converged, is_round_off, meets_energy, may_go_on, wanted_share, &
+    count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_adrift
@@ -156,8 +156,8 @@ contains
   end function meets_energy
 
   !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
-  !! dragged; nor where the tangent was that of the last state, and the bulk is not linear: a new one
-  !! costs less than the steps that it saves.
+  !! dragged; nor where the tangent was that of the last state, and the bulk is not linear: a new
+  !! one costs less than the steps that it saves.
   pure logical function may_go_on(system, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
     type(newton_t), intent(in) :: progress !! the last iteration

@@ -6,7 +6,7 @@ module bulk_assembly
   use law_linear, only: lame
   use bulk_laws, only: neohooke
   use tetrahedra_at_once, only: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, &
-    tetrahedron_tangent, is_reach_far
+    form_tangents, is_reach_far
   use element_lists, only: bulk_list_t, batch_size, on_threads
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t
@@ -27,52 +27,104 @@ contains
     integer, intent(out) :: inverted !! element turned inside out, or 0
     type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
     type(solid_t), allocatable :: elements(:)
-    integer :: first, k, i, task
+    type(tetrahedra_t), allocatable :: groups(:)
+    integer :: first, k, task
 
     task = task_residual
     if (present(a)) task = task_tangent
     allocate (elements(batch_size(list%n)))
+    allocate (groups((size(elements) - 1)/at_once + 1))
     energy = 0.0_wp
     inverted = 0
     do first = 1, list%n, size(elements)
-      call compute(list, task, x, u, first, elements)
+      call compute(list, task, x, u, first, elements, groups)
       do k = first, min(first + size(elements) - 1, list%n)
-        if (list%routine(k) == routine_none) cycle
-        associate (e => elements(k - first + 1))
-          if (e%inverted .and. inverted == 0) inverted = k
-          energy = energy + e%energy
-          do i = 1, e%nel
-            r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
-          end do
-          if (present(a)) call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
+        associate (group => groups((k - first)/at_once + 1))
+          if (group%alike) then
+            call add_alike(list, k, mod(k - first, at_once) + 1, group, r, energy, inverted, a)
+          else
+            call add_each(list, k, elements(k - first + 1), r, energy, inverted, a)
+          end if
         end associate
       end do
       if (inverted > 0) return
     end do
   end subroutine assemble_bulk
 
-  !> Computes a batch of elements, each by itself.
-  subroutine compute(list, task, x, u, first, elements)
+  !> Adds what an element has computed.
+  subroutine add_each(list, k, e, r, energy, inverted, a)
+    type(bulk_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(solid_t), intent(in) :: e !! its local data
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
+    real(wp), intent(inout) :: energy !! strain energy [force length]
+    integer, intent(inout) :: inverted !! first element turned inside out, or 0
+    type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
+    integer :: i
+
+    if (list%routine(k) == routine_none) return
+    if (e%inverted .and. inverted == 0) inverted = k
+    energy = energy + e%energy
+    do i = 1, e%nel
+      r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+    end do
+    if (present(a)) call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
+  end subroutine add_each
+
+  !> The same of one that has been computed with others.
+  subroutine add_alike(list, k, n, group, r, energy, inverted, a)
+    type(bulk_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    integer, intent(in) :: n !! its place among the others
+    type(tetrahedra_t), intent(in) :: group !! these
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
+    real(wp), intent(inout) :: energy !! strain energy [force length]
+    integer, intent(inout) :: inverted !! first element turned inside out, or 0
+    type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
+    integer :: i, j
+
+    if (inverted == 0 .and. .not. group%j(n) > 0.0_wp) inverted = k
+    energy = energy + group%energy(n)
+    do i = 1, 4
+      associate (node => list%ix(i, k))
+        r(:, node) = r(:, node) + group%r(n, :, i)
+      end associate
+    end do
+    if (.not. present(a)) return
+    do j = 1, 4
+      do i = 1, 4
+        associate (place => list%block(i, j, k))
+          a%val(:, :, place) = a%val(:, :, place) + group%s(:, :, i, j, n)
+        end associate
+      end do
+    end do
+  end subroutine add_alike
+
+  !> Computes a batch of elements, each by itself or those that are alike at once.
+  subroutine compute(list, task, x, u, first, elements, groups)
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: task !! what they are told
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     integer, intent(in) :: first !! first element of the batch
     type(solid_t), intent(inout) :: elements(:) !! local data of each
-    integer :: k, end, last
+    type(tetrahedra_t), intent(inout) :: groups(:) !! those that are alike
+    integer :: k, last
     logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
     parallel = on_threads(list%n)
-    !$omp parallel do if(parallel) default(none) private(k, end) &
-    !$omp& shared(list, task, x, u, first, last, elements)
+    !$omp parallel do if(parallel) default(none) private(k) &
+    !$omp& shared(list, task, x, u, first, last, elements, groups)
     do k = first, last, at_once
-      end = min(k + at_once - 1, last)
-      if (are_alike(list, k, end)) then
-        call compute_alike(list, task, x, u, k, elements(k - first + 1:end - first + 1))
-      else
-        call compute_each(list, task, x, u, k, elements(k - first + 1:end - first + 1))
-      end if
+      associate (group => groups((k - first)/at_once + 1), end => min(k + at_once - 1, last))
+        group%alike = are_alike(list, k, end)
+        if (group%alike) then
+          call compute_alike(list, task, x, u, k, group)
+        else
+          call compute_each(list, task, x, u, k, elements(k - first + 1:end - first + 1))
+        end if
+      end associate
     end do
     !$omp end parallel do
   end subroutine compute
@@ -111,16 +163,14 @@ contains
   end function are_alike
 
   !> Computes elements that are alike.
-  subroutine compute_alike(list, task, x, u, first, elements)
+  pure subroutine compute_alike(list, task, x, u, first, group)
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: task !! what they are told
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     integer, intent(in) :: first !! first element of these
-    type(solid_t), intent(inout) :: elements(:) !! local data of each
-    type(tetrahedra_t) :: group
+    type(tetrahedra_t), intent(inout) :: group !! computed
     real(wp) :: lambda, g
-    integer :: i, k, a
 
     associate (d => list%d(:, list%set(first)))
       call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
@@ -128,19 +178,7 @@ contains
     call gather_alike(list, first, x, u, group)
     call deform_tetrahedra(group)
     call strain_tetrahedra(lambda, g, group)
-    do i = 1, size(elements)
-      k = first + i - 1
-      associate (e => elements(i))
-        e%nel = 4
-        e%ix(:4) = list%ix(:4, k)
-        do a = 1, 4
-          e%r(3*a - 2:3*a) = group%r(i, :, a)
-        end do
-        e%energy = group%energy(i)
-        e%inverted = .not. group%j(i) > 0.0_wp
-        if (task == task_tangent) call tetrahedron_tangent(lambda, g, group, i, e%s)
-      end associate
-    end do
+    if (task == task_tangent) call form_tangents(lambda, g, group)
   end subroutine compute_alike
 
   !> Positions and displacements of elements that are alike.
