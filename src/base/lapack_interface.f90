@@ -117,7 +117,7 @@ module lapack_interface
       real(wp), intent(inout) :: x(*)
     end subroutine dtrsv
 
-    !> The last two in single precision.
+    !> The last two in single precision: y = alpha A x + beta y, or with A^T.
     subroutine sgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
       import :: sp
       implicit none
@@ -127,6 +127,7 @@ module lapack_interface
       real(sp), intent(inout) :: y(*)
     end subroutine sgemv
 
+    !> x = A^-1 x or A^-T x for a triangular matrix.
     subroutine strsv(uplo, trans, diag, n, a, lda, x, incx)
       import :: sp
       implicit none

@@ -6,7 +6,8 @@ module cholmod_solver
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve, cost_interior
-  use lapack_interface, only: dgemv, dtrsv, sgemv, strsv
+  use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
+    reduce_single, complete_single
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -44,16 +45,6 @@ module cholmod_solver
     procedure :: drop_factor
     procedure :: free
   end type cholmod_t
-
-  !> The supernodes of a factor: columns that have the same rows. Numbers are 0-based.
-  type :: supernodes_t
-    type(cholmod_factor_t), pointer :: factor !! sizes, number of supernodes
-    integer(long), pointer :: super(:) !! (supernodes+1) first column of each
-    integer(long), pointer :: pi(:) !! (supernodes+1) where its rows begin in s
-    integer(long), pointer :: px(:) !! (supernodes+1) where its values begin in x
-    integer(long), pointer :: s(:) !! rows
-    real(wp), pointer, contiguous :: x(:) !! values, by columns; not there before factorise
-  end type supernodes_t
 
 contains
 
@@ -244,21 +235,6 @@ contains
     permutation = perm
   end function factor_order
 
-  !> A view of the supernodes.
-  function supernodes_of(solver) result(nodes)
-    type(cholmod_t), intent(in) :: solver !! analysed
-    type(supernodes_t) :: nodes
-
-    call c_f_pointer(solver%factor, nodes%factor)
-    associate (factor => nodes%factor)
-      call c_f_pointer(factor%super, nodes%super, [factor%nsuper + 1])
-      call c_f_pointer(factor%pi, nodes%pi, [factor%nsuper + 1])
-      call c_f_pointer(factor%px, nodes%px, [factor%nsuper + 1])
-      call c_f_pointer(factor%s, nodes%s, [factor%ssize])
-      call c_f_pointer(factor%x, nodes%x, [factor%xsize])
-    end associate
-  end function supernodes_of
-
   !> The last rows and columns of the factor, gathered from its supernodes: L22, whose product
   !! L22 L22^T is the Schur complement of the unknowns that are eliminated last.
   subroutine trailing_block(solver, block)
@@ -268,7 +244,7 @@ contains
     integer(long) :: k, j, first, rows, i, place, row
 
     block = 0.0_wp
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     first = int(nodes%factor%n, long) - size(block, 1, long)
     do k = int(nodes%factor%nsuper, long), 1, -1
       if (nodes%super(k + 1) <= first) exit
@@ -291,7 +267,7 @@ contains
     type(supernodes_t) :: nodes
     integer(long) :: k, first
 
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     solver%definite = .false.
     first = int(nodes%factor%n, long) - m
     do k = 1, int(nodes%factor%nsuper, long)
@@ -315,7 +291,7 @@ contains
     real(wp), allocatable :: x(:), y(:)
     integer(c_int) :: status
 
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     if (nodes%factor%xsize == 0 .or. .not. c_associated(nodes%factor%x)) return
     if (maxval(abs(nodes%x)) > sqrt(real(huge(1.0_sp), wp))) return
     allocate (x(nodes%factor%n), source=1.0_wp)
@@ -355,31 +331,13 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
     type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
 
-    if (allocated(solver%half)) then
-      call reduce_half(solver, m, x, costs)
-      return
-    end if
     call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = 1, int(nodes%factor%nsuper)
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) exit
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      last = nodes%px(k) + int(rows, long)*w
-      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        x(row) = x(row) - below(:rows - w)
-      end associate
-    end do
+    if (allocated(solver%half)) then
+      call reduce_single(supernodes_of(solver%factor), solver%half, m, x)
+    else
+      call reduce_double(supernodes_of(solver%factor), m, x)
+    end if
     call end_cost(costs, cost_interior)
   end subroutine reduce_right
 
@@ -394,7 +352,7 @@ contains
 
     work = 0.0_wp
     entries = 0.0_wp
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     do k = 1, int(nodes%factor%nsuper)
       do j = 0, nodes%super(k + 1) - nodes%super(k) - 1
         associate (below => real(nodes%pi(k + 1) - nodes%pi(k) - j, wp))
@@ -412,94 +370,15 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
 
-    if (allocated(solver%half)) then
-      call complete_half(solver, m, x, costs)
-      return
-    end if
     call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = int(nodes%factor%nsuper), 1, -1
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) cycle
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-      last = nodes%px(k) + int(rows, long)*w
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
-        x(first:first + w - 1), 1)
-    end do
+    if (allocated(solver%half)) then
+      call complete_single(supernodes_of(solver%factor), solver%half, m, x)
+    else
+      call complete_double(supernodes_of(solver%factor), m, x)
+    end if
     call end_cost(costs, cost_interior)
   end subroutine complete_solution
-
-  !> reduce_right in single precision.
-  subroutine reduce_half(solver, m, x, costs)
-    type(cholmod_t), intent(in) :: solver !! its values in single precision
-    integer, intent(in) :: m !! unknowns at the end
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
-    type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
-
-    call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    y = real(x, sp)
-    do k = 1, int(nodes%factor%nsuper)
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) exit
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      last = nodes%px(k) + int(rows, long)*w
-      call strsv('L', 'N', 'N', w, solver%half(nodes%px(k) + 1:last), rows, &
-        y(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call sgemv('N', rows - w, w, 1.0_sp, solver%half(nodes%px(k) + w + 1:last), rows, &
-        y(first:first + w - 1), 1, 0.0_sp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        y(row) = y(row) - below(:rows - w)
-      end associate
-    end do
-    x = real(y, wp)
-    call end_cost(costs, cost_interior)
-  end subroutine reduce_half
-
-  !> complete_solution in single precision.
-  subroutine complete_half(solver, m, x, costs)
-    type(cholmod_t), intent(in) :: solver !! its values in single precision
-    integer, intent(in) :: m !! unknowns at the end
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
-    type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
-
-    call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    y = real(x, sp)
-    do k = int(nodes%factor%nsuper), 1, -1
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) cycle
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = y(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-      last = nodes%px(k) + int(rows, long)*w
-      if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
-        solver%half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)
-      call strsv('L', 'T', 'N', w, solver%half(nodes%px(k) + 1:last), rows, &
-        y(first:first + w - 1), 1)
-    end do
-    x(:size(x) - m) = real(y(:size(x) - m), wp)
-    call end_cost(costs, cost_interior)
-  end subroutine complete_half
 
   !> Releases everything.
   subroutine free(solver)

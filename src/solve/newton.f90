@@ -28,8 +28,8 @@ module newton
   use ground_release, only: release_ground
   use newton_progress, only: newton_t, is_converged, meets_energy, may_go_on, wanted_share, &
     count_creeping, judge_progress, judge_settled, outcome_going_on, outcome_converged, &
-    outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, outcome_open, &
-    outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
+    outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, &
+    outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
