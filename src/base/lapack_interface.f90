@@ -1,10 +1,10 @@
 !> Prototypes of the LAPACK and BLAS routines in use, and nothing else.
 module lapack_interface
-  use kinds, only: wp
+  use kinds, only: wp, sp
   implicit none
   private
   public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
-    dtrsm, ddot, dlaswp
+    dtrsm, ddot, dlaswp, sgemv, strsv
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -116,6 +116,26 @@ module lapack_interface
       real(wp), intent(in) :: a(lda, *)
       real(wp), intent(inout) :: x(*)
     end subroutine dtrsv
+
+    !> The last two in single precision: y = alpha A x + beta y, or with A^T.
+    subroutine sgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: trans
+      integer, intent(in) :: m, n, lda, incx, incy
+      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(sp), intent(inout) :: y(*)
+    end subroutine sgemv
+
+    !> x = A^-1 x or A^-T x for a triangular matrix.
+    subroutine strsv(uplo, trans, diag, n, a, lda, x, incx)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: uplo, trans, diag
+      integer, intent(in) :: n, lda, incx
+      real(sp), intent(in) :: a(lda, *)
+      real(sp), intent(inout) :: x(*)
+    end subroutine strsv
 
     !> C = alpha A B + beta C, or with A^T or B^T.
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

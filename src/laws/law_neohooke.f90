@@ -7,7 +7,10 @@ module law_neohooke
   use deformation, only: volume_growth, log_one_plus, green_strain
   implicit none
   private
-  public :: neohooke_point, neohooke_volume
+  public :: neohooke_point, neohooke_points, neohooke_volume, at_once
+
+  !> Points that are computed at once.
+  integer, parameter :: at_once = 16
 
 contains
 
@@ -47,6 +50,74 @@ contains
       end do
     end do
   end subroutine neohooke_point
+
+  !> The same of many points, one statement for all of them. Where det F is not above zero the rest
+  !! is without meaning.
+  pure subroutine neohooke_points(lambda, g, h, p, energy, away, j, turning)
+    real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
+    real(wp), intent(in) :: g !! shear modulus [force/length^2]
+    real(wp), intent(in) :: h(at_once, 3, 3) !! displacement gradients F - I
+    real(wp), intent(out) :: p(at_once, 3, 3) !! stress P_iJ [force/length^2]
+    real(wp), intent(out) :: energy(at_once) !! W [force/length^2]
+    real(wp), intent(out) :: away(at_once, 3, 3) !! F^-T
+    real(wp), intent(out) :: j(at_once) !! det F
+    real(wp), intent(out) :: turning(at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
+    !! + G d_ik d_JL + this F^-T_iL F^-T_kJ [force/length^2]
+    real(wp) :: growth(at_once), log_j(at_once), share(at_once)
+    real(wp) :: f(3, 3), a(3, 3), strain(3, 3)
+    integer :: m, i, k
+
+    do m = 1, at_once
+      do k = 1, 3
+        do i = 1, 3
+          f(i, k) = h(m, i, k)
+        end do
+      end do
+      growth(m) = f(1, 1) + f(2, 2) + f(3, 3) + (f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)) &
+        + (f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) + (f(3, 3)*f(1, 1) - f(3, 1)*f(1, 3)) &
+        + f(1, 1)*(f(2, 2)*f(3, 3) - f(3, 2)*f(2, 3)) + f(2, 1)*(f(3, 2)*f(1, 3) &
+        - f(1, 2)*f(3, 3)) + f(3, 1)*(f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3))
+      do i = 1, 3
+        f(i, i) = f(i, i) + 1.0_wp
+      end do
+      a(:, 1) = [f(2, 2)*f(3, 3) - f(3, 2)*f(2, 3), f(3, 2)*f(1, 3) - f(1, 2)*f(3, 3), &
+        f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3)]
+      a(:, 2) = [f(2, 3)*f(3, 1) - f(3, 3)*f(2, 1), f(3, 3)*f(1, 1) - f(1, 3)*f(3, 1), &
+        f(1, 3)*f(2, 1) - f(2, 3)*f(1, 1)]
+      a(:, 3) = [f(2, 1)*f(3, 2) - f(3, 1)*f(2, 2), f(3, 1)*f(1, 2) - f(1, 1)*f(3, 2), &
+        f(1, 1)*f(2, 2) - f(2, 1)*f(1, 2)]
+      j(m) = f(1, 1)*a(1, 1) + f(2, 1)*a(2, 1) + f(3, 1)*a(3, 1)
+      do k = 1, 3
+        do i = 1, 3
+          away(m, i, k) = a(i, k)
+        end do
+      end do
+    end do
+    do m = 1, at_once
+      share(m) = 1.0_wp
+      if (j(m) > 0.0_wp) share(m) = 1.0_wp/j(m)
+      log_j(m) = log_one_plus(max(growth(m), epsilon(1.0_wp) - 1.0_wp))
+    end do
+    do m = 1, at_once
+      do k = 1, 3
+        do i = 1, 3
+          a(i, k) = share(m)*away(m, i, k)
+          away(m, i, k) = a(i, k)
+          strain(i, k) = 0.5_wp*(h(m, i, k) + h(m, k, i) + (h(m, 1, i)*h(m, 1, k) &
+            + h(m, 2, i)*h(m, 2, k) + h(m, 3, i)*h(m, 3, k)))
+        end do
+      end do
+      do k = 1, 3
+        do i = 1, 3
+          p(m, i, k) = 2.0_wp*g*(a(i, 1)*strain(1, k) + a(i, 2)*strain(2, k) &
+            + a(i, 3)*strain(3, k)) + lambda*log_j(m)*a(i, k)
+        end do
+      end do
+      energy(m) = g*(strain(1, 1) + strain(2, 2) + strain(3, 3) - log_j(m)) &
+        + 0.5_wp*lambda*log_j(m)**2
+      turning(m) = g - lambda*log_j(m)
+    end do
+  end subroutine neohooke_points
 
   !> The volumetric energy U = lambda/2 (ln J)^2 and its slopes.
   pure subroutine neohooke_volume(lambda, growth, u, slope, curvature)

@@ -3,9 +3,10 @@
 module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
     c_f_pointer, c_sizeof
-  use kinds, only: wp, long
+  use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve
+  use supernodes, only: supernodes_t, supernodes_of
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -17,7 +18,6 @@ module cholmod_solver
   private
   public :: cholmod_t, solve_symmetric, factor_order, trailing_block, drop_trailing_block, &
     factor_work, cholmod_words
-  public :: supernodes_t, supernodes_of
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
@@ -33,6 +33,7 @@ module cholmod_solver
     type(c_ptr) :: y = c_null_ptr, e = c_null_ptr !! work space of the solution
     logical :: started = .false. !! common is in use
     logical :: definite = .false. !! the factor holds values
+    real(sp), allocatable :: half(:) !! its values in single precision, in place of the others
   contains
     procedure :: analyse
     procedure :: is_analysed
@@ -43,16 +44,6 @@ module cholmod_solver
     procedure :: drop_factor
     procedure :: free
   end type cholmod_t
-
-  !> The supernodes of a factor: columns that have the same rows. Numbers are 0-based.
-  type :: supernodes_t
-    type(cholmod_factor_t), pointer :: factor !! sizes, number of supernodes
-    integer(long), pointer :: super(:) !! (supernodes+1) first column of each
-    integer(long), pointer :: pi(:) !! (supernodes+1) where its rows begin in s
-    integer(long), pointer :: px(:) !! (supernodes+1) where its values begin in x
-    integer(long), pointer :: s(:) !! rows
-    real(wp), pointer, contiguous :: x(:) !! values, by columns; not there before factorise
-  end type supernodes_t
 
 contains
 
@@ -85,6 +76,7 @@ contains
     integer(c_int) :: status
 
     solver%definite = .false.
+    if (allocated(solver%half)) deallocate (solver%half)
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
   end subroutine forget_pattern
@@ -95,6 +87,7 @@ contains
     integer(c_int) :: status
 
     solver%definite = .false.
+    if (allocated(solver%half)) deallocate (solver%half)
     if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
       1_c_int, 1_c_int, solver%factor, solver%common)
   end subroutine drop_factor
@@ -151,6 +144,7 @@ contains
       call solver%analyse(a, costs, outcome)
       if (outcome /= solver_done) return
     end if
+    if (allocated(solver%half)) deallocate (solver%half)
     call view_of(a, view)
     call begin_cost(costs, cost_symmetric_factor)
     status = cholmod_l_factorize(view, solver%factor, solver%common)
@@ -240,21 +234,6 @@ contains
     permutation = perm
   end function factor_order
 
-  !> A view of the supernodes.
-  function supernodes_of(solver) result(nodes)
-    type(cholmod_t), intent(in) :: solver !! analysed
-    type(supernodes_t) :: nodes
-
-    call c_f_pointer(solver%factor, nodes%factor)
-    associate (factor => nodes%factor)
-      call c_f_pointer(factor%super, nodes%super, [factor%nsuper + 1])
-      call c_f_pointer(factor%pi, nodes%pi, [factor%nsuper + 1])
-      call c_f_pointer(factor%px, nodes%px, [factor%nsuper + 1])
-      call c_f_pointer(factor%s, nodes%s, [factor%ssize])
-      call c_f_pointer(factor%x, nodes%x, [factor%xsize])
-    end associate
-  end function supernodes_of
-
   !> The last rows and columns of the factor, gathered from its supernodes: L22, whose product
   !! L22 L22^T is the Schur complement of the unknowns that are eliminated last.
   subroutine trailing_block(solver, block)
@@ -264,7 +243,7 @@ contains
     integer(long) :: k, j, first, rows, i, place, row
 
     block = 0.0_wp
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     first = int(nodes%factor%n, long) - size(block, 1, long)
     do k = int(nodes%factor%nsuper, long), 1, -1
       if (nodes%super(k + 1) <= first) exit
@@ -287,7 +266,7 @@ contains
     type(supernodes_t) :: nodes
     integer(long) :: k, first
 
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     solver%definite = .false.
     first = int(nodes%factor%n, long) - m
     do k = 1, int(nodes%factor%nsuper, long)
@@ -310,7 +289,7 @@ contains
 
     work = 0.0_wp
     entries = 0.0_wp
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     do k = 1, int(nodes%factor%nsuper)
       do j = 0, nodes%super(k + 1) - nodes%super(k) - 1
         associate (below => real(nodes%pi(k + 1) - nodes%pi(k) - j, wp))

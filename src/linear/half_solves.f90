@@ -1,13 +1,17 @@
 !> The two halves of a solution with the factor of a lower triangle: down to the unknowns that are
 !! eliminated last, and up from these (doc/theory, "Condensed contact").
 module half_solves
-  use kinds, only: wp, long
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int
+  use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_interior
-  use lapack_interface, only: dgemv, dtrsv, dgemm, dtrsm
-  use cholmod_solver, only: cholmod_t, supernodes_t, supernodes_of
+  use lapack_interface, only: dgemm, dtrsm
+  use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
+    reduce_single, complete_single
+  use cholmod_interface, only: cholmod_l_change_factor
+  use cholmod_solver, only: cholmod_t
   implicit none
   private
-  public :: reduce_right, reduce_columns, complete_solution
+  public :: reduce_right, reduce_columns, complete_solution, halve_factor
 
 contains
 
@@ -18,27 +22,13 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
     type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
 
     call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = 1, int(nodes%factor%nsuper)
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) exit
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      last = nodes%px(k) + int(rows, long)*w
-      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        x(row) = x(row) - below(:rows - w)
-      end associate
-    end do
+    if (allocated(solver%half)) then
+      call reduce_single(supernodes_of(solver%factor), solver%half, m, x)
+    else
+      call reduce_double(supernodes_of(solver%factor), m, x)
+    end if
     call end_cost(costs, cost_interior)
   end subroutine reduce_right
 
@@ -57,7 +47,7 @@ contains
     integer(long) :: i, last
 
     call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
+    nodes = supernodes_of(solver%factor)
     rows = int(maxval(nodes%pi(2:) - nodes%pi(:int(nodes%factor%nsuper))))
     allocate (below(rows, columns))
     do k = 1, int(nodes%factor%nsuper)
@@ -88,25 +78,58 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     type(cost_t), intent(inout) :: costs !! cost table
-    type(supernodes_t) :: nodes
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first
-    integer(long) :: last
 
     call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver)
-    do k = int(nodes%factor%nsuper), 1, -1
-      first = int(nodes%super(k)) + 1
-      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
-      if (w <= 0) cycle
-      rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-      last = nodes%px(k) + int(rows, long)*w
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
-        x(first:first + w - 1), 1)
-    end do
+    if (allocated(solver%half)) then
+      call complete_single(supernodes_of(solver%factor), solver%half, m, x)
+    else
+      call complete_double(supernodes_of(solver%factor), m, x)
+    end if
     call end_cost(costs, cost_interior)
   end subroutine complete_solution
+
+  !> Keeps a factor whose trailing block is gone in single precision alone, if its entries are
+  !! numbers there, and answers of the one and the other differ by less than a share. Half the
+  !! memory is half the time of a substitution.
+  subroutine halve_factor(solver, m, share, costs)
+    type(cholmod_t), intent(inout) :: solver !! its trailing block of m columns is gone
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(in) :: share !! most of the difference over the answer
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(supernodes_t) :: nodes
+    real(wp), allocatable :: x(:), y(:)
+    integer(c_int) :: status
+
+    nodes = supernodes_of(solver%factor)
+    if (nodes%factor%xsize == 0 .or. .not. c_associated(nodes%factor%x)) return
+    if (maxval(abs(nodes%x)) > sqrt(real(huge(1.0_sp), wp))) return
+    allocate (x(nodes%factor%n), source=1.0_wp)
+    y = x
+    call answer_inside(solver, m, x, costs)
+    solver%half = real(nodes%x, sp)
+    call answer_inside(solver, m, y, costs)
+    if (norm2(x - y) <= share*norm2(x)) then
+      status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, 1_c_int, 1_c_int, &
+        solver%factor, solver%common)
+    else
+      deallocate (solver%half)
+    end if
+  end subroutine halve_factor
+
+  !> The answer inside to a right-hand side while the last m unknowns are held, and the answer to
+  !! that, in which soft motions stand out; both are scaled to length 1.
+  subroutine answer_inside(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! its trailing block of m columns is gone
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: right-hand side; out: the second answer
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: time
+
+    do time = 1, 2
+      call reduce_right(solver, m, x, costs)
+      x(size(x) - m + 1:) = 0.0_wp
+      call complete_solution(solver, m, x, costs)
+      x = x/max(norm2(x), tiny(1.0_wp))
+    end do
+  end subroutine answer_inside
 end module half_solves

@@ -26,10 +26,10 @@ module newton
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use ground_release, only: release_ground
-  use newton_progress, only: newton_t, is_converged, meets_energy, wanted_share, count_creeping, &
-    judge_progress, judge_settled, outcome_going_on, outcome_converged, outcome_stalled, &
-    outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, outcome_open, &
-    outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
+  use newton_progress, only: newton_t, is_converged, meets_energy, may_go_on, wanted_share, &
+    count_creeping, judge_progress, judge_settled, outcome_going_on, outcome_converged, &
+    outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, &
+    outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -144,7 +144,7 @@ contains
   end subroutine judge_multipliers
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
-  !! with the same factor"). Not where a body is grounded or dragged.
+  !! with the same factor").
   subroutine go_on(model, system, settings, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved
@@ -152,11 +152,9 @@ contains
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
     type(chords_t) :: chords
 
-    if (progress%energy_met .or. progress%length < 1.0_wp) return
-    if (system%contact%n == 0 .or. system%tools%border%n > 0) return
-    if (system%body%drag > 0.0_wp .or. any(system%body%grounded)) return
+    if (progress%energy_met .or. .not. may_go_on(system, progress)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
-      progress%energy, chords)
+      progress%energy, force_scale(system)*wanted_share(settings), chords)
     progress%energy_met = chords%energy_met .or. chords%settled
     progress%halved = progress%halved .and. .not. chords%settled .and. &
       residual_norm(system) <= 0.5_wp*progress%start
@@ -234,6 +232,7 @@ contains
         system%inner%linearised .or. &
         any(system%contact%hold), progress%since_lowest < circling, longest, length)
     end if
+    progress%linearised = system%inner%linearised
     system%inner%linearised = .false.
     if (system%inner%inverted > 0) then
       progress%outcome = outcome_inverted

@@ -10,8 +10,8 @@ module newton_progress
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: newton_t, is_converged, meets_energy, wanted_share, count_creeping, judge_progress, &
-    judge_settled
+  public :: newton_t, is_converged, is_round_off, meets_energy, may_go_on, wanted_share, &
+    count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_adrift
@@ -66,6 +66,7 @@ module newton_progress
     logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
     integer :: short = 0 !! iterations on end that went hardly anywhere
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
+    logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes
@@ -79,15 +80,12 @@ contains
     type(system_t), intent(in) :: system !! residual formed
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
-    real(wp) :: norm, floor_factor
+    real(wp) :: norm
 
     converged = .false.
     if (.not. in_bounds(system)) return
     norm = residual_norm(system)
-    floor_factor = merge(round_off_share, round_off_factor, progress%halved .and. &
-      system%contact%n > 0)
-    if (system%condensed%active .and. progress%halved) floor_factor = condensed_share
-    if (norm <= min(floor_factor*system%scale%round_off, least_meaning(system))) then
+    if (is_round_off(system, progress%halved)) then
       converged = .true.
     else if (settings%roughly) then
       converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
@@ -100,6 +98,18 @@ contains
         norm <= creeping_share*sqrt(settings%energy_tolerance)*force_scale(system))
     end if
   end function is_converged
+
+  !> The residual is at its round-off.
+  logical function is_round_off(system, halved)
+    type(system_t), intent(in) :: system !! residual formed
+    logical, intent(in) :: halved !! the last iteration, or step with a drag, has halved it
+    real(wp) :: factor
+
+    factor = merge(round_off_share, round_off_factor, halved .and. system%contact%n > 0)
+    if (system%condensed%active .and. halved) factor = condensed_share
+    is_round_off = residual_norm(system) <= min(factor*system%scale%round_off, &
+      least_meaning(system))
+  end function is_round_off
 
   !> The residual that a converged increment may have, over the forces.
   pure real(wp) function wanted_share(settings) result(share)
@@ -139,9 +149,23 @@ contains
     associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
       met = progress%energy <= tolerance*first
       if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
+      ! a step with the same tangent asks the same
+      if (system%condensed%preconditions .and. may_go_on(system, progress)) return
       met = next_energy(system) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
+
+  !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
+  !! dragged; nor where the tangent was that of the last state, and the bulk is not linear: a new
+  !! one costs less than the steps that it saves.
+  pure logical function may_go_on(system, progress) result(may)
+    type(system_t), intent(in) :: system !! contact elements, bodies
+    type(newton_t), intent(in) :: progress !! the last iteration
+
+    may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
+      .and. system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    if (system%condensed%preconditions) may = may .and. .not. progress%linearised
+  end function may_go_on
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
   !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so

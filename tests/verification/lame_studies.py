@@ -76,10 +76,10 @@ class Scene:
 
     young, nu, radii, thickness = (2000.0, 700.0), (0.3, 0.2), (1.0, 1.5, 2.2), 0.25
 
-    def __init__(self, k, size, way, ten=False):
+    def __init__(self, k, size, way, ten=False, inside=None):
         a, c, b = self.radii
         if k == 1:
-            bodies = [unstructured.quarter_ring(*ends, self.thickness, h)
+            bodies = [unstructured.quarter_ring(*ends, self.thickness, h, (c, inside*h/size) if inside else ())
                       for ends, h in (((a, c), size), ((c, b), RATIO*size))]
         else:
             bodies = [unstructured.eighth_shell(*ends, h) for ends, h in (((a, c), size), ((c, b), RATIO*size))]
@@ -218,6 +218,23 @@ def concentric(bench, k, size, known):
 def rings(bench):
     """A quarter of two rings, plane strain."""
     concentric(bench, 1, 0.066, (0.03, 0.1))
+
+
+def rings_within(bench):
+    """Rings whose facets at the interface are of 0.066, as above, but whose tetrahedra behind them are half as large:
+    what is left of the error of the force when that of the bulk is small."""
+    size = bench.draw('facet', 0.9*0.066, 0.066)
+    scene = Scene(1, size, bench.draw('way of the bore', 0.04, 0.06), inside=0.53*size)
+    exact = scene.exact('')
+    bulk = scene.bulk_force(bench, 1/scene.eps)
+    bench.compare('force of the interface, finer inside', 'exact (Lame)', exact.pressure*scene.area(), bulk, 1e-3,
+                  form='interface of no error')
+    for form in ('GTOS +SMOO', 'GTOS SEGMent +SMOO'):
+        row = bench.run_text('concentric', scene.deck(form)).contact('fit')[-1]
+        bench.compare('force of the interface, finer inside', 'exact (Lame)', exact.pressure*scene.area(), row['Fn'],
+                      1e-3, form=form)
+        bench.compare('force of the interface over that of the bulk, finer inside',
+                      'the same tetrahedra, interface of no error', bulk, row['Fn'], 2e-4, form=form)
 
 
 def rings_of_ten(bench):

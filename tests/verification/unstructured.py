@@ -32,13 +32,27 @@ def meshed(build, size):
     return Body([place[n] for n in used], elements)
 
 
-def quarter_ring(inner, outer, thickness, size):
-    """A quarter of a ring about z, from z = 0 up."""
+def quarter_ring(inner, outer, thickness, size, finer=()):
+    """A quarter of a ring about z, from z = 0 up; finer: a radius that keeps its size, and the size elsewhere."""
     def build(occ):
         whole = occ.addCylinder(0, 0, 0, 0, 0, thickness, outer, angle=math.pi/2)
         hole = occ.addCylinder(0, 0, 0, 0, 0, thickness, inner, angle=math.pi/2)
         occ.cut([(3, whole)], [(3, hole)])
+        if finer:
+            grade(occ, size, *finer)
     return meshed(build, size)
+
+
+def grade(occ, size, radius, inside):
+    """Elements of a size at a radius about z, of another half of the first one away from there."""
+    import gmsh
+    occ.synchronize()
+    field = gmsh.model.mesh.field.add('MathEval')
+    away = f'((Sqrt(x*x + y*y) - {radius!r})/{size/2!r})'
+    gmsh.model.mesh.field.setString(field, 'F', f'{inside!r} + {size - inside!r}*Exp(0 - {away}*{away})')
+    gmsh.model.mesh.field.setAsBackgroundMesh(field)
+    for name, value in (('SizeMin', 0), ('SizeMax', 1e22), ('SizeExtendFromBoundary', 0), ('SizeFromPoints', 0)):
+        gmsh.option.setNumber('Mesh.Mesh' + name, value)
 
 
 def eighth_shell(inner, outer, size):

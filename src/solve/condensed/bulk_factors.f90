@@ -2,8 +2,9 @@
 !! (doc/theory, "A bulk that is not linear").
 module bulk_factors
   use kinds, only: wp
+  use costs, only: cost_t
   use back_ends, only: solver_done, solver_not_definite
-  use condensation, only: body_work
+  use condensation, only: body_work, halve_body
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all
   use bulk_term, only: form_solid_tangent
@@ -55,7 +56,7 @@ contains
     call condense_all(system, wanted, outcome)
     call move_alloc(values, system%whole%bulk_matrix%val)
     call mark_turns(system%condensed%rigid%x, u, system)
-    if (outcome == solver_done) call set_worn(system%condensed)
+    if (outcome == solver_done) call finish_factors(system%condensed, system%costs)
   end subroutine condense_at
 
   !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it
@@ -79,8 +80,9 @@ contains
 
   !> The passes that would pay for new factors: a count, no clock. What passes have reduced with
   !! older factors goes.
-  subroutine set_worn(condensed)
+  subroutine finish_factors(condensed, costs)
     type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn, reduced goes
+    type(cost_t), intent(inout) :: costs !! cost table
     integer :: b
 
     condensed%worn = 0.0_wp
@@ -88,7 +90,8 @@ contains
       if (.not. allocated(condensed%bodies(b)%node)) cycle
       if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
       condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
+      call halve_body(condensed%bodies(b), costs)
     end do
     condensed%worn = condensed%worn*2.0_wp**min(most_doublings, 2*condensed%refusals)
-  end subroutine set_worn
+  end subroutine finish_factors
 end module bulk_factors

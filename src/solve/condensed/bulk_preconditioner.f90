@@ -29,6 +29,8 @@ module bulk_preconditioner
   integer, parameter :: unavoidable = 2
   !> Shares of the residual that a direction may leave at most, and of answers to further forces.
   real(wp), parameter :: coarsest = 0.01_wp, inner_accuracy = 1.0e-8_wp
+  !> Order of convergence that Newton may be expected to have.
+  real(wp), parameter :: order = 1.5_wp
   !> A direction need not leave less than this share of what would have converged.
   real(wp), parameter :: well_below = 0.01_wp
   !> Share of a right-hand side that the answer of contact within a pass may leave.
@@ -97,13 +99,13 @@ contains
     call iterate_bulk(system, goal, most_allowed(system%condensed), arrived)
   end subroutine iterate_anew
 
-  !> As many digits as Newton can use: the square of the share that the last iteration left.
+  !> As many digits as Newton can use: a power of the share that the last iteration left.
   pure real(wp) function wanted_share(system) result(share)
     type(system_t), intent(in) :: system !! right given
 
     share = coarsest
     associate (before => system%condensed%norm_before)
-      if (before > 0.0_wp) share = min(coarsest, 0.5_wp*(norm2(system%right)/before)**2)
+      if (before > 0.0_wp) share = min(coarsest, (norm2(system%right)/before)**order)
     end associate
   end function wanted_share
 

@@ -9,6 +9,7 @@ module chord_steps
   use residuals, only: form_residual, form_trial, residual_norm
   use live_values, only: direction_norm, direction_work
   use line_search, only: take_trial
+  use newton_progress, only: is_round_off
   use secant_steps, only: secants_t, begin_secants, bend_direction, note_step
   use bulk_term, only: form_bulk_change, bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
@@ -42,12 +43,13 @@ module chord_steps
 contains
 
   !> Goes on with the factor at hand after a full step.
-  subroutine follow_chords(model, system, tolerance, first_energy, energy, chords)
+  subroutine follow_chords(model, system, tolerance, first_energy, energy, wanted, chords)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: tolerance !! of the energy
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
+    real(wp), intent(in) :: wanted !! residual that would have converged [force]
     type(chords_t), intent(out) :: chords !! what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
@@ -86,7 +88,13 @@ contains
       chords%steps = chords%steps + 1
       call count_cost(system%costs, cost_chord, 1)
       chords%energy_met = work*(work/last_work) <= tolerance**1.5_wp*first_energy
+      if (system%condensed%preconditions) chords%energy_met = after <= wanted .and. &
+        (chords%energy_met .or. (work <= tolerance*first_energy .and. &
+         after <= system%scale%round_off))
       if (chords%settled .or. chords%energy_met) return
+      if (.not. system%condensed%active) then
+        if (is_round_off(system, .true.)) return
+      end if
       last = length
       last_work = work
     end do

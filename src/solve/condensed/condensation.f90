@@ -10,12 +10,16 @@ module condensation
   use back_ends, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
     drop_trailing_block, factor_work
-  use half_solves, only: reduce_right, complete_solution
+  use half_solves, only: reduce_right, complete_solution, halve_factor
   use condensed_types, only: condensed_body_t
   implicit none
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
-    solve_body, spread_body, reduce_body, complete_body, body_work, drop_live, free_body
+    solve_body, spread_body, reduce_body, complete_body, halve_body, body_work, drop_live, &
+    free_body
+
+  !> Share of an answer of the factor that its values in single precision may change.
+  real(wp), parameter :: near_enough = 1.0e-3_wp
 
 contains
 
@@ -266,6 +270,14 @@ contains
       x(body%direction(i), body%node(i)) = body%reduced(i)
     end do
   end subroutine complete_body
+
+  !> A factor that only precedes an iteration is kept in single precision, if it stays near.
+  subroutine halve_body(body, costs)
+    type(condensed_body_t), intent(inout) :: body !! condensed
+    type(cost_t), intent(inout) :: costs !! cost table
+
+    call halve_factor(body%solver, body%m, near_enough, costs)
+  end subroutine halve_body
 
   !> Work of condensing a body, the inverse of its Schur complement with it, over that of one solve.
   real(wp) function body_work(body) result(solves)

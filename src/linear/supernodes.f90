@@ -1,0 +1,142 @@
+!> The supernodes of a factor of CHOLMOD's, and substitutions that end at the last unknowns, in
+!! double and in single precision (doc/theory, "Condensed contact").
+module supernodes
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_f_pointer
+  use kinds, only: wp, sp, long
+  use lapack_interface, only: dgemv, dtrsv, sgemv, strsv
+  use cholmod_interface, only: cholmod_factor_t
+  implicit none
+  private
+  public :: supernodes_t, supernodes_of, reduce_double, complete_double, reduce_single, &
+    complete_single
+
+  !> The supernodes of a factor: columns that have the same rows. Numbers are 0-based.
+  type :: supernodes_t
+    type(cholmod_factor_t), pointer :: factor !! sizes, number of supernodes
+    integer(long), pointer :: super(:) !! (supernodes+1) first column of each
+    integer(long), pointer :: pi(:) !! (supernodes+1) where its rows begin in s
+    integer(long), pointer :: px(:) !! (supernodes+1) where its values begin in x
+    integer(long), pointer :: s(:) !! rows
+    real(wp), pointer, contiguous :: x(:) !! values, by columns; not there before factorise
+  end type supernodes_t
+
+contains
+
+  !> A view of the supernodes.
+  function supernodes_of(handle) result(nodes)
+    type(c_ptr), intent(in) :: handle !! a factor of CHOLMOD's, analysed
+    type(supernodes_t) :: nodes
+
+    call c_f_pointer(handle, nodes%factor)
+    associate (factor => nodes%factor)
+      call c_f_pointer(factor%super, nodes%super, [factor%nsuper + 1])
+      call c_f_pointer(factor%pi, nodes%pi, [factor%nsuper + 1])
+      call c_f_pointer(factor%px, nodes%px, [factor%nsuper + 1])
+      call c_f_pointer(factor%s, nodes%s, [factor%ssize])
+      call c_f_pointer(factor%x, nodes%x, [factor%xsize])
+    end associate
+  end function supernodes_of
+
+  !> Forward: y1 of L11 y1 = b1, and b2 - L21 y1 for the last m unknowns.
+  subroutine reduce_double(nodes, m, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    real(wp) :: below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    do k = 1, int(nodes%factor%nsuper)
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) exit
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      last = nodes%px(k) + int(rows, long)*w
+      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
+      if (rows == w) cycle
+      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
+        x(first:first + w - 1), 1, 0.0_wp, below, 1)
+      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+        x(row) = x(row) - below(:rows - w)
+      end associate
+    end do
+  end subroutine reduce_double
+
+  !> Back: x1 of L11^T x1 = y1 - L21^T x2.
+  subroutine complete_double(nodes, m, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
+    real(wp) :: below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    do k = int(nodes%factor%nsuper), 1, -1
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) cycle
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      last = nodes%px(k) + int(rows, long)*w
+      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
+        below, 1, 1.0_wp, x(first:first + w - 1), 1)
+      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
+        x(first:first + w - 1), 1)
+    end do
+  end subroutine complete_double
+
+  !> reduce_double in single precision.
+  subroutine reduce_single(nodes, half, m, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
+    real(sp), intent(in), contiguous :: half(:) !! these
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    real(sp) :: y(size(x)), below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    y = real(x, sp)
+    do k = 1, int(nodes%factor%nsuper)
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) exit
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      last = nodes%px(k) + int(rows, long)*w
+      call strsv('L', 'N', 'N', w, half(nodes%px(k) + 1:last), rows, &
+        y(first:first + w - 1), 1)
+      if (rows == w) cycle
+      call sgemv('N', rows - w, w, 1.0_sp, half(nodes%px(k) + w + 1:last), rows, &
+        y(first:first + w - 1), 1, 0.0_sp, below, 1)
+      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+        y(row) = y(row) - below(:rows - w)
+      end associate
+    end do
+    x = real(y, wp)
+  end subroutine reduce_single
+
+  !> complete_double in single precision.
+  subroutine complete_single(nodes, half, m, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
+    real(sp), intent(in), contiguous :: half(:) !! these
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
+    real(sp) :: y(size(x)), below(size(x))
+    integer :: k, w, rows, first
+    integer(long) :: last
+
+    y = real(x, sp)
+    do k = int(nodes%factor%nsuper), 1, -1
+      first = int(nodes%super(k)) + 1
+      w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
+      if (w <= 0) cycle
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      below(:rows - w) = y(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      last = nodes%px(k) + int(rows, long)*w
+      if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
+        half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)
+      call strsv('L', 'T', 'N', w, half(nodes%px(k) + 1:last), rows, &
+        y(first:first + w - 1), 1)
+    end do
+    x(:size(x) - m) = real(y(:size(x) - m), wp)
+  end subroutine complete_single
+end module supernodes
