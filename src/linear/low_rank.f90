@@ -15,30 +15,24 @@ contains
     real(wp), intent(in) :: tolerance !! weighed entries below this do not count
     real(wp), intent(out) :: u(:, :), v(:, :) !! (n, most) columns and rows
     integer, intent(out) :: rank !! how many there are
-    real(wp) :: rest(size(s, 1), size(s, 1)), largest, entry
-    integer :: i, j, row, column
+    real(wp) :: rest(size(s, 1), size(s, 1)), largest(size(s, 1))
+    integer :: j, row, column
 
     rest = s
+    do j = 1, size(s, 1)
+      largest(j) = maxval(abs(rest(:, j))*weight*weight(j))
+    end do
     rank = 0
-    do
-      largest = tolerance
-      row = 0
-      column = 0
-      do j = 1, size(s, 1)
-        do i = 1, size(s, 1)
-          entry = abs(rest(i, j))*weight(i)*weight(j)
-          if (entry <= largest) cycle
-          largest = entry
-          row = i
-          column = j
-        end do
-      end do
-      if (row == 0 .or. rank == size(u, 2)) exit
+    do while (rank < size(u, 2))
+      column = maxloc(largest, 1)
+      if (.not. largest(column) > tolerance) exit
+      row = maxloc(abs(rest(:, column))*weight*weight(column), 1)
       rank = rank + 1
       u(:, rank) = rest(:, column)
       v(:, rank) = rest(row, :)/rest(row, column)
       do j = 1, size(s, 1)
         rest(:, j) = rest(:, j) - u(:, rank)*v(j, rank)
+        largest(j) = maxval(abs(rest(:, j))*weight*weight(j))
       end do
     end do
   end subroutine peel

@@ -27,9 +27,6 @@ module candidates
   !! in units of the cost of a sparse factor over the square of its equations; measured. The cubes
   !! are paid once a run: of forty iterations.
   real(wp), parameter :: row_cost = 1.0e5_wp, square_cost = 2.5_wp, cube_cost = 5.0e-4_wp
-  !> What each body more that contact alone holds adds to the cost of the rows: they lean on each
-  !! other, and answers go from one to the next.
-  real(wp), parameter :: leaning = 0.5_wp
 
 contains
 
@@ -90,7 +87,7 @@ contains
   pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
-    real(wp) :: rows, lean
+    real(wp) :: rows
     integer :: k, p, points, dofs(system%body%bodies)
 
     points = 0
@@ -108,8 +105,7 @@ contains
       end associate
     end do
     rows = real(min(3*points, sum(dofs)), wp)
-    lean = 1.0_wp + leaning*real(max(0, count(system%body%weak) - 1), wp)
-    share = (row_cost*lean*rows + square_cost*sum(real(dofs, wp)**2) + cube_cost*sum(real(dofs, &
+    share = (row_cost*rows + square_cost*sum(real(dofs, wp)**2) + cube_cost*sum(real(dofs, &
       wp)**3))/real(system%equations, wp)**2
     if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
   end function dense_share

@@ -42,12 +42,13 @@ module condensed_types
     real(wp), allocatable :: reduced(:) !! (n) a right-hand side that is half solved for
   end type condensed_body_t
 
-  !> Some rows of contact and those around them, with the factor of their part of the small matrix.
+  !> Some rows of contact and those around them, with the inverse of their part of the small matrix.
   type :: contact_block_t
     integer, allocatable :: row(:) !! (n) rows
     logical, allocatable :: own(:) !! (n) not of the overlap
-    real(wp), allocatable :: factor(:, :) !! (n, n) I + V^T C U of these, transposed and factorised
-    integer, allocatable :: pivot(:) !! (n) of the factor
+    real(wp), allocatable :: inverse(:, :) !! (n, own) rows of the inverse of I + V^T C' U of these
+    integer, allocatable :: mode(:) !! rigid motions that show in these rows
+    real(wp), allocatable :: raised(:, :) !! (own, mode) what the block answers to each
   end type contact_block_t
 
   !> A sparse matrix on the live candidates, by columns.
@@ -64,11 +65,11 @@ module condensed_types
     integer :: most_dense = 1000 !! rows of a small matrix that is factorised as a whole, at most
     logical :: iterated = .false. !! blocks stand in for the small matrix
     logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
-    integer, allocatable :: start(:) !! (elements+1) rows before each element
+    logical :: grouped = .false. !! rows are those of groups of points
+    real(wp), allocatable :: carried(:, :) !! (live, 6) X of C = C' + R X^T + X R^T with the rigid
+    !! motions R of each candidate's body
     type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
     real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
-    real(wp), allocatable :: raised(:, :) !! (rank, modes) what motions ask of rows
-    real(wp), allocatable :: pushed(:, :) !! (modes, rank) what rows do to them
     real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised
     integer, allocatable :: border_pivot(:) !! (modes) of its factor
   end type contact_parts_t
@@ -98,7 +99,8 @@ module condensed_types
     real(wp), allocatable :: u(:, :), v(:, :) !! (dofs, rank) columns
     type(columns_t) :: sum !! sum of the element matrices that are factorised [force/length]
     type(columns_t) :: now !! that of the present ones, where these are others
-    type(columns_t) :: lead !! (rank) U of the whole form
+    type(columns_t) :: lead !! (rank) U of the whole form, and of blocks
+    type(columns_t) :: taken !! (rank) V of blocks
     integer, allocatable :: held(:, :) !! (3, rank) live candidates of V there, 0 for none
     real(wp), allocatable :: hold(:, :) !! (3, rank) V there
     real(wp), allocatable :: cu(:, :) !! (live, rank+modes) C U, and -R; not in the whole form

@@ -102,7 +102,7 @@ contains
       call take_shares(tangent, t, r(:n))
       r(:n) = r(:n) - x(:n)
       r(last + 1:) = 0.0_wp
-      if (tangent%resting > 0) call apply_rest(tangent, t, r(last + 1:))
+      if (tangent%whole .or. tangent%resting > 0) call apply_rest(tangent, t, r(last + 1:))
       r(last + 1:) = r(last + 1:) - x(last + 1:)
     end associate
   end subroutine find_rest
@@ -126,7 +126,7 @@ contains
     do
       d = course%base(:, course%n + 1)/weight
       y = d(n + 1:)
-      call precondition(condensed%tangent, d(:n), image(:n))
+      call precondition(condensed, d(:n), image(:n))
       d = [image(:n), y]
       call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, t, image)
       call add_image(-weight*image, course)
@@ -135,7 +135,7 @@ contains
     iterations = iterations + course%n
     call gmres_solution(course, d)
     d = d/weight
-    call precondition(condensed%tangent, d(:n), image(:n))
+    call precondition(condensed, d(:n), image(:n))
     x(:n) = x(:n) + image(:n)
     x(n + 1:) = x(n + 1:) + d(n + 1:)
   end subroutine correct

@@ -5,10 +5,11 @@ module contact_sums
   use lapack_interface, only: dsyev
   use vectors, only: identity
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
+  use sparse_columns, only: append, add_product, take_product
   implicit none
   private
-  public :: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, take_held, &
-    take_shares, add_leading, is_loose
+  public :: sum_elements, add_whole_rest, live_roots, peel_nodes, take_held, take_shares, &
+    add_leading, is_loose
 
 contains
 
@@ -127,45 +128,6 @@ contains
       end do
     end do
   end subroutine list_by_dof
-
-  !> One column more.
-  subroutine append(columns, j, row, value)
-    type(columns_t), intent(inout) :: columns !! start(:j) given; gets the column
-    integer, intent(in) :: j !! its number
-    integer, intent(in) :: row(:) !! live candidates
-    real(wp), intent(in) :: value(:) !! entries
-    integer, allocatable :: rows(:)
-    real(wp), allocatable :: values(:)
-    integer :: last, room
-
-    last = columns%start(j) + size(row) - 1
-    room = 0
-    if (allocated(columns%row)) room = size(columns%row)
-    if (room < last) then
-      allocate (rows(2*last), values(2*last))
-      if (room > 0) rows(:room) = columns%row
-      if (room > 0) values(:room) = columns%value
-      call move_alloc(rows, columns%row)
-      call move_alloc(values, columns%value)
-    end if
-    columns%row(columns%start(j):last) = row
-    columns%value(columns%start(j):last) = value
-    columns%start(j + 1) = last + 1
-  end subroutine append
-
-  !> Adds the columns times their shares to y.
-  pure subroutine add_product(columns, share, y)
-    type(columns_t), intent(in) :: columns !! the columns
-    real(wp), intent(in) :: share(:) !! (columns) how much of each
-    real(wp), intent(inout) :: y(:) !! (live)
-    integer :: j, i
-
-    do j = 1, columns%n
-      do i = columns%start(j), columns%start(j + 1) - 1
-        y(columns%row(i)) = y(columns%row(i)) + columns%value(i)*share(j)
-      end do
-    end do
-  end subroutine add_product
 
   !> Roots of the compliances of the live candidates, which weigh what is peeled.
   pure function live_roots(condensed) result(root)
@@ -312,6 +274,19 @@ contains
     end do
   end subroutine take_held
 
+  !> z = V^T d of the whole form.
+  pure subroutine take_whole(tangent, d, z)
+    type(contact_tangent_t), intent(in) :: tangent !! its columns
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(out) :: z(:) !! (rank)
+
+    if (tangent%parts%grouped) then
+      call take_product(tangent%taken, d, z)
+    else
+      call take_held(tangent, d, z)
+    end if
+  end subroutine take_whole
+
   !> Adds K x - U V^T x with the sum K of the present element matrices.
   pure subroutine add_whole_rest(tangent, x, y)
     type(contact_tangent_t), intent(in) :: tangent !! sums, columns
@@ -325,7 +300,7 @@ contains
     else
       call add_product(tangent%now, x(tangent%now%column), y)
     end if
-    call take_held(tangent, x, z)
+    call take_whole(tangent, x, z)
     call add_product(tangent%lead, -z, y)
   end subroutine add_whole_rest
 
@@ -338,7 +313,7 @@ contains
     integer :: j
 
     if (tangent%whole) then
-      call take_held(tangent, d, z)
+      call take_whole(tangent, d, z)
       return
     end if
     moved(0) = 0.0_wp

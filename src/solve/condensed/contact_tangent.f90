@@ -12,11 +12,13 @@ module contact_tangent
   use condensed_types, only: condensed_t, contact_tangent_t
   use condensed_bodies, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
-  use contact_sums, only: sum_elements, add_product, add_whole_rest, live_roots, peel_nodes, &
+  use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
+  use sparse_columns, only: add_product
   use live_values, only: gather_condensed
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
+  use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
   use condensed_ground, only: hold_motions
   use whole_tangent, only: is_better_whole, form_whole, make_small, combine
@@ -93,17 +95,8 @@ contains
       call gather_compliance(condensed)
       tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
-      tangent%whole = is_better_whole(condensed, tangent)
-      if (tangent%whole) then
-        call sum_elements(tangent, condensed%alive%n_live, tangent%sum)
-        call peel_nodes(condensed, tangent, negligible)
-        if (tangent%rank > most_whole*tangent%parts%most_dense .and. .not. tangent%parts%dense) &
-          tangent%whole = .false.
-      end if
-      if (.not. tangent%whole) call peel_elements(condensed, tangent)
+      call choose_columns(system, x)
       if (tangent%modes > 0) call hold_motions(system)
-      tangent%parts%iterated = .not. (tangent%whole .or. tangent%parts%dense) .and. tangent%rank > &
-        tangent%parts%most_dense
       if (tangent%parts%iterated) then
         call form_blocks(system, x, outcome)
       else if (tangent%whole) then
@@ -121,6 +114,34 @@ contains
     end associate
     call end_cost(system%costs, cost_dense_factor)
   end subroutine factorise_tangent
+
+  !> The leading columns of contact: those of its points, of the nodes it touches, or, where both
+  !! are many, for blocks.
+  subroutine choose_columns(system, x)
+    type(system_t), intent(inout) :: system !! gets columns in tangent of condensed
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp) :: place(3, system%condensed%tangent%elements)
+
+    associate (condensed => system%condensed, tangent => system%condensed%tangent)
+      tangent%whole = is_better_whole(condensed, tangent)
+      tangent%parts%grouped = .false.
+      if (tangent%whole) then
+        call sum_elements(tangent, condensed%alive%n_live, tangent%sum)
+        call peel_nodes(condensed, tangent, negligible)
+        tangent%parts%grouped = tangent%rank > most_whole*tangent%parts%most_dense .and. &
+          .not. tangent%parts%dense
+        tangent%parts%iterated = tangent%parts%grouped
+        if (.not. tangent%parts%grouped) return
+        call place_elements(system, x, place)
+        call peel_groups(condensed, tangent, place, negligible)
+      else
+        call peel_elements(condensed, tangent)
+        tangent%parts%iterated = .not. tangent%parts%dense .and. &
+          tangent%rank > tangent%parts%most_dense
+        if (tangent%parts%iterated) call list_columns(tangent)
+      end if
+    end associate
+  end subroutine choose_columns
 
   !> Takes the leading columns of each element matrix.
   subroutine peel_elements(condensed, tangent)
