@@ -27,7 +27,8 @@ module contact_blocks
 
 contains
 
-  !> Divides the rows of the tangent, factorises the blocks and what they make of the rigid motions.
+  !> Divides the rows of the tangent, inverts the blocks and finds what they make of the rigid
+  !! motions.
   subroutine form_blocks(system, x, outcome)
     type(system_t), intent(inout) :: system !! columns of its tangent given; gets blocks
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -129,11 +130,11 @@ contains
     block%own = is_own(block%row)
   end subroutine list_rows
 
-  !> The block's part of I + V^T C' U, transposed and factorised.
+  !> The block's part of I + V^T C' U, transposed, and from it what the block answers.
   subroutine factorise_block(condensed, tangent, block, outcome)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! columns, carried; gets weights
-    type(contact_block_t), intent(inout) :: block !! row given; gets factor
+    type(contact_block_t), intent(inout) :: block !! row, own given; gets inverse
     integer, intent(out) :: outcome !! done or singular
     integer :: local(condensed%alive%n_live), j, i
     integer, allocatable :: first(:), last(:)
