@@ -4,7 +4,7 @@ module lapack_interface
   implicit none
   private
   public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
-    dtrsm, ddot, dlaswp, sgemv, strsv
+    dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -136,6 +136,55 @@ module lapack_interface
       real(sp), intent(in) :: a(lda, *)
       real(sp), intent(inout) :: x(*)
     end subroutine strsv
+
+    !> y = y + alpha x.
+    subroutine saxpy(n, alpha, x, incx, y, incy)
+      import :: sp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(sp), intent(in) :: alpha, x(*)
+      real(sp), intent(inout) :: y(*)
+    end subroutine saxpy
+
+    !> y = alpha A x + beta y for a symmetric matrix.
+    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(sp), intent(inout) :: y(*)
+    end subroutine ssymv
+
+    !> LU factorisation with row exchanges.
+    subroutine sgetrf(m, n, a, lda, ipiv, info)
+      import :: sp
+      implicit none
+      integer, intent(in) :: m, n, lda
+      real(sp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine sgetrf
+
+    !> Solution with these factors.
+    subroutine sgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ipiv(*), ldb
+      real(sp), intent(in) :: a(lda, *)
+      real(sp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine sgetrs
+
+    !> C = alpha A B + beta C, or with A^T or B^T.
+    subroutine sgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(sp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(sp), intent(inout) :: c(ldc, *)
+    end subroutine sgemm
 
     !> C = alpha A B + beta C, or with A^T or B^T.
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

@@ -11,7 +11,7 @@ module condensation
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
     drop_trailing_block, factor_work
   use half_solves, only: reduce_right, complete_solution, halve_factor
-  use condensed_types, only: condensed_body_t
+  use condensed_types, only: condensed_body_t, near_compliance_t
   implicit none
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
@@ -190,6 +190,7 @@ contains
     nullify (body%live)
     body%copied = .false.
     if (allocated(body%gathered)) deallocate (body%gathered)
+    body%near = near_compliance_t()
   end subroutine drop_live
 
   !> Forgets the compliance.

@@ -1,18 +1,26 @@
 !> The condensed form of a system: compliances of the bodies at the nodes that contact may touch,
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
-  use kinds, only: wp
+  use kinds, only: wp, sp
   use gmres, only: gmres_t
   use cholmod_solver, only: cholmod_t
   use rigid_motions, only: motions_t
   implicit none
   private
-  public :: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t, &
+  public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
     columns_t, defects_t, carried_t, influence_t, linear_sums_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
   integer, parameter :: turns_not = -1, turns_freely = 0
+
+  !> What blocks of contact know of a body: its compliance C = C' + R X^T + X R^T without what its
+  !! rigid motions R carry.
+  type :: near_compliance_t
+    real(sp), allocatable :: c(:, :) !! (n_live, n_live) C' in the unit of its softness
+    real(wp), allocatable :: modes(:, :) !! (n_live, motions) R
+    real(wp), allocatable :: carried(:, :) !! (n_live, motions) X
+  end type near_compliance_t
 
   !> One body: its factor, and its compliance at the candidates.
   type :: condensed_body_t
@@ -40,13 +48,14 @@ module condensed_types
     real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
     real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to that of this iteration
     real(wp), allocatable :: reduced(:) !! (n) a right-hand side that is half solved for
+    type(near_compliance_t) :: near !! for blocks of contact
   end type condensed_body_t
 
   !> Some rows of contact and those around them, with the inverse of their part of the small matrix.
   type :: contact_block_t
     integer, allocatable :: row(:) !! (n) rows
     logical, allocatable :: own(:) !! (n) not of the overlap
-    real(wp), allocatable :: inverse(:, :) !! (n, own) rows of the inverse of I + V^T C' U of these
+    real(sp), allocatable :: inverse(:, :) !! (n, own) rows of the inverse of I + V^T C' U of these
     integer, allocatable :: mode(:) !! rigid motions that show in these rows
     real(wp), allocatable :: raised(:, :) !! (own, mode) what the block answers to each
   end type contact_block_t
@@ -66,8 +75,6 @@ module condensed_types
     logical :: iterated = .false. !! blocks stand in for the small matrix
     logical :: dense = .false. !! blocks have not led to an answer: the small matrix is to be formed
     logical :: grouped = .false. !! rows are those of groups of points
-    real(wp), allocatable :: carried(:, :) !! (live, 6) X of C = C' + R X^T + X R^T with the rigid
-    !! motions R of each candidate's body
     type(contact_block_t), allocatable :: blocks(:) !! overlapping blocks of the rows
     real(wp), allocatable :: weight(:) !! (rank) force of a residual [force/length]
     real(wp), allocatable :: border(:, :) !! (modes, modes) what is left for them, factorised

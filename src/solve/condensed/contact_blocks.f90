@@ -1,13 +1,15 @@
 !> Overlapping blocks of the rows of contact: where these are many, the inverses of the blocks stand
 !! in for that of the whole matrix I + V^T C U (doc/theory, "Condensed contact").
 module contact_blocks
-  use kinds, only: wp
-  use lapack_interface, only: dgetrf, dgetrs, dgemv, dgemm
+  use kinds, only: wp, sp
+  use lapack_interface, only: dgetrf, dgetrs, sgemv, sgemm
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t, contact_block_t, columns_t
-  use condensed_motions, only: add_live_motion, push_live
+  use condensed_motions, only: push_live
   use carried_motions, only: part_motions, add_carried, carry
   use contact_groups, only: place_rows, split_part
+  use block_inverses, only: factorise_block, is_of, body_of
+  use contact_sums, only: add_leading
   use sparse_columns, only: take_product, add_product
   use system_types, only: system_t
   implicit none
@@ -39,12 +41,12 @@ contains
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       call place_rows(system, x, place)
       call divide_rows(tangent, place, system%scale%facet_size)
-      call part_motions(condensed, tangent%parts%carried)
+      call part_motions(condensed)
       if (allocated(tangent%parts%weight)) deallocate (tangent%parts%weight)
       allocate (tangent%parts%weight(tangent%rank), source=1.0_wp)
       worst = solver_done
       do k = 1, size(tangent%parts%blocks)
-        call factorise_block(condensed, tangent, tangent%parts%blocks(k), outcome)
+        call factorise_block(condensed, tangent%parts%blocks(k), outcome)
         worst = max(worst, outcome)
       end do
       outcome = worst
@@ -110,144 +112,25 @@ contains
   !> The rows within a box.
   pure subroutine list_rows(place, low, high, own, block)
     real(wp), intent(in) :: place(:, :) !! (3, rank) [length]
-    real(wp), intent(in) :: low(3), high(3) !! the box [length]
+    real(wp), intent(in) :: low(3), high(3) !! the box, around the own rows [length]
     integer, intent(in) :: own(:) !! rows of the block itself
     type(contact_block_t), intent(inout) :: block !! gets row, own
     logical :: is_own(size(place, 2))
     integer :: row(size(place, 2)), j, n
 
-    is_own = .false.
-    is_own(own) = .true.
     n = 0
     do j = 1, size(place, 2)
-      if (.not. is_own(j)) then
-        if (any(place(:, j) < low) .or. any(place(:, j) > high)) cycle
-      end if
+      if (place(1, j) < low(1) .or. place(1, j) > high(1)) cycle
+      if (place(2, j) < low(2) .or. place(2, j) > high(2)) cycle
+      if (place(3, j) < low(3) .or. place(3, j) > high(3)) cycle
       n = n + 1
       row(n) = j
+      is_own(j) = .false.
     end do
+    is_own(own) = .true.
     block%row = row(:n)
     block%own = is_own(block%row)
   end subroutine list_rows
-
-  !> The block's part of I + V^T C' U, transposed, and from it what the block answers.
-  subroutine factorise_block(condensed, tangent, block, outcome)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    type(contact_tangent_t), intent(inout) :: tangent !! columns, carried; gets weights
-    type(contact_block_t), intent(inout) :: block !! row, own given; gets inverse
-    integer, intent(out) :: outcome !! done or singular
-    integer :: local(condensed%alive%n_live), j, i
-    integer, allocatable :: first(:), last(:)
-    real(wp), allocatable :: c(:, :), cu(:, :)
-    real(wp) :: a(size(block%row), size(block%row))
-
-    call find_block_dofs(tangent, block, local)
-    allocate (c(maxval(local), maxval(local)), cu(maxval(local), size(block%row)))
-    allocate (first(size(c, 1)), last(size(c, 1)))
-    call gather_block(condensed, tangent%parts%carried, local, c, first, last)
-    associate (lead => tangent%lead, taken => tangent%taken)
-      do j = 1, size(block%row)
-        cu(:, j) = 0.0_wp
-        do i = lead%start(block%row(j)), lead%start(block%row(j) + 1) - 1
-          associate (k => local(lead%row(i)))
-            cu(first(k):last(k), j) = cu(first(k):last(k), j) &
-              + lead%value(i)*c(first(k):last(k), k)
-          end associate
-        end do
-      end do
-      c = transpose(cu)
-      a = 0.0_wp
-      do j = 1, size(block%row)
-        associate (row => block%row(j), column => a(:, j))
-          do i = taken%start(row), taken%start(row + 1) - 1
-            column = column + taken%value(i)*c(:, local(taken%row(i)))
-          end do
-          column(j) = column(j) + 1.0_wp
-          if (block%own(j)) tangent%parts%weight(row) = maxval(abs(lead%value(lead%start(row): &
-            lead%start(row + 1) - 1)))/abs(column(j))
-        end associate
-      end do
-    end associate
-    call invert_block(a, block, outcome)
-  end subroutine factorise_block
-
-  !> The rows of the inverse that the block answers for.
-  subroutine invert_block(a, block, outcome)
-    real(wp), intent(inout) :: a(:, :) !! (n, n) its matrix, transposed; is factorised
-    type(contact_block_t), intent(inout) :: block !! row, own given; gets inverse
-    integer, intent(out) :: outcome !! done or singular
-    integer :: pivot(size(a, 1)), i, j, n, info
-
-    n = size(a, 1)
-    block%inverse = reshape([real(wp) ::], [n, count(block%own)], [0.0_wp])
-    j = 0
-    do i = 1, n
-      if (.not. block%own(i)) cycle
-      j = j + 1
-      block%inverse(i, j) = 1.0_wp
-    end do
-    call dgetrf(n, n, a, n, pivot, info)
-    outcome = merge(solver_done, solver_singular, info == 0)
-    if (info == 0) call dgetrs('N', n, j, a, n, pivot, block%inverse, n, info)
-  end subroutine invert_block
-
-  !> Numbers the live candidates that the rows of a block touch.
-  pure subroutine find_block_dofs(tangent, block, local)
-    type(contact_tangent_t), intent(in) :: tangent !! columns
-    type(contact_block_t), intent(in) :: block !! its rows
-    integer, intent(out) :: local(:) !! (live) number in the block, 0 for none
-    integer :: j, i, n
-
-    local = 0
-    do j = 1, size(block%row)
-      associate (row => block%row(j))
-        local(tangent%lead%row(tangent%lead%start(row):tangent%lead%start(row + 1) - 1)) = 1
-        local(tangent%taken%row(tangent%taken%start(row):tangent%taken%start(row + 1) - 1)) = 1
-      end associate
-    end do
-    n = 0
-    do i = 1, size(local)
-      if (local(i) == 0) cycle
-      n = n + 1
-      local(i) = n
-    end do
-  end subroutine find_block_dofs
-
-  !> The compliance between the live candidates of a block, without what is carried by rigid
-  !! motions.
-  pure subroutine gather_block(condensed, carried, local, c, first_of, last_of)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    real(wp), intent(in) :: carried(:, :) !! (live, 6) X
-    integer, intent(in) :: local(:) !! (live) number in the block, ascending, 0 for none
-    real(wp), intent(out) :: c(:, :) !! (block, block) [length/force]
-    integer, intent(out) :: first_of(:), last_of(:) !! (block) those of the body of each
-    real(wp), dimension(size(c, 1), 6) :: motion, x
-    real(wp) :: column(size(c, 1))
-    integer :: b, i, j, k, n
-
-    c = 0.0_wp
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live)
-        associate (mine => pack([(i, i=1, body%n_live)], local(first + 1:first + body%n_live) > 0))
-          n = size(mine)
-          if (n == 0) cycle
-          first_of(local(first + mine)) = local(first + mine(1))
-          last_of(local(first + mine)) = local(first + mine(n))
-          do k = 1, body%motions%n
-            motion(:n, k) = body%modes(body%gathered(mine), k)
-            x(:n, k) = carried(first + mine, k)
-          end do
-          do j = 1, n
-            column(:n) = body%live(mine, mine(j))
-            do k = 1, body%motions%n
-              column(:n) = column(:n) - motion(:n, k)*x(j, k) - x(:n, k)*motion(j, k)
-            end do
-            c(local(first + mine), local(first + mine(j))) = column(:n)
-          end do
-        end associate
-      end associate
-    end do
-  end subroutine gather_block
 
   !> What the rigid motions of the bodies are to the rows, and the small matrix that is left for
   !! them when the blocks answer.
@@ -255,19 +138,11 @@ contains
     type(condensed_t), intent(in) :: condensed !! motions of the bodies
     type(contact_tangent_t), intent(inout) :: tangent !! blocks given; these get raised; border
     integer, intent(out) :: outcome !! done or singular
-    real(wp) :: way(condensed%alive%n_live), only(tangent%modes)
     real(wp), allocatable :: risen(:, :)
     integer :: k, info
 
-    allocate (risen(tangent%rank, tangent%modes))
-    do k = 1, tangent%modes
-      only = 0.0_wp
-      only(k) = 1.0_wp
-      way = 0.0_wp
-      call add_live_motion(condensed, only, way)
-      call add_carried(condensed, tangent%parts%carried, condensed%rigid%hold(:, k), way)
-      call take_product(tangent%taken, way, risen(:, k))
-    end do
+    allocate (risen(tangent%modes, tangent%rank))
+    call raise_rows(condensed, tangent%taken, risen)
     associate (parts => tangent%parts)
       parts%border = condensed%rigid%hold
       do k = 1, size(parts%blocks)
@@ -280,23 +155,60 @@ contains
     outcome = merge(solver_done, solver_singular, info == 0)
   end subroutine border_blocks
 
+  !> V^T (R + X hold): what each rigid motion is to the rows, transposed.
+  pure subroutine raise_rows(condensed, taken, risen)
+    type(condensed_t), intent(in) :: condensed !! motions of the bodies, near
+    type(columns_t), intent(in) :: taken !! V
+    real(wp), intent(out) :: risen(:, :) !! (modes, rank) [length]
+    real(wp) :: carried(size(risen, 1))
+    integer :: j, i, b, dof
+    logical :: held
+
+    held = any(abs(condensed%rigid%hold) > 0.0_wp)
+    risen = 0.0_wp
+    do j = 1, taken%n
+      carried = 0.0_wp
+      b = 1
+      do i = taken%start(j), taken%start(j + 1) - 1
+        if (.not. is_of(condensed%bodies(b), taken%row(i))) b = body_of(condensed, taken%row(i))
+        associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode + 1, &
+          last => condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n)
+          dof = taken%row(i) - body%first_live
+          risen(first:last, j) = risen(first:last, j) + taken%value(i)*body%near%modes(dof, :)
+          if (held) carried(first:last) = carried(first:last) &
+            + taken%value(i)/body%softness*body%near%carried(dof, :)
+        end associate
+      end do
+      if (held) risen(:, j) = risen(:, j) + matmul(carried, condensed%rigid%hold)
+    end do
+  end subroutine raise_rows
+
   !> What a block answers to the motions that show in its rows, and what that does to all of them.
   subroutine raise_modes(condensed, lead, risen, block, border)
     type(condensed_t), intent(in) :: condensed !! motions of the bodies
     type(columns_t), intent(in) :: lead !! U
-    real(wp), intent(in) :: risen(:, :) !! (rank, modes) what each motion is to the rows [length]
+    real(wp), intent(in) :: risen(:, :) !! (modes, rank) what each motion is to the rows [length]
     type(contact_block_t), intent(inout) :: block !! inverse given; gets mode, raised
     real(wp), intent(inout) :: border(:, :) !! (modes, modes) grows [length]
-    real(wp), allocatable :: asked(:, :), pushed(:, :)
+    real(sp), allocatable :: asked(:, :), raised(:, :)
+    real(wp), allocatable :: pushed(:, :)
+    logical :: shows(size(risen, 1))
     integer :: j, n, m
 
-    block%mode = pack([(j, j=1, size(risen, 2))], any(abs(risen(block%row, :)) > 0.0_wp, 1))
-    asked = risen(block%row, block%mode)
+    shows = .false.
+    do j = 1, size(block%row)
+      shows = shows .or. abs(risen(:, block%row(j))) > 0.0_wp
+    end do
+    block%mode = pack([(j, j=1, size(risen, 1))], shows)
     n = size(block%inverse, 1)
     m = size(block%inverse, 2)
-    block%raised = reshape([real(wp) ::], [m, size(block%mode)], [0.0_wp])
-    call dgemm('T', 'N', m, size(block%mode), n, 1.0_wp, block%inverse, n, asked, n, 0.0_wp, &
-      block%raised, m)
+    allocate (asked(size(block%mode), n), raised(m, size(block%mode)))
+    do j = 1, n
+      asked(:, j) = real(risen(block%mode, block%row(j)), sp)
+    end do
+    call sgemm('T', 'T', m, size(block%mode), n, 1.0_sp, block%inverse, n, asked, &
+      size(block%mode), 0.0_sp, raised, m)
+    block%raised = raised
     allocate (pushed(size(border, 1), m))
     associate (own => pack(block%row, block%own))
       do j = 1, m
@@ -317,41 +229,38 @@ contains
     integer :: b, i, k
 
     push = 0.0_wp
+    b = 1
     do i = 1, size(row)
-      b = body_of(condensed, row(i))
+      if (.not. is_of(condensed%bodies(b), row(i))) b = body_of(condensed, row(i))
       associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode)
         do k = 1, body%motions%n
           push(first + k) = push(first + k) + body%softness*value(i) &
-            *body%modes(body%gathered(row(i) - body%first_live), k)
+            *body%near%modes(row(i) - body%first_live, k)
         end do
       end associate
     end do
   end subroutine push_few
 
-  !> The body of a live candidate.
-  pure integer function body_of(condensed, dof) result(b)
-    type(condensed_t), intent(in) :: condensed !! live candidates of the bodies
-    integer, intent(in) :: dof !! the candidate
-
-    do b = 1, size(condensed%bodies)
-      if (dof <= condensed%bodies(b)%first_live + condensed%bodies(b)%n_live) return
-    end do
-  end function body_of
-
-  !> z = A^-1 r by the blocks: each answers for its own rows.
+  !> z = A^-1 r by the blocks: each answers for its own rows. What goes to and from single
+  !! precision is of the size of one.
   subroutine apply_blocks(tangent, r, z)
     type(contact_tangent_t), intent(in) :: tangent !! its blocks
     real(wp), intent(in) :: r(:) !! (rank) [length]
     real(wp), intent(out) :: z(:) !! (rank)
-    real(wp) :: answer(tangent%rank)
+    real(sp) :: asked(tangent%rank), answer(tangent%rank)
+    real(wp) :: unit
     integer :: k, n, m
 
+    z = 0.0_wp
+    unit = maxval(abs(r))
+    if (.not. unit > 0.0_wp) return
+    asked = real(r/unit, sp)
     do k = 1, size(tangent%parts%blocks)
       associate (block => tangent%parts%blocks(k))
         n = size(block%inverse, 1)
         m = size(block%inverse, 2)
-        call dgemv('T', n, m, 1.0_wp, block%inverse, n, r(block%row), 1, 0.0_wp, answer, 1)
-        z(pack(block%row, block%own)) = answer(:m)
+        call sgemv('T', n, m, 1.0_sp, block%inverse, n, asked(block%row), 1, 0.0_sp, answer, 1)
+        z(pack(block%row, block%own)) = unit*answer(:m)
       end associate
     end do
   end subroutine apply_blocks
@@ -359,39 +268,39 @@ contains
   !> Answers to rows and to what is asked of the rigid motions, by the blocks. These have C' in
   !! place of C: what the motions are asked for, p, shows in the rows as V^T X p, and the motions
   !! that come are less by X^T U z.
-  subroutine precondition(condensed, r, z)
+  subroutine precondition(condensed, r, z, force)
     type(condensed_t), intent(in) :: condensed !! tangent with its blocks and border
     real(wp), intent(in) :: r(:) !! (rank+modes) [length]
     real(wp), intent(out) :: z(:) !! (rank+modes) shares and rigid motions
-    real(wp), dimension(condensed%alive%n_live) :: way, force
-    real(wp) :: rows(condensed%tangent%rank)
+    real(wp), intent(out) :: force(:) !! (live) U z [force]
+    real(wp) :: way(condensed%alive%n_live), rows(condensed%tangent%rank)
     integer :: k, info
 
     associate (tangent => condensed%tangent, parts => condensed%tangent%parts, &
       n => condensed%tangent%rank, m => condensed%tangent%modes)
-      if (m == 0) then
-        call apply_blocks(tangent, r(:n), z(:n))
-        return
-      end if
-      way = 0.0_wp
-      call add_carried(condensed, parts%carried, r(n + 1:n + m), way)
-      call take_product(tangent%taken, way, rows)
-      call apply_blocks(tangent, r(:n) - rows, z(:n))
-      force = 0.0_wp
-      call add_product(tangent%lead, z(:n), force)
-      call push_live(condensed, force, z(n + 1:n + m))
-      z(n + 1:n + m) = r(n + 1:n + m) - z(n + 1:n + m)
-      call dgetrs('N', m, 1, parts%border, m, parts%border_pivot, z(n + 1:n + m), m, info)
-      do k = 1, size(parts%blocks)
-        associate (block => parts%blocks(k))
-          associate (own => pack(block%row, block%own))
-            z(own) = z(own) + matmul(block%raised, z(n + block%mode))
+      if (m > 0) then
+        way = 0.0_wp
+        call add_carried(condensed, r(n + 1:n + m), way)
+        call take_product(tangent%taken, way, rows)
+        call apply_blocks(tangent, r(:n) - rows, z(:n))
+        force = 0.0_wp
+        call add_product(tangent%lead, z(:n), force)
+        call push_live(condensed, force, z(n + 1:n + m))
+        z(n + 1:n + m) = r(n + 1:n + m) - z(n + 1:n + m)
+        call dgetrs('N', m, 1, parts%border, m, parts%border_pivot, z(n + 1:n + m), m, info)
+        do k = 1, size(parts%blocks)
+          associate (block => parts%blocks(k))
+            associate (own => pack(block%row, block%own))
+              z(own) = z(own) + matmul(block%raised, z(n + block%mode))
+            end associate
           end associate
-        end associate
-      end do
+        end do
+      else
+        call apply_blocks(tangent, r(:n), z(:n))
+      end if
       force = 0.0_wp
-      call add_product(tangent%lead, z(:n), force)
-      call carry(condensed, parts%carried, force, z(n + 1:n + m))
+      call add_leading(tangent, z(:n), force)
+      if (m > 0) call carry(condensed, force, z(n + 1:n + m))
     end associate
   end subroutine precondition
 end module contact_blocks

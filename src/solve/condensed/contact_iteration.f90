@@ -6,6 +6,7 @@ module contact_iteration
   use condensed_types, only: condensed_t
   use condensed_bodies, only: apply_compliance
   use condensed_motions, only: push_live, add_live_motion
+  use carried_motions, only: apply_nearly
   use contact_blocks, only: precondition
   use contact_sums, only: add_leading, take_shares
   use contact_tangent, only: apply_rest
@@ -16,6 +17,10 @@ module contact_iteration
 
   !> Vectors of GMRES, and how often it starts at most: anew from the true residual.
   integer, parameter :: most_vectors = 60, most_starts = 4
+  !> How many of these take products in single precision, and the share of the residual that they
+  !! can find.
+  integer, parameter :: most_near = 2
+  real(wp), parameter :: near_share = 1.0e-5_wp
   !> Share of the residual that a rough answer may leave.
   real(wp), parameter :: rough = 0.01_wp
 
@@ -44,13 +49,15 @@ contains
     goal = floor
     iterations = 0
     do start = 1, most_starts
-      call find_rest(condensed, b, push, x, y, t, r)
+      y = x(n + 1:)
+      call add_leading(condensed%tangent, x(:n), y)
+      call find_rest(condensed, b, push, x, y, .false., t, r)
       r = weight*r
       norm = norm2(r)
       if (start == 1 .and. most == 0) goal = rough*norm
       arrived = norm <= goal
       if (arrived .or. start == most_starts .or. iterations > most) exit
-      call correct(condensed, weight, 0.5_wp*goal, r, x, iterations)
+      call correct(condensed, weight, 0.5_wp*goal, start <= most_near, r, x, iterations)
       if (most == 0) iterations = 1
     end do
     condensed%tangent%course%iterations = iterations
@@ -75,23 +82,26 @@ contains
     end associate
   end subroutine weigh
 
-  !> What shares, rigid motions and the rest x leave of the equations, and the forces and
-  !! displacements that belong to them.
-  subroutine find_rest(condensed, b, push, x, y, t, r)
+  !> What shares, rigid motions and the rest x leave of the equations, and the displacements that
+  !! belong to them.
+  subroutine find_rest(condensed, b, push, x, y, near, t, r)
     type(condensed_t), intent(in) :: condensed !! tangent, live compliances
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) asked for [length]
-    real(wp), intent(in) :: x(:) !! (rank+modes+live) shares, rigid motions, q
-    real(wp), intent(out) :: y(:) !! (live) U z + q [force]
+    real(wp), intent(in) :: x(:) !! (rank+modes+live) shares z, rigid motions, q
+    real(wp), intent(in) :: y(:) !! (live) U z + q [force]
+    logical, intent(in) :: near !! C' in single precision is enough
     real(wp), intent(out) :: t(:) !! (live) b - C y + R a [length]
     real(wp), intent(out) :: r(:) !! (rank+modes+live)
 
     associate (tangent => condensed%tangent, n => condensed%tangent%rank, &
       last => condensed%tangent%rank + condensed%rigid%modes)
-      y = x(last + 1:)
-      call add_leading(tangent, x(:n), y)
       t = 0.0_wp
-      call apply_compliance(condensed, y, t)
+      if (near) then
+        call apply_nearly(condensed, y, t)
+      else if (maxval(abs(y)) > 0.0_wp) then
+        call apply_compliance(condensed, y, t)
+      end if
       t = b - t
       if (condensed%rigid%modes > 0) then
         call add_live_motion(condensed, x(n + 1:last), t)
@@ -100,42 +110,45 @@ contains
         r(n + 1:last) = r(n + 1:last) - matmul(condensed%rigid%hold, x(n + 1:last))
       end if
       call take_shares(tangent, t, r(:n))
-      r(:n) = r(:n) - x(:n)
       r(last + 1:) = 0.0_wp
-      if (tangent%whole .or. tangent%resting > 0) call apply_rest(tangent, t, r(last + 1:))
+      if (tangent%whole .or. tangent%resting > 0) call apply_rest(tangent, t, r(last + 1:), r(:n))
+      r(:n) = r(:n) - x(:n)
       r(last + 1:) = r(last + 1:) - x(last + 1:)
     end associate
   end subroutine find_rest
 
   !> One course of GMRES from a residual, preconditioned on the right.
-  subroutine correct(condensed, weight, goal, r, x, iterations)
+  subroutine correct(condensed, weight, goal, near, r, x, iterations)
     type(condensed_t), intent(in) :: condensed !! tangent with its blocks
     real(wp), intent(in) :: weight(:) !! (rank+modes+live) from residuals to forces
     real(wp), intent(in) :: goal !! residual to arrive at [force]
+    logical, intent(in) :: near !! by products in single precision, as far as these lead
     real(wp), intent(in) :: r(:) !! (rank+modes+live) weighted residual [force]
     real(wp), intent(inout) :: x(:) !! (rank+modes+live) is corrected
     integer, intent(inout) :: iterations !! counts on
     type(gmres_t) :: course
-    real(wp) :: d(size(x)), image(size(x)), zero(condensed%alive%n_live)
+    real(wp) :: least, d(size(x)), image(size(x)), zero(condensed%alive%n_live)
     real(wp) :: y(condensed%alive%n_live), t(condensed%alive%n_live)
     integer :: n
 
     n = condensed%tangent%rank + condensed%rigid%modes
     zero = 0.0_wp
+    least = goal
+    if (near) least = max(goal, near_share*norm2(r))
     call begin_gmres(r, most_vectors, course)
     do
       d = course%base(:, course%n + 1)/weight
-      y = d(n + 1:)
-      call precondition(condensed, d(:n), image(:n))
-      d = [image(:n), y]
-      call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, t, image)
+      call precondition(condensed, d(:n), image(:n), y)
+      y = y + d(n + 1:)
+      d(:n) = image(:n)
+      call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, near, t, image)
       call add_image(-weight*image, course)
-      if (course%rest <= goal .or. course%n == most_vectors) exit
+      if (course%rest <= least .or. course%n == most_vectors) exit
     end do
     iterations = iterations + course%n
     call gmres_solution(course, d)
     d = d/weight
-    call precondition(condensed, d(:n), image(:n))
+    call precondition(condensed, d(:n), image(:n), y)
     x(:n) = x(:n) + image(:n)
     x(n + 1:) = x(n + 1:) + d(n + 1:)
   end subroutine correct

@@ -288,10 +288,11 @@ contains
   end subroutine take_whole
 
   !> Adds K x - U V^T x with the sum K of the present element matrices.
-  pure subroutine add_whole_rest(tangent, x, y)
+  pure subroutine add_whole_rest(tangent, x, y, shares)
     type(contact_tangent_t), intent(in) :: tangent !! sums, columns
     real(wp), intent(in) :: x(:) !! (live) [length]
     real(wp), intent(inout) :: y(:) !! (live) [force]
+    real(wp), intent(in), optional :: shares(:) !! (rank) V^T x, if it is known [length]
     real(wp) :: z(tangent%rank)
 
     if (tangent%fresh) then
@@ -300,7 +301,11 @@ contains
     else
       call add_product(tangent%now, x(tangent%now%column), y)
     end if
-    call take_whole(tangent, x, z)
+    if (present(shares)) then
+      z = shares
+    else
+      call take_whole(tangent, x, z)
+    end if
     call add_product(tangent%lead, -z, y)
   end subroutine add_whole_rest
 

@@ -310,15 +310,16 @@ contains
   end subroutine form_rest
 
   !> y = k' x with the rest of the element matrices.
-  subroutine apply_rest(tangent, x, y)
+  subroutine apply_rest(tangent, x, y, shares)
     type(contact_tangent_t), intent(in) :: tangent !! rest of the element matrices
     real(wp), intent(in) :: x(:) !! (live) [length]
     real(wp), intent(out) :: y(:) !! (live) [force]
+    real(wp), intent(in), optional :: shares(:) !! (rank) V^T x, if it is known [length]
     integer :: e
 
     y = 0.0_wp
     if (tangent%whole) then
-      call add_whole_rest(tangent, x, y)
+      call add_whole_rest(tangent, x, y, shares)
       return
     end if
     do e = 1, tangent%resting
