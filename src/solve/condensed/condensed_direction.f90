@@ -28,8 +28,6 @@ module condensed_direction
   integer, parameter :: most_changes = 3, changes_share = 20
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
-  !> The coarsest where blocks answer, each digit in iterations.
-  real(wp), parameter :: coarsest_of_blocks = 1.0e-3_wp
   !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
   !! anyway, unless multipliers go with it.
   real(wp), parameter :: of_chord = 1.0e-2_wp
@@ -198,8 +196,8 @@ contains
   pure real(wp) function wanted_accuracy(condensed) result(accuracy)
     type(condensed_t), intent(in) :: condensed !! right given
 
-    accuracy = merge(coarsest_of_blocks, coarsest, condensed%tangent%parts%iterated)
-    if (condensed%norm_before > 0.0_wp) accuracy = min(accuracy, max(finest, &
+    accuracy = coarsest
+    if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
       0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy
 
