@@ -35,6 +35,9 @@ module chord_steps
   !> or than this where a direction is found by iteration, and costs about as much as a new tangent,
   !! and between smooth surfaces, whose solves are rough until they have their shape.
   real(wp), parameter :: strict_contraction = 0.2_wp
+  !> No further one is tried after a step that leaves more than this, where a direction is found by
+  !! iteration, with blocks of groups too.
+  real(wp), parameter :: promising = 0.5_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
   real(wp), parameter :: chord_accuracy = 1.0e-4_wp
   !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
@@ -95,6 +98,7 @@ contains
       if (.not. system%condensed%active) then
         if (is_round_off(system, .true.)) return
       end if
+      if (system%condensed%tangent%parts%iterated .and. after > promising*before) return
       last = length
       last_work = work
     end do

@@ -26,6 +26,9 @@ module condensed_direction
   !> A factor is worth trying again if no more elements than these have changed their status.
   !! Where points are many, one in so many may.
   integer, parameter :: most_changes = 3, changes_share = 20
+  !> Blocks need not find more digits of a direction than a step with the same factor has, while one
+  !! element in so many changes its status from iteration to iteration.
+  integer, parameter :: share_settled = 200
   !> Accuracies of a direction.
   real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
   !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
@@ -50,7 +53,7 @@ contains
     call form_element_matrices(system, x)
     associate (condensed => system%condensed)
       allocate (y(condensed%alive%n_live))
-      floor = max(wanted_accuracy(condensed)*residual_size(condensed), &
+      floor = max(wanted_accuracy(condensed, is_unsettled(system))*residual_size(condensed), &
         1.0e-3_wp*system%scale%round_off)
       arrived = .false.
       if (is_worth_trying(system)) then
@@ -191,13 +194,26 @@ contains
     end associate
   end function is_worth_trying
 
+  !> Many elements have changed their status since the tangent was factorised last, where blocks
+  !! answer.
+  pure logical function is_unsettled(system) result(unsettled)
+    type(system_t), intent(in) :: system !! contact elements, condensed
+
+    associate (tangent => system%condensed%tangent)
+      unsettled = tangent%parts%iterated .and. allocated(tangent%status)
+      if (unsettled) unsettled = share_settled*count(tangent%status /= system%contact%status) &
+        > tangent%elements
+    end associate
+  end function is_unsettled
+
   !> As many digits as Newton can use: a tenth of the square of the share that the last iteration
   !! left.
-  pure real(wp) function wanted_accuracy(condensed) result(accuracy)
+  pure real(wp) function wanted_accuracy(condensed, unsettled) result(accuracy)
     type(condensed_t), intent(in) :: condensed !! right given
+    logical, intent(in) :: unsettled !! its contacts are not yet those of the solution
 
-    accuracy = coarsest
-    if (condensed%norm_before > 0.0_wp) accuracy = min(coarsest, max(finest, &
+    accuracy = merge(of_chord, coarsest, unsettled)
+    if (condensed%norm_before > 0.0_wp) accuracy = min(accuracy, max(finest, &
       0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy
 
