@@ -11,7 +11,7 @@ module increment_start
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
   use expected_status, only: expect_status, forget_expected
-  use predictor, only: carry_bodies
+  use predictor, only: carry_bodies, turn_bodies
   use force_scales, only: begin_scales
   use touch_path, only: touch_waits
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
@@ -90,9 +90,13 @@ contains
     call start_bulk(model%mesh%x, state%u, system)
     system%position%left = system%u
     system%position%carried = system%u
-    call carry_bodies(model%mesh%x, system%equation, system%body%node_body, system%body%bodies, &
-      state%u, &
-      system%position%carried)
+    if (system%bulk%linear) then
+      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    else
+      call turn_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    end if
     system%position%x_ahead = model%mesh%x + system%position%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
