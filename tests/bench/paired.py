@@ -97,7 +97,7 @@ ROWS = (
     Row('by force against by way', 12, 2.5, scene='cube_force'),
     Row('27 cubes, AUTO against UMFPACK', 4, 1.2, **UMFPACK),
     Row('27 cubes, AUTO against UMFPACK', 8, 0.2, **UMFPACK),
-    Row('neo-Hooke cube, AUTO against UMFPACK', 20, 1/15, why=NEO_LIMIT, **CUBE_NEO),
+    Row('neo-Hooke cube, AUTO against UMFPACK', 20, 1/15, **CUBE_NEO),
     Row('neo-Hooke disc that turns, AUTO against UMFPACK', 24, 1/15, why=NEO_LIMIT, **DISC_NEO),
     Row('1,000 increments against 22', 8, None, scene='cube_1000', shares=8, why=MANY_LIMIT),
     Row('eight derivatives against none', 20, 1.15, changes=LAW + EIGHT, base=LAW,
