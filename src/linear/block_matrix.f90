@@ -6,7 +6,8 @@ module block_matrix
   use kinds, only: wp
   implicit none
   private
-  public :: block_matrix_t, find_block, multiply, multiply_some, multiply_absolute
+  public :: block_matrix_t, find_block, multiply, multiply_some, multiply_absolute, &
+    sum_absolute
 
   !> Blocks of one matrix.
   type :: block_matrix_t
@@ -101,4 +102,21 @@ contains
       end do
     end do
   end subroutine multiply_absolute
+
+  !> Sums of |A| along the rows of each node: they make |A| |x| of an x that hardly changes from
+  !! node to node.
+  pure subroutine sum_absolute(matrix, total)
+    type(block_matrix_t), intent(in) :: matrix !! A
+    real(wp), intent(out) :: total(:, :, :) !! (3, 3, nodes)
+    integer :: j, k
+
+    total = 0.0_wp
+    do j = 1, matrix%nodes
+      do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
+        associate (i => matrix%row(k))
+          total(:, :, i) = total(:, :, i) + abs(matrix%val(:, :, k))
+        end associate
+      end do
+    end do
+  end subroutine sum_absolute
 end module block_matrix

@@ -6,9 +6,9 @@ module candidates
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, used_points, point_position
-  use loads, only: load_factors, add_displacement, corner_times, turned_angles
+  use loads, only: load_factors, add_displacement, corner_times, turned_angles, conditions_at
   use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet
-  use predictor, only: carry_bodies
+  use predictor, only: carry_bodies, turn_bodies
   use system_types, only: system_t
   implicit none
   private
@@ -36,28 +36,26 @@ contains
     type(model_t), intent(in) :: model !! pairs, conditions
     type(system_t), intent(in) :: system !! equations, bodies
     logical, intent(inout) :: candidate(:) !! (nodes) marked
-    real(wp), allocatable :: motion(:, :, :), times(:), from(:, :), to(:, :), x(:, :)
+    real(wp), allocatable :: places(:, :, :), x(:, :)
     real(wp) :: way
     type(facet_tree_t) :: tree
     integer :: k, c, part, parts
 
-    call rigid_motions(model, system, motion)
-    call load_corners(model, times)
+    call foresee_places(model, system, places)
     allocate (x(3, model%mesh%nodes))
     do k = 1, size(model%pairs)
       call build_tree(tree, model%pairs(k)%surface%facets, model%mesh%x)
-      from = moved(model, motion, times(1))
-      call mark_pair(model%pairs(k), tree, from, candidate)
-      do c = 2, size(times)
-        to = moved(model, motion, times(c))
-        way = longest_way(model%pairs(k), from, to)
-        parts = ceiling(way/max(model%pairs(k)%search_radius, way/real(most_positions, wp), &
-                                tiny(1.0_wp)))
-        do part = 1, parts
-          x = from + (to - from)*(real(part, wp)/real(parts, wp))
-          call mark_pair(model%pairs(k), tree, x, candidate)
-        end do
-        from = to
+      call mark_pair(model%pairs(k), tree, places(:, :, 1), candidate)
+      do c = 2, size(places, 3)
+        associate (from => places(:, :, c - 1), to => places(:, :, c))
+          way = longest_way(model%pairs(k), from, to)
+          parts = ceiling(way/max(model%pairs(k)%search_radius, way/real(most_positions, wp), &
+                                  tiny(1.0_wp)))
+          do part = 1, parts
+            x = from + (to - from)*(real(part, wp)/real(parts, wp))
+            call mark_pair(model%pairs(k), tree, x, candidate)
+          end do
+        end associate
       end do
       call add_ring(model%pairs(k)%surface%facets, candidate)
       call add_middles(model%pairs(k), candidate)
@@ -134,6 +132,35 @@ contains
       end associate
     end do
   end subroutine list_facets
+
+  !> Where the nodes are at the corners of the loads if nothing resists. Bodies of finite strain
+  !! turn from one to the next.
+  subroutine foresee_places(model, system, places)
+    type(model_t), intent(in) :: model !! mesh, conditions
+    type(system_t), intent(in) :: system !! equations, bodies
+    real(wp), allocatable, intent(out) :: places(:, :, :) !! (3, nodes, corners) [length]
+    real(wp), allocatable :: motion(:, :, :), times(:), u(:, :), next(:, :)
+    integer :: c
+
+    call load_corners(model, times)
+    allocate (places(3, model%mesh%nodes, size(times)))
+    if (system%bulk%linear) then
+      call rigid_motions(model, system, motion)
+      do c = 1, size(times)
+        places(:, :, c) = moved(model, motion, times(c))
+      end do
+      return
+    end if
+    allocate (u(3, model%mesh%nodes), next(3, model%mesh%nodes), source=0.0_wp)
+    do c = 1, size(times)
+      call conditions_at(model, times(c), displacement=next)
+      where (system%equation > 0) next = u
+      call turn_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, u, next)
+      u = next
+      places(:, :, c) = model%mesh%x + u
+    end do
+  end subroutine foresee_places
 
   !> What a unit of each load does to the bodies if nothing resists.
   subroutine rigid_motions(model, system, motion)

@@ -11,12 +11,12 @@ module increment_start
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
   use expected_status, only: expect_status, forget_expected
-  use predictor, only: carry_bodies
-  use force_scales, only: begin_scales
+  use predictor, only: carry_bodies, turn_bodies
+  use force_scales, only: begin_scales, force_scale
   use touch_path, only: touch_waits
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
   use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
-  use bulk_term, only: start_bulk, return_bulk
+  use bulk_term, only: start_bulk, return_bulk, jumps_little
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
@@ -35,6 +35,7 @@ contains
     real(wp) :: norm
 
     call begin_touch_again(system)
+    system%condensed%near = .false.
     if (carried) then
       system%u = system%position%carried
       call monitor%detail('  no convergence: once more with the predictor')
@@ -87,12 +88,16 @@ contains
     end do
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
-    call start_bulk(model%mesh%x, state%u, system)
+    call start_bulk(state%u, system)
     system%position%left = system%u
     system%position%carried = system%u
-    call carry_bodies(model%mesh%x, system%equation, system%body%node_body, system%body%bodies, &
-      state%u, &
-      system%position%carried)
+    if (system%bulk%linear) then
+      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    else
+      call turn_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    end if
     system%position%x_ahead = model%mesh%x + system%position%carried
     if (system%condensed%active) then
       call begin_condensed(model, system, state, time)
@@ -105,6 +110,9 @@ contains
       end if
     end if
     call take_better(model, system, monitor)
+    if (.not. system%condensed%near) return
+    system%condensed%near = jumps_little(model%mesh%x, system)
+    if (.not. system%condensed%near) call take_better(model, system, monitor)
   end subroutine choose_start
 
   !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
@@ -118,13 +126,17 @@ contains
     logical :: moved, carried_first
 
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
-    carried_first = moved .and. system%condensed%active .and. .not. any(system%body%weak)
+    carried_first = moved .and. (system%condensed%active .or. system%condensed%near) .and. &
+      .not. any(system%body%weak)
     norm_carried = huge(1.0_wp)
     if (carried_first) then
-      system%u = system%position%left
-      call restore_forces(system%condensed)
-      call find_defects(system)
-      least_left = system%condensed%bulk%defect_norm
+      least_left = force_scale(system)
+      if (system%condensed%active) then
+        system%u = system%position%left
+        call restore_forces(system%condensed)
+        call find_defects(system)
+        least_left = system%condensed%bulk%defect_norm
+      end if
       system%u = system%position%carried
       call start_here(model, system, norm_carried)
       if (norm_carried <= least_left) return

@@ -22,6 +22,7 @@ module newton
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction
+  use near_steps, only: judge_nearness
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
@@ -232,6 +233,7 @@ contains
         system%inner%linearised .or. &
         any(system%contact%hold), progress%since_lowest < circling, longest, length)
     end if
+    call judge_nearness(system, progress%start, length)
     progress%linearised = system%inner%linearised
     system%inner%linearised = .false.
     if (system%inner%inverted > 0) then

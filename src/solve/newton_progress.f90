@@ -44,6 +44,9 @@ module newton_progress
   real(wp), parameter :: settled_share = 0.02_wp
   !> and which of them stick and slip is known once its energy is below this share of the first.
   real(wp), parameter :: rough_energy = 1.0e-3_wp
+  !> Residual over forces before an iteration after which the tangent of contact serves on, where
+  !! that is all that an iteration forms.
+  real(wp), parameter :: close_share = 0.01_wp
   !> Steps up to this length count as short.
   real(wp), parameter :: short_step = 1.0_wp/16.0_wp
 
@@ -165,6 +168,7 @@ contains
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
       .and. system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
     if (system%condensed%preconditions) may = may .and. .not. progress%linearised
+    if (system%condensed%near) may = may .and. progress%start <= close_share*force_scale(system)
   end function may_go_on
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where

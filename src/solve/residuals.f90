@@ -191,7 +191,13 @@ contains
     if (system%condensed%active) then
       terms = hypot(norm2(system%condensed%bulk%force), carried_terms(system))
     else
-      call multiply_bulk_absolute(system, system%u, system%trial)
+      if (system%condensed%preconditions) then
+        do k = 1, size(system%u, 2)
+          system%trial(:, k) = matmul(system%inner%rows(:, :, k), abs(system%u(:, k)))
+        end do
+      else
+        call multiply_bulk_absolute(system, system%u, system%trial)
+      end if
       where (system%equation == 0) system%trial = 0.0_wp
       terms = norm2(system%trial)
     end if

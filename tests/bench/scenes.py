@@ -84,6 +84,31 @@ def forced_cube(n):
     return scene
 
 
+def turning_disc(n):
+    """A pad is pressed on a disc that turns by 90 degrees (`TURN`) under it, in 30 increments; the
+    disc has 2 n cells across, its corners are rounded off."""
+    mesh, grid, cells = Mesh(), np.linspace(-1, 1, 2*n + 1), max(3, round(0.55*n))
+    disc = mesh.box('disc', grid, grid, np.linspace(-0.25, 0, max(2, n//4) + 1), rounded)
+    pad = mesh.box('pad', np.linspace(0.35, 0.75, cells + 1), np.linspace(-0.2, 0.2, cells + 1),
+                   np.linspace(0, 0.3, round(0.75*cells) + 1))
+    mesh.node_sets['top'], mesh.node_sets['hub'] = pad.nodes[:, :, -1], disc.nodes[:, :, 0]
+    mesh.surfaces['sole'], mesh.surfaces['track'] = pad.face(-1), disc.face(1)
+    return Scene(name='disc_neo', size=n, mesh=mesh, young=1000.0, poisson=0.3,
+                 increments=(2, 30), law='NEOHookean', fixed={'top': (1, 2, 3)},
+                 moved=[('top', 3, -0.003, (1, 1))], contact=Contact('sole', 'track', 5e4, 0.3),
+                 watched='top')
+
+
+TURN = (('CONTact\n', 'ROTAtion\n  hub 0 0 0 0 0 1 90 3\n\nPROPortional 3\n  0 0\n  1 0\n  2 1\n\n'
+         'CONTact\n'),)
+
+
+def rounded(points):
+    """A square's points on a disc, nearly: its corners stay 0.77 of their width."""
+    x, y = points[:, 0], points[:, 1]
+    return np.stack([x*np.sqrt(1 - 0.4*y*y), y*np.sqrt(1 - 0.4*x*x), points[:, 2]], axis=1)
+
+
 def loose_cubes(n):
     """27 cubes of n cells an edge that touch exactly, under a pressure on the upper nine, on a plate:
     contact alone holds them. Pairs beside that with the plate: `JOINTS`."""

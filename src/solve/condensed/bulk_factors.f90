@@ -27,30 +27,34 @@ contains
 
     call start_turns(system)
     if (allocated(system%condensed%made_at)) then
-      call condense_at(system, system%condensed%made_at, outcome)
+      call condense_at(system, system%condensed%made_at, spread(.true., 1, system%body%bodies), &
+        outcome)
       if (outcome /= solver_not_definite) return
     end if
-    call condense_at_rest(system, outcome)
+    call condense_at_rest(system, spread(.true., 1, system%body%bodies), outcome)
   end subroutine condense_bulk
 
-  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law.
-  subroutine condense_at_rest(system, outcome)
+  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law. Those that
+  !! are not wanted keep their factors, if they are at rest.
+  subroutine condense_at_rest(system, wanted, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
+    logical :: deformed
 
-    if (allocated(system%condensed%made_at)) deallocate (system%condensed%made_at)
-    call condense_at(system, 0.0_wp*system%u, outcome)
+    deformed = allocated(system%condensed%made_at)
+    if (deformed) deallocate (system%condensed%made_at)
+    call condense_at(system, 0.0_wp*system%u, wanted .or. deformed, outcome)
   end subroutine condense_at_rest
 
   !> Condenses the bodies as they are at a state; the tangent at hand is left alone.
-  subroutine condense_at(system, u, outcome)
+  subroutine condense_at(system, u, wanted, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
-    logical :: wanted(system%body%bodies)
 
-    wanted = .true.
     values = system%whole%bulk_matrix%val
     call form_solid_tangent(system%condensed%rigid%x, u, system)
     call condense_all(system, wanted, outcome)
@@ -64,14 +68,15 @@ contains
   subroutine renew_factors(system, outcome)
     type(system_t), intent(inout) :: system !! u given; gets the bodies of condensed
     integer, intent(out) :: outcome !! as in back_ends
-    logical :: definite
+    logical :: all_bodies(system%body%bodies), definite
 
     associate (condensed => system%condensed)
       condensed%made_at = system%u
-      call condense_at(system, condensed%made_at, outcome)
+      all_bodies = .true.
+      call condense_at(system, condensed%made_at, all_bodies, outcome)
       definite = outcome /= solver_not_definite
       condensed%refusals = merge(0, condensed%refusals + 1, definite)
-      if (.not. definite) call condense_at_rest(system, outcome)
+      if (.not. definite) call condense_at_rest(system, all_bodies, outcome)
       condensed%wear = 0.0_wp
       condensed%failed = outcome
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)

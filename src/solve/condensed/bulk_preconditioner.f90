@@ -4,19 +4,18 @@
 module bulk_preconditioner
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_bulk_krylov
-  use lapack_interface, only: dsymv
   use block_matrix, only: multiply
   use back_ends, only: solver_done
   use rigid_border, only: solve_bordered
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
-  use right_side, only: gather_right
   use equation_values, only: spread_values, gather_values
-  use body_turns, only: follow_turns, to_frames, from_frames
-  use condensation, only: reduce_body, complete_body
+  use body_turns, only: to_frames, from_frames
   use bulk_factors, only: renew_factors
-  use condensed_direction, only: is_worth_trying, answer, most_allowed, most_stale
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest
+  use bulk_passes, only: begin_direction, solve_pass
+  use near_steps, only: find_near_direction
+  use condensed_direction, only: is_worth_trying, most_allowed, most_stale
+  use contact_tangent, only: factorise_tangent, form_rest, apply_rest
   use contact_sums, only: add_leading, take_shares
   use system_types, only: system_t
   implicit none
@@ -33,8 +32,6 @@ module bulk_preconditioner
   real(wp), parameter :: order = 1.5_wp
   !> A direction need not leave less than this share of what would have converged.
   real(wp), parameter :: well_below = 0.01_wp
-  !> Share of a right-hand side that the answer of contact within a pass may leave.
-  real(wp), parameter :: pass_accuracy = 1.0e-4_wp
 
 contains
 
@@ -49,10 +46,15 @@ contains
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
-    call form_bulk_tangent(x, system)
+    if (.not. system%condensed%near) call form_bulk_tangent(x, system)
     renewed = system%condensed%wear > system%condensed%worn
     if (renewed) call renew_factors(system, outcome)
     if (outcome /= solver_done) return
+    if (system%condensed%near) then
+      call find_near_direction(system, x, outcome)
+      if (outcome /= solver_done .or. system%condensed%near) return
+      call form_bulk_tangent(x, system)
+    end if
     call begin_direction(system, x)
     goal = min(coarsest*norm2(system%right), max(wanted_share(system)*norm2(system%right), &
       well_below*max(wanted, system%scale%round_off)))
@@ -73,16 +75,6 @@ contains
     end if
     system%condensed%norm_before = norm2(system%right)
   end subroutine find_bulk_direction
-
-  !> Frames of the bodies, element matrices in them, and the right-hand side.
-  subroutine begin_direction(system, x)
-    type(system_t), intent(inout) :: system !! u given; gets tangent of condensed, right
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-
-    call follow_turns(x, system)
-    call form_element_matrices(system, x)
-    call gather_right(system, 0.0_wp, .false.)
-  end subroutine begin_direction
 
   !> GMRES with a new factor of contact.
   subroutine iterate_anew(system, x, goal, arrived, outcome)
@@ -154,78 +146,6 @@ contains
     end do
     call count_cost(system%costs, cost_bulk_krylov, passes)
   end subroutine run_gmres
-
-  !> One pass: the older bulk with today's contact, solved for a right-hand side.
-  subroutine solve_pass(system, right, most, solution, answered)
-    type(system_t), intent(inout) :: system !! condensed bodies, tangent of contact
-    real(wp), intent(in) :: right(:) !! (equations) [force]
-    integer, intent(in) :: most !! iterations of contact allowed
-    real(wp), intent(out) :: solution(:) !! (equations) [length]
-    logical, intent(out) :: answered !! contact has been solved for
-    real(wp) :: field(3, size(system%equation, 2)), force(system%condensed%n)
-    real(wp) :: moved(system%condensed%n)
-    integer :: b
-
-    call spread_values(system%equation, right, field)
-    call to_frames(system, field)
-    do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
-        if (.not. allocated(body%node)) cycle
-        call reduce_body(body, field, system%costs)
-        force(body%first + 1:body%first + body%m) = body%reduced(body%equation)
-      end associate
-    end do
-    call begin_cost(system%costs, cost_solve)
-    call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, answered)
-    call end_cost(system%costs, cost_solve)
-    do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
-        if (.not. allocated(body%node)) cycle
-        call complete_body(body, moved(body%first + 1:body%first + body%m), field, system%costs)
-      end associate
-    end do
-    call from_frames(system, field)
-    call gather_values(system%equation, field, solution)
-  end subroutine solve_pass
-
-  !> Displacements of the candidates under forces there and the answer of contact to them.
-  subroutine answer_contact(system, floor, most, force, moved, answered)
-    type(system_t), intent(inout) :: system !! condensed, tangent of contact
-    real(wp), intent(in) :: floor !! force that the answer may leave [force]
-    integer, intent(in) :: most !! iterations of contact allowed
-    real(wp), intent(inout) :: force(:) !! (n) in: without contact; out: with it [force]
-    real(wp), intent(out) :: moved(:) !! (n) [length]
-    logical, intent(out) :: answered !! contact has been solved for
-    real(wp) :: push(system%condensed%rigid%modes)
-    real(wp), allocatable :: y(:), t(:)
-
-    answered = .true.
-    associate (condensed => system%condensed)
-      call apply_all(system, force, moved)
-      if (condensed%tangent%elements == 0) return
-      allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
-      push = 0.0_wp
-      call answer(condensed, moved(condensed%alive%live), push, floor, most, y, t, answered)
-      force(condensed%alive%live) = force(condensed%alive%live) - y
-      call apply_all(system, force, moved)
-    end associate
-  end subroutine answer_contact
-
-  !> Compliance of the bodies times forces on all candidates.
-  subroutine apply_all(system, force, moved)
-    type(system_t), intent(in) :: system !! condensed bodies
-    real(wp), intent(in) :: force(:) !! (n) [force]
-    real(wp), intent(out) :: moved(:) !! (n) [length]
-    integer :: b
-
-    do b = 1, size(system%condensed%bodies)
-      associate (body => system%condensed%bodies(b))
-        if (body%m > 0) call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
-          force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
-          moved(body%first + 1:body%first + body%m), 1)
-      end associate
-    end do
-  end subroutine apply_all
 
   !> Forces of the true tangent, of bulk and contact.
   subroutine apply_tangent(system, solution, force)

@@ -5,6 +5,7 @@ module chord_steps
   use costs, only: count_cost, cost_chord
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
+  use near_steps, only: find_near_again, note_near_step
   use condensed_direction, only: find_chord
   use residuals, only: form_residual, form_trial, residual_norm
   use live_values, only: direction_norm, direction_work
@@ -69,7 +70,7 @@ contains
       if (before <= 0.0_wp) return
       status = system%contact%status
       call find_direction_again(model, system, found)
-      if (found) call bend_direction(secants, system, found)
+      if (found .and. .not. system%condensed%near) call bend_direction(secants, system, found)
       length = direction_norm(system)
       found = found .and. length <= share*last
       if (found) then
@@ -85,7 +86,11 @@ contains
         call stay(model, system)
         return
       end if
-      call note_step(system, secants)
+      if (system%condensed%near) then
+        call note_near_step(system, after/before)
+      else
+        call note_step(system, secants)
+      end if
       call take_trial(system, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       chords%steps = chords%steps + 1
@@ -137,6 +142,9 @@ contains
 
     if (system%condensed%active) then
       call find_chord(system, found)
+    else if (system%condensed%near) then
+      call find_near_again(system, found)
+      if (found) call spread_direction(system)
     else
       system%whole%solver%accuracy = chord_accuracy
       system%condensed%norm_before = norm2(system%right)

@@ -243,16 +243,26 @@ contains
   end subroutine spread_body
 
   !> The first half of a solve: a right-hand side, eliminated down to the candidates.
-  subroutine reduce_body(body, b, costs)
+  subroutine reduce_body(body, b, floor, costs)
     type(condensed_body_t), intent(inout) :: body !! condensed; gets reduced
     real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
+    real(wp), intent(in) :: floor !! forces inside that are smaller together are none [force]
     type(cost_t), intent(inout) :: costs !! cost table
+    real(wp) :: outside(body%m)
     integer :: i
 
     if (.not. allocated(body%reduced)) allocate (body%reduced(size(body%node)))
     do i = 1, size(body%reduced)
       body%reduced(i) = b(body%direction(i), body%node(i))
     end do
+    outside = body%reduced(body%equation)
+    body%reduced(body%equation) = 0.0_wp
+    if (norm2(body%reduced) <= floor) then
+      body%reduced = 0.0_wp
+      body%reduced(body%equation) = outside
+      return
+    end if
+    body%reduced(body%equation) = outside
     call reduce_right(body%solver, body%m, body%reduced, costs)
   end subroutine reduce_body
 

@@ -306,7 +306,7 @@ contains
         force(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
       end do
       if (condensed%preconditions) then
-        call condense_at_rest(system, outcome)
+        call condense_at_rest(system, wanted, outcome)
       else
         call condense_all(system, wanted, outcome)
       end if

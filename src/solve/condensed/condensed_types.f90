@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
-    columns_t, defects_t, carried_t, influence_t, linear_sums_t
+    residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -179,10 +179,23 @@ module condensed_types
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
   end type defects_t
 
+  !> Steps by near factors and what they make of the residual: the images are orthonormal.
+  type :: residual_pairs_t
+    integer :: n = 0 !! pairs
+    logical :: asked = .false. !! asked_for is that of the last direction
+    real(wp), allocatable :: asked_for(:) !! (equations) residual that it was to answer [force]
+    real(wp) :: share(8) = 0.0_wp !! of each image in it [force]
+    real(wp), allocatable :: step(:, :) !! (equations, most) per force [length/force]
+    real(wp), allocatable :: image(:, :) !! (equations, most) by what the residual falls along them
+  end type residual_pairs_t
+
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
+    logical :: near = .false. !! the bulk has hardly strained since they were made: they alone
+    !! give the directions
+    type(residual_pairs_t) :: pairs !! what these have led to
     real(wp) :: wear = 0.0_wp !! passes that older factors have cost so far
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]

@@ -7,7 +7,7 @@ module bulk_assembly
   use bulk_laws, only: neohooke
   use tetrahedra_at_once, only: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, &
     form_tangents, is_reach_far
-  use element_lists, only: bulk_list_t, batch_size, on_threads
+  use element_lists, only: bulk_list_t, batch_size
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t
   implicit none
@@ -110,24 +110,38 @@ contains
     type(solid_t), intent(inout) :: elements(:) !! local data of each
     type(tetrahedra_t), intent(inout) :: groups(:) !! those that are alike
     integer :: k, last
-    logical :: parallel
 
     last = min(first + size(elements) - 1, list%n)
-    parallel = on_threads(list%n)
-    !$omp parallel do if(parallel) default(none) private(k) &
+    if (last - first < at_once) then
+      call compute_some(list, task, x, u, first, elements(:last - first + 1), groups(1))
+      return
+    end if
+    !$omp parallel do default(none) private(k) &
     !$omp& shared(list, task, x, u, first, last, elements, groups)
     do k = first, last, at_once
-      associate (group => groups((k - first)/at_once + 1), end => min(k + at_once - 1, last))
-        group%alike = are_alike(list, k, end)
-        if (group%alike) then
-          call compute_alike(list, task, x, u, k, group)
-        else
-          call compute_each(list, task, x, u, k, elements(k - first + 1:end - first + 1))
-        end if
-      end associate
+      call compute_some(list, task, x, u, k, elements(k - first + 1:min(k + at_once - 1, last) &
+        - first + 1), groups((k - first)/at_once + 1))
     end do
     !$omp end parallel do
   end subroutine compute
+
+  !> Computes no more elements than there are at once.
+  subroutine compute_some(list, task, x, u, first, elements, group)
+    type(bulk_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: task !! what they are told
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: first !! first element of these
+    type(solid_t), intent(inout) :: elements(:) !! local data of each
+    type(tetrahedra_t), intent(inout) :: group !! those that are alike
+
+    group%alike = are_alike(list, first, first + size(elements) - 1)
+    if (group%alike) then
+      call compute_alike(list, task, x, u, first, group)
+    else
+      call compute_each(list, task, x, u, first, elements)
+    end if
+  end subroutine compute_some
 
   !> Computes elements of any kind.
   subroutine compute_each(list, task, x, u, first, elements)

@@ -9,7 +9,7 @@ module bulk_term
   use element_lists, only: allocate_bulk
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
-  use block_matrix, only: block_matrix_t
+  use block_matrix, only: block_matrix_t, sum_absolute
   use block_graph, only: build_graph, locate_elements
   use bulk_products, only: multiply_bulk
   use bulk_assembly, only: assemble_bulk, find_bulk_reach
@@ -21,10 +21,12 @@ module bulk_term
   private
   public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
     form_bulk_force, &
-    form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step
+    form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step, jumps_little
 
   !> A step ends at this share of the way to where an element would be turned inside out.
   real(wp), parameter :: safe_share = 0.9_wp
+  !> A jump is small if so many times its length would turn no element inside out.
+  real(wp), parameter :: small_jump = 10.0_wp
 
 contains
 
@@ -40,7 +42,12 @@ contains
     call locate_elements(system%whole%bulk_matrix, system%bulk)
     call end_cost(system%costs, cost_pattern)
     call form_tangent_at(model%mesh%x, system%u, system)
-    if (system%bulk%linear) deallocate (system%bulk%block)
+    if (system%bulk%linear) then
+      deallocate (system%bulk%block)
+    else
+      allocate (system%inner%rows(3, 3, model%mesh%nodes))
+      call sum_absolute(system%whole%bulk_matrix, system%inner%rows)
+    end if
     if (size(system%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
       maxval(abs(system%whole%bulk_matrix%val))
   end subroutine build_bulk
@@ -147,30 +154,42 @@ contains
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
 
-  !> Start of an increment: what is prescribed jumps, and would turn elements next to it inside out.
-  !! So the bulk answers the jump by its tangent at the last state until a first step has been
-  !! taken.
-  subroutine start_bulk(x, u, system)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+  !> Start of an increment. Factors that precede an iteration are near to begin with.
+  subroutine start_bulk(u, system)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_start, u_start, linearised
+    type(system_t), intent(inout) :: system !! gets u_start; linearised, near of condensed
 
     if (system%bulk%linear) return
-    call form_tangent_at(x, u, system)
-    system%inner%bulk_start = system%inner%bulk_force
     system%inner%u_start = u
-    system%inner%linearised = .true.
+    system%inner%linearised = .false.
+    system%condensed%near = system%condensed%preconditions
   end subroutine start_bulk
 
-  !> Back to the start of the increment.
+  !> To the start of the increment, or back there: what is prescribed jumps, and may turn elements
+  !! next to it inside out. So the bulk answers the jump by its tangent at the last state until a
+  !! first step has been taken; where factors are near it answers as it is.
   subroutine return_bulk(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, linearised
+    type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, bulk_start,
+    !! linearised
 
-    if (system%bulk%linear .or. system%inner%linearised) return
+    if (system%bulk%linear .or. system%inner%linearised .or. system%condensed%near) return
     call form_tangent_at(x, system%inner%u_start, system)
+    system%inner%bulk_start = system%inner%bulk_force
     system%inner%linearised = .true.
   end subroutine return_bulk
+
+  !> The start that has been chosen strains the bulk little, so that it can answer as it is.
+  logical function jumps_little(x, system) result(little)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! u, u_start
+    real(wp) :: reach
+    integer :: worst
+
+    call find_bulk_reach(system%bulk, x, system%inner%u_start, &
+      small_jump*(system%u - system%inner%u_start), reach, worst)
+    little = reach >= huge(1.0_wp)
+  end function jumps_little
 
   !> Internal force at u.
   subroutine form_bulk_force(x, system)
