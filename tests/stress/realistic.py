@@ -209,6 +209,7 @@ def cubes(seed):
                       lambda t: tuple(np.sum([loads[k](t) for k in free], axis=0)))]
     moments = scene.moments
     scene.moments = [lambda t: tuple(np.sum([moments[k](t) for k in free], axis=0))]
+    scene.inside = [f'joints{axis}' for axis in (1, 2, 3)]
     return scene
 
 

@@ -240,6 +240,7 @@ class Scene:
         self.wanted = wanted            # largest error allowed
         self.balance = balance or []    # (sets, {pair: sign}, load function of time) for a body
         self.balance_wanted = 1e-9      # of Fn
+        self.inside = []                # pairs between bodies that are balanced as one
         self.floor = 1e-300             # forces below are round-off
         self.mus = mus or {}            # pair: (mu1, mu2)
         self.factor = factor            # size of the model, for round-off
