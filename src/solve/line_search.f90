@@ -71,13 +71,12 @@ contains
     real(wp), intent(in) :: longest !! share of du to begin with, at most 1
     real(wp), intent(out) :: length !! accepted share of du
     real(wp) :: next, best, best_length, du
-    integer :: status(system%contact%n), halving
+    integer :: halving
 
     best = huge(1.0_wp)
     best_length = longest
     length = longest
     du = direction_norm(system)
-    status = system%contact%status
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
@@ -94,46 +93,9 @@ contains
       length = best_length
       if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, x, length)
-    else if (length < longest .and. system%bulk%linear) then
-      call go_further(system, x, status, natural, longest, length)
     end if
     call take_trial(system, length)
   end subroutine search_line
-
-  !> A cut step that has left all points as they were leaves the tangent and the rest of its
-  !! direction as they were, too: the line search goes on along that rest, as the next iteration
-  !! would.
-  subroutine go_further(system, x, status, natural, longest, length)
-    type(system_t), intent(inout) :: system !! trial formed at length
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    integer, intent(in) :: status(:) !! (contact elements) their status before the step
-    logical, intent(in) :: natural !! the length of the next direction counts as well
-    real(wp), intent(in) :: longest !! share of du that did not pass
-    real(wp), intent(inout) :: length !! accepted share of du
-    real(wp) :: start, rest, part
-    integer :: halving, times
-    logical :: passed
-
-    do times = 1, most_halvings
-      if (any(system%contact%status /= status)) return
-      start = residual_norm(system)
-      rest = longest - length
-      part = 0.5_wp
-      do halving = 1, most_halvings
-        call form_trial(system, x, length + part*rest)
-        passed = residual_norm(system) <= (1.0_wp - sufficient_decrease*part)*start
-        if (.not. passed .and. natural) passed = next_direction(system, length + part*rest) <= &
-          (1.0_wp - sufficient_shortening*part)*rest*direction_norm(system)
-        if (passed) exit
-        part = 0.5_wp*part
-      end do
-      if (.not. passed) then
-        call form_trial(system, x, length)
-        return
-      end if
-      length = length + part*rest
-    end do
-  end subroutine go_further
 
   !> Energy of the residual after a full step with the direction that the present factor gives.
   real(wp) function next_energy(system) result(energy)

@@ -41,9 +41,9 @@ module newton_progress
   real(wp), parameter :: creeping_share = 0.1_wp
   integer, parameter :: most_creeping = 8
   !> Points are settled if a full step changes no more than this share of the closed ones,
-  real(wp), parameter :: settled_share = 0.06_wp
+  real(wp), parameter :: settled_share = 0.02_wp
   !> and which of them stick and slip is known once its energy is below this share of the first.
-  real(wp), parameter :: rough_energy = 1.0e-2_wp
+  real(wp), parameter :: rough_energy = 1.0e-3_wp
   !> Residual over forces before an iteration after which the tangent of contact serves on, where
   !! that is all that an iteration forms.
   real(wp), parameter :: close_share = 0.01_wp
