@@ -3,7 +3,8 @@ module increments
   use kinds, only: wp
   use linear_solver, only: rest_solver
   use model_types, only: model_t
-  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, start_again
+  use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
+    start_again
   use contact_system, only: settle_contact
   use touch_path, only: touch_waits
   use first_touch, only: keep_path
@@ -15,7 +16,8 @@ module increments
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_restless, outcome_singular
   use contact_parameters, only: is_stiff, shifts_gap
-  use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, has_failed
+  use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, &
+    come_along, has_failed
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
@@ -31,6 +33,8 @@ module increments
   !> A drag that has led nowhere so often since the last increment that was accepted is not tried
   !! with shorter ones: these start near their end, if they have one.
   integer, parameter :: most_in_vain = 2
+  !> A start from grown loads that is one leads to the end in so many linear solves.
+  integer, parameter :: most_grown = 20
 
 contains
 
@@ -43,7 +47,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: choice, stayed, failed
+    logical :: done
 
     call choose_solver(model, system, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
@@ -51,6 +55,57 @@ contains
     call take_overlaps(model, time)
     call begin_at(model, system, state, time)
     call choose_start(model, system, state, time, monitor)
+    call solve_grown(model, system, state, time, settings, monitor, progress, done)
+    if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
+    if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+    if (progress%outcome /= outcome_converged) return
+    system%motion%hopeless = .false.
+    system%body%in_vain = 0
+    call accept(model, system, state, time)
+  end subroutine solve_increment
+
+  !> Solves from the last state times the growth of the loads, where the residual is smaller there.
+  !! Multipliers come along at once: which points stick, slip and are open is known.
+  subroutine solve_grown(model, system, state, time, settings, monitor, progress, done)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate, or the start
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    logical, intent(out) :: done !! no other start need be tried
+    type(settings_t) :: now
+
+    system%position%growth = 1.0_wp
+    call take_grown(model, system, state, monitor, done)
+    if (.not. done) return
+    now = settings
+    now%most_solves = min(most_grown, settings%most_solves)
+    if (any(shifts_gap(model%pairs))) then
+      call come_along(model, system, time, now, monitor, progress)
+    else
+      call solve_from_start(model, system, time, now, monitor, progress)
+    end if
+    system%position%growth = 1.0_wp
+    done = .not. has_failed(progress)
+    if (done) return
+    call monitor%detail('  no convergence: once more from the usual start')
+    progress = newton_t()
+    call begin_at(model, system, state, time)
+    call choose_start(model, system, state, time, monitor)
+  end subroutine solve_grown
+
+  !> Solves from the start that has been chosen, then from the other one, then with a drag.
+  subroutine solve_usual(model, system, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    logical :: choice, stayed, failed
+
     choice = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     stayed = any(abs(system%position%carried - system%u) > 0.0_wp)
     if (any(shifts_gap(model%pairs))) then
@@ -74,12 +129,7 @@ contains
       call let_down(model, system, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) system%body%in_vain = system%body%in_vain + 1
     end if
-    if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
-    if (progress%outcome /= outcome_converged) return
-    system%motion%hopeless = .false.
-    system%body%in_vain = 0
-    call accept(model, system, state, time)
-  end subroutine solve_increment
+  end subroutine solve_usual
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").

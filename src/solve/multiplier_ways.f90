@@ -13,17 +13,16 @@ module multiplier_ways
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
+  use grown_start, only: is_pile
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: solve_with_multipliers, solve_from_start, rest_then_along, has_failed
+  public :: solve_with_multipliers, solve_from_start, rest_then_along, come_along, &
+    has_failed
 
   !> Ways: multipliers come along from the start, rest until it is known which points stick, slip
   !! and are open, or rest while Newton iterates and are updated in between.
   integer, parameter :: along = 1, rest_first = 2, updates = 3
-  !> From so many bodies that contact alone holds they rest first: far from the solution the
-  !! multipliers of bodies that hold each other lead each other astray.
-  integer, parameter :: many_bodies = 3
 
 contains
 
@@ -42,7 +41,7 @@ contains
     start = system%u
     rested = .false.
     ways = [along, rest_first, updates]
-    if (count(system%body%weak) >= many_bodies) ways = [rest_first, along, updates]
+    if (is_pile(system)) ways = [rest_first, along, updates]
     do i = 1, size(ways)
       if (ways(i) == updates .and. .not. rested) exit
       if (i > 1) then

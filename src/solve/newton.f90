@@ -44,7 +44,9 @@ module newton
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone.
-  integer, parameter :: most_turns = 6
+  integer, parameter :: most_turns = 14
+  !> A point has turned back if it had slipped by more than this share of what it slips now.
+  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -314,7 +316,8 @@ contains
     if (progress%updated) return
     system%contact%hold = .false.
     if (progress%turns < most_turns) system%contact%hold = &
-      sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp
+      sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp .and. &
+      norm2(system%contact%slip_before, 1) > least_slip*norm2(system%contact%slip, 1)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
 

@@ -104,6 +104,7 @@ module system_types
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
+    real(wp) :: growth = 1.0_wp !! the start is the last state times this
   end type positions_t
 
   !> What the bulk answers to the displacements of the iterate.
