@@ -13,6 +13,7 @@ module newton
     round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
   use supports, only: drop_bodies
+  use grown_start, only: is_pile
   use drag, only: begin_drag, settle_drag, count_way
   use expected_status, only: forget_expected
   use line_search, only: search_line, approach
@@ -43,8 +44,9 @@ module newton
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
-  !> Iterations with points that turn back after which a solve relies on the line search alone.
-  integer, parameter :: most_turns = 14
+  !> Iterations with points that turn back after which a solve relies on the line search alone. In
+  !! piles of bodies the search for the points that open uses up some of them.
+  integer, parameter :: most_turns = 6, most_turns_of_pile = 14
   !> A point has turned back if it had slipped by more than this share of what it slips now.
   real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
@@ -315,7 +317,8 @@ contains
 
     if (progress%updated) return
     system%contact%hold = .false.
-    if (progress%turns < most_turns) system%contact%hold = &
+    if (progress%turns < merge(most_turns_of_pile, most_turns, is_pile(system))) &
+      system%contact%hold = &
       sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp .and. &
       norm2(system%contact%slip_before, 1) > least_slip*norm2(system%contact%slip, 1)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1

@@ -55,7 +55,7 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
 
-    values = system%whole%bulk_matrix%val
+    allocate (values, source=system%whole%bulk_matrix%val)
     call form_solid_tangent(system%condensed%rigid%x, u, system)
     call condense_all(system, wanted, outcome)
     call move_alloc(values, system%whole%bulk_matrix%val)
