@@ -103,7 +103,7 @@ contains
       if (.not. system%condensed%active) then
         if (is_round_off(system, .true.)) return
       end if
-      if (system%condensed%tangent%parts%iterated .and. after > promising*before) return
+      if (answers_by_blocks(system) .and. after > promising*before) return
       last = length
       last_work = work
     end do
@@ -114,11 +114,16 @@ contains
   pure logical function finds_by_iteration(system) result(iterated)
     type(system_t), intent(in) :: system !! its solver
 
-    iterated = system%condensed%preconditions
-    associate (parts => system%condensed%tangent%parts)
-      if (system%condensed%active) iterated = parts%iterated .and. .not. parts%grouped
-    end associate
+    iterated = system%condensed%preconditions .or. (answers_by_blocks(system) .and. &
+      .not. system%condensed%tangent%parts%grouped)
   end function finds_by_iteration
+
+  !> Blocks stand in for the small matrix of contact in the condensed form.
+  pure logical function answers_by_blocks(system) result(blocks)
+    type(system_t), intent(in) :: system !! its solver
+
+    blocks = system%condensed%active .and. system%condensed%tangent%parts%iterated
+  end function answers_by_blocks
 
   !> Leaves the system where it is: no share of the direction is taken.
   subroutine stay(model, system)

@@ -184,7 +184,7 @@ module condensed_types
     integer :: n = 0 !! pairs
     logical :: asked = .false. !! asked_for is that of the last direction
     real(wp), allocatable :: asked_for(:) !! (equations) residual that it was to answer [force]
-    real(wp) :: share(8) = 0.0_wp !! of each image in it [force]
+    real(wp), allocatable :: share(:) !! (most) of each image in it [force]
     real(wp), allocatable :: step(:, :) !! (equations, most) per force [length/force]
     real(wp), allocatable :: image(:, :) !! (equations, most) by what the residual falls along them
   end type residual_pairs_t

@@ -6,7 +6,7 @@ module contact_groups
   use low_rank, only: peel, largest_weighed
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
   use contact_sums, only: live_roots, is_loose
-  use sparse_columns, only: append
+  use sparse_columns, only: append, number_new
   use system_types, only: system_t
   implicit none
   private
@@ -143,20 +143,12 @@ contains
     integer, intent(in) :: mine(:) !! numbers of the elements
     integer, intent(inout) :: mark(:) !! (live) zeros; gets the number in touched
     integer, allocatable, intent(out) :: touched(:) !! live candidates
-    integer :: e, i, n
+    integer :: e, n
 
     allocate (touched(size(tangent%dofs, 1)*size(mine)))
     n = 0
     do e = 1, size(mine)
-      associate (dofs => tangent%dofs(:, tangent%element(mine(e))))
-        do i = 1, size(dofs)
-          if (dofs(i) == 0) cycle
-          if (mark(dofs(i)) > 0) cycle
-          n = n + 1
-          mark(dofs(i)) = n
-          touched(n) = dofs(i)
-        end do
-      end associate
+      call number_new(tangent%dofs(:, tangent%element(mine(e))), mark, touched, n)
     end do
     touched = touched(:n)
   end subroutine list_touched

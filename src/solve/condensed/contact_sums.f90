@@ -5,7 +5,7 @@ module contact_sums
   use lapack_interface, only: dsyev
   use vectors, only: identity
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
-  use sparse_columns, only: append, add_product, take_product
+  use sparse_columns, only: append, number_new, add_product, take_product
   implicit none
   private
   public :: sum_elements, add_whole_rest, live_roots, peel_nodes, take_held, take_shares, &
@@ -242,12 +242,7 @@ contains
     associate (all => sum%row(sum%start(first):sum%start(last + 1) - 1))
       allocate (row(size(all)))
       n = 0
-      do i = 1, size(all)
-        if (place(all(i)) > 0) cycle
-        n = n + 1
-        place(all(i)) = n
-        row(n) = all(i)
-      end do
+      call number_new(all, place, row, n)
     end associate
     row = row(:n)
     allocate (column(n, last - first + 1), source=0.0_wp)

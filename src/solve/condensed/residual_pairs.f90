@@ -69,10 +69,10 @@ contains
     if (.not. pairs%asked .or. pairs%n == most_pairs) return
     pairs%asked = .false.
     if (allocated(pairs%step)) then
-      if (size(pairs%step, 1) /= size(step)) deallocate (pairs%step, pairs%image)
+      if (size(pairs%step, 1) /= size(step)) deallocate (pairs%step, pairs%image, pairs%share)
     end if
     if (.not. allocated(pairs%step)) allocate (pairs%step(size(step), most_pairs), &
-      pairs%image(size(step), most_pairs))
+      pairs%image(size(step), most_pairs), pairs%share(most_pairs))
     n = pairs%n + 1
     pairs%step(:, n) = step
     pairs%image(:, n) = pairs%asked_for - right

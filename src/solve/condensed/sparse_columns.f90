@@ -4,7 +4,7 @@ module sparse_columns
   use condensed_types, only: columns_t
   implicit none
   private
-  public :: append, add_product, take_product
+  public :: append, number_new, add_product, take_product
 
 contains
 
@@ -32,6 +32,23 @@ contains
     columns%value(columns%start(j):last) = value
     columns%start(j + 1) = last + 1
   end subroutine append
+
+  !> Numbers those live candidates of a list that have no number yet, in the order of the list.
+  pure subroutine number_new(dofs, place, row, n)
+    integer, intent(in) :: dofs(:) !! live candidates, 0 for none
+    integer, intent(inout) :: place(:) !! (live) number of each, 0 for none
+    integer, intent(inout) :: row(:) !! live candidate of each number
+    integer, intent(inout) :: n !! numbers given
+    integer :: i
+
+    do i = 1, size(dofs)
+      if (dofs(i) == 0) cycle
+      if (place(dofs(i)) > 0) cycle
+      n = n + 1
+      place(dofs(i)) = n
+      row(n) = dofs(i)
+    end do
+  end subroutine number_new
 
   !> Adds the columns times their shares to y.
   pure subroutine add_product(columns, share, y)
