@@ -5,7 +5,7 @@ module memory
   use text, only: to_text
   implicit none
   private
-  public :: peak_memory, memory_left, memory_text
+  public :: peak_memory, memory_left, address_limited, memory_text
 
   !> C's struct rlimit: the limit that holds, and the highest that may be set.
   type, bind(c) :: limit_t
@@ -53,6 +53,14 @@ contains
     used = number_in('/sys/fs/cgroup/memory.current')
     if (share > 0.0_wp .and. used >= 0.0_wp) bytes = min(bytes, max(0.0_wp, share - used))
   end function memory_left
+
+  !> Somebody has limited the address space of the process (ulimit -v).
+  logical function address_limited()
+    type(limit_t) :: limit
+
+    address_limited = c_getrlimit(address_space, limit) == 0_c_int
+    if (address_limited) address_limited = limit%now > 0_c_long
+  end function address_limited
 
   !> A size in words: 12 MB, 3.4 GB.
   pure function memory_text(bytes) result(t)

@@ -4,32 +4,13 @@ module process
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_null_char, c_funptr, c_funloc, c_ptr, &
     c_null_ptr, c_associated, c_loc
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use kinds, only: wp
   use errors, only: exit_resources
-  use memory, only: memory_left
   use libc, only: c_fopen, c_fileno, c_fclose
   use signals, only: last_words
   implicit none
   private
-  public :: end_process, keep_memory, return_memory, catch_lack_of_memory, open_standard_files, &
+  public :: end_process, catch_lack_of_memory, open_standard_files, &
     wait_passively, start_again, set_variable
-
-  ! Options of glibc's mallopt (malloc.h)
-  integer(c_int), parameter :: trim_threshold = -1_c_int
-  integer(c_int), parameter :: top_pad = -2_c_int
-  integer(c_int), parameter :: mmap_threshold = -3_c_int
-  integer(c_int), parameter :: mmap_max = -4_c_int
-  !> Blocks up to this size come from the heap, and so much of it is kept when it is free [bytes].
-  integer(c_int), parameter :: kept_bytes = 1073741824_c_int
-  !> The heap grows by this much at a time [bytes], by less where little is left.
-  integer(c_int), parameter :: growth_bytes = 67108864_c_int
-  !> And by this share of what is left at most.
-  real(wp), parameter :: growth_share = 0.03_wp
-  !> Blocks of more than this size go back to the system when they are free, where memory is what a
-  !! run is short of [bytes].
-  integer(c_int), parameter :: returned_bytes = 262144_c_int
-  !> So many of them at most, as glibc has it.
-  integer(c_int), parameter :: most_returned = 65536_c_int
 
   !> Exit code of Fortran's runtime when the system refuses something, memory for the most part.
   integer(c_int), parameter :: runtime_refused = 1_c_int
@@ -80,38 +61,9 @@ module process
       character(kind=c_char), intent(in) :: path(*) !! closed by a null character
       type(c_ptr), intent(in) :: arguments(*) !! closed by a null pointer
     end function c_execv
-
-    !> glibc's mallopt: 1 when the option was taken.
-    integer(c_int) function c_mallopt(option, value) bind(c, name='mallopt')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: option !! which option
-      integer(c_int), value :: value !! its value
-    end function c_mallopt
   end interface
 
 contains
-
-  !> Keeps freed memory for the next factorisation instead of giving it back to the system, which
-  !! costs a quarter of the time of a run with many large factors.
-  subroutine keep_memory()
-    integer(c_int) :: taken, growth
-
-    growth = int(min(real(growth_bytes, wp), growth_share*memory_left()), c_int)
-    taken = c_mallopt(mmap_threshold, kept_bytes)
-    if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
-    if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)
-  end subroutine keep_memory
-
-  !> Gives freed memory back to the system, from now on. Open MPI forbids it where it starts.
-  subroutine return_memory()
-    integer(c_int) :: taken
-
-    taken = c_mallopt(mmap_threshold, returned_bytes)
-    if (taken == 1_c_int) taken = c_mallopt(trim_threshold, returned_bytes)
-    if (taken == 1_c_int) taken = c_mallopt(top_pad, 0_c_int)
-    if (taken == 1_c_int) taken = c_mallopt(mmap_max, most_returned)
-  end subroutine return_memory
 
   !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
   !! those that are waited for; unless the user has said what they do.

@@ -8,7 +8,7 @@ module parallel
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: last_words
-  use process, only: return_memory
+  use heap, only: return_memory
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
   use ranks, only: count_ranks, this_rank

@@ -2,7 +2,7 @@
 module parallel
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text
-  use process, only: keep_memory
+  use heap, only: keep_memory
   use ranks, only: count_ranks
   implicit none
   private
