@@ -144,6 +144,8 @@ contains
     character(*), intent(in) :: text !! bytes of a file
     integer, intent(in) :: i !! place of the character
 
+    ends = .false.
+    if (text(i:i) > achar(13)) return
     ends = text(i:i) == achar(10)
     if (text(i:i) /= achar(13)) return
     ends = i == len(text)

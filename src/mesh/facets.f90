@@ -32,7 +32,8 @@ contains
     allocate (keys(3, n))
     do e = 1, mesh%elements
       do k = 1, 4
-        keys(:, 4*(e - 1) + k) = ascending(mesh%ix(tet4%facet(:3, k), e))
+        keys(:, 4*(e - 1) + k) = ascending([mesh%ix(tet4%facet(1, k), e), &
+          mesh%ix(tet4%facet(2, k), e), mesh%ix(tet4%facet(3, k), e)])
       end do
     end do
     call sort_columns(keys, order)

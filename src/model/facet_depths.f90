@@ -71,45 +71,51 @@ contains
     real(wp), intent(in) :: corner(3, 3) !! corners of the facet [length]
     real(wp), intent(in) :: radius !! the depth is at most this [length]
     integer, intent(inout) :: near(:) !! room for facets
-    real(wp) :: ray(3), middle(3), way, first, reach
+    real(wp) :: ray(3), middle(3), start(3, n_rays), first(n_rays), reach
     integer :: r, k, n
 
     ray = -(radius/share)*facet_normal(corner)
     middle = sum(corner, 2)/3.0_wp
     reach = 0.5_wp*norm2(ray) + maxval(norm2(corner - spread(middle, 2, 3), 1))
     call facets_near(outside%tree, middle + 0.5_wp*ray, reach, near, n)
-    way = 0.0_wp
     do r = 1, n_rays
-      first = 1.0_wp
-      do k = 1, n
-        if (outside%body(exterior%elements(near(k))) /= outside%body(element)) cycle
-        first = min(first, share_to(x(:, exterior%corners(:, near(k))), matmul(corner, starts(:, &
-          r)), ray))
-      end do
-      way = max(way, first)
+      start(:, r) = matmul(corner, starts(:, r))
     end do
-    depth = way*radius
+    first = 1.0_wp
+    do k = 1, n
+      if (outside%body(exterior%elements(near(k))) /= outside%body(element)) cycle
+      associate (node => exterior%corners(:, near(k)))
+        call shorten(x(:, node(1)), x(:, node(2)), x(:, node(3)), start, ray, first)
+      end associate
+    end do
+    depth = maxval(first)*radius
   end function depth_below
 
-  !> The share of a ray after which it leaves a body through a facet; 1 if it does not.
-  pure real(wp) function share_to(corner, start, ray) result(first)
-    real(wp), intent(in) :: corner(3, 3) !! corners of the facet, counter-clockwise from outside
-    real(wp), intent(in) :: start(3) !! of the ray [length]
-    real(wp), intent(in) :: ray(3) !! to its end [length]
+  !> The shares of parallel rays after which they leave a body through a facet, where those are less
+  !! than the ones so far.
+  pure subroutine shorten(x1, x2, x3, start, ray, first)
+    real(wp), intent(in) :: x1(3) !! corners of the facet, counter-clockwise from outside [length]
+    real(wp), intent(in) :: x2(3) !! the second [length]
+    real(wp), intent(in) :: x3(3) !! the third [length]
+    real(wp), intent(in) :: start(3, n_rays) !! of the rays [length]
+    real(wp), intent(in) :: ray(3) !! from there to their ends [length]
+    real(wp), intent(inout) :: first(n_rays) !! shares; 1 for a ray that does not leave
     real(wp) :: a(3), b(3), normal(3), away(3), q(3), volume, xi, eta, s
+    integer :: r
 
-    first = 1.0_wp
-    a = corner(:, 2) - corner(:, 1)
-    b = corner(:, 3) - corner(:, 1)
-    away = start - corner(:, 1)
+    a = x2 - x1
+    b = x3 - x1
     normal = cross(a, b)
     volume = dot_product(ray, normal)
     if (volume <= along*norm2(ray)*norm2(normal)) return
-    q = cross(ray, away)
-    xi = dot_product(b, q)/volume
-    eta = -dot_product(a, q)/volume
-    if (min(xi, eta, 1.0_wp - xi - eta) < -beside) return
-    s = -dot_product(away, normal)/volume
-    if (s > at_start) first = min(1.0_wp, s)
-  end function share_to
+    do r = 1, n_rays
+      away = start(:, r) - x1
+      q = cross(ray, away)
+      xi = dot_product(b, q)/volume
+      eta = -dot_product(a, q)/volume
+      if (min(xi, eta, 1.0_wp - xi - eta) < -beside) cycle
+      s = -dot_product(away, normal)/volume
+      if (s > at_start) first(r) = min(first(r), s)
+    end do
+  end subroutine shorten
 end module facet_depths

@@ -322,12 +322,16 @@ contains
     integer, intent(in) :: nodes(:) !! node numbers
     integer, allocatable :: elements(:)
     logical :: inside(0:mesh%nodes)
+    logical, allocatable :: holds(:)
     integer :: e
 
     inside = .false.
     inside(nodes) = .true.
-    elements = pack([(e, e=1, mesh%elements)], [(mesh%ix(most_nodes, e) > 0 .and. &
-      any(inside(mesh%ix(:, e))), e=1, mesh%elements)])
+    allocate (holds(mesh%elements), source=.false.)
+    do e = 1, mesh%elements
+      if (mesh%ix(most_nodes, e) > 0) holds(e) = any(inside(mesh%ix(:, e)))
+    end do
+    elements = pack([(e, e=1, mesh%elements)], holds)
   end function elements_at
 
   !> The exterior facets whose corners all lie among the nodes.

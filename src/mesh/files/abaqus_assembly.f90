@@ -74,14 +74,16 @@ contains
   pure subroutine go_to_star(text, cursor)
     character(*), intent(in) :: text !! the file
     type(cursor_t), intent(inout) :: cursor !! the beginning of a line; then of that line
-    integer :: star, start, next
+    integer :: start, next
 
     next = cursor%at
     do while (next <= cursor%last)
-      star = index(text(next:cursor%last), '*')
-      if (star == 0) exit
-      start = next + star - 1
-      next = start + 1
+      if (text(next:next) /= '*') then
+        next = next + 1
+        cycle
+      end if
+      start = next
+      next = next + 1
       do while (start > cursor%at)
         if (scan(text(start - 1:start - 1), ' '//achar(9)) == 0) exit
         start = start - 1

@@ -75,15 +75,15 @@ contains
     integer, intent(out) :: first !! first character of the item
     integer, intent(out) :: last !! its last character; before the first if it is empty
     logical, intent(out) :: found !! false at the end of the line
-    integer :: comma
 
     first = at
     last = at - 1
     found = at <= end
     if (.not. found) return
-    comma = index(text(at:end), ',')
-    last = end
-    if (comma > 0) last = at + comma - 2
+    do while (last < end)
+      if (text(last + 1:last + 1) == ',') exit
+      last = last + 1
+    end do
     at = last + 2
     do while (first <= last)
       if (text(first:first) /= ' ' .and. text(first:first) /= achar(9)) exit

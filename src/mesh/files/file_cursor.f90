@@ -66,12 +66,13 @@ contains
     last = first - 1
     found = cursor%at <= cursor%last .and. .not. cursor%failed
     if (.not. found) return
-    last = scan(text(first:cursor%last), achar(10)//achar(13))
-    if (last == 0) then
-      last = cursor%last
+    do while (last < cursor%last)
+      if (text(last + 1:last + 1) == achar(10) .or. text(last + 1:last + 1) == achar(13)) exit
+      last = last + 1
+    end do
+    if (last == cursor%last) then
       cursor%at = cursor%last + 1
     else
-      last = first + last - 2
       cursor%at = last + 2
       if (text(last + 1:min(last + 2, cursor%last)) == achar(13)//achar(10)) cursor%at = last + 3
     end if
@@ -223,7 +224,7 @@ contains
     value = 0
     start = first
     if (first <= last) then
-      if (scan(text(first:first), '+-') > 0) start = first + 1
+      if (text(first:first) == '+' .or. text(first:first) == '-') start = first + 1
     end if
     long = 0
     do i = start, last

@@ -126,26 +126,27 @@ contains
     type(file_place_t), intent(in) :: place !! knows the file
     type(file_mesh_t), intent(inout) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    integer :: c, wrong, turned, first
+    real(wp) :: x(3, 4), volume
+    integer :: c, k, wrong, turned, first
 
     wrong = 0
     turned = 0
     first = 0
     do c = 1, file%cells
       if (file%size(c) /= 4) cycle
-      associate (corners => file%corners(:, c))
-        associate (volume => relative_volume(file%x(:, corners)))
-          if (abs(volume) <= flat_limit) then
-            call report(place, file%cell_at(c), 'tetrahedron '//to_text(file%cell_tag(c))// &
-              ' is flat', 'its four corners lie in one plane; mesh the volume anew', wrong, &
-              diagnostics)
-          else if (volume < 0.0_wp) then
-            turned = turned + 1
-            if (turned == 1) first = c
-          end if
-        end associate
-        if (relative_volume(file%x(:, corners)) < 0.0_wp) call turn_round(file, c)
-      end associate
+      do k = 1, 4
+        x(:, k) = file%x(:, file%corners(k, c))
+      end do
+      volume = relative_volume(x)
+      if (abs(volume) <= flat_limit) then
+        call report(place, file%cell_at(c), 'tetrahedron '//to_text(file%cell_tag(c))// &
+          ' is flat', 'its four corners lie in one plane; mesh the volume anew', wrong, &
+          diagnostics)
+      else if (volume < 0.0_wp) then
+        turned = turned + 1
+        if (turned == 1) first = c
+      end if
+      if (volume < 0.0_wp) call turn_round(file, c)
     end do
     if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
       file%cell_at(first)), to_text(turned)//' left-handed tetrahedra reordered, '// &
@@ -211,12 +212,14 @@ contains
     type(file_place_t), intent(inout) :: place !! marks what joins the mesh
     type(file_mesh_t), intent(in) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! notes
-    integer :: c, n, lost, first
+    integer :: c, k, n, lost, first
 
     do c = 1, file%cells
       if (file%size(c) < 4) cycle
       place%node(file%corners(:, c)) = 1
-      place%node(pack(file%middles(:, c), file%middles(:, c) > 0)) = 1
+      do k = 1, size(file%middles, 1)
+        if (file%middles(k, c) > 0) place%node(file%middles(k, c)) = 1
+      end do
     end do
     call note_coincident(place, file, diagnostics)
     lost = count(place%node == 0)

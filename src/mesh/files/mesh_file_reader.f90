@@ -8,7 +8,7 @@ module mesh_file_reader
   use source, only: add_file, file_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use cells, only: mirrored
+  use cells, only: mirrored, most_nodes
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element
   use file_cursor, only: cursor_t
@@ -119,8 +119,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     logical, intent(out) :: good !! there is room
     type(error_t), allocatable :: error
-    integer :: n, e, c, nodes, elements
-    integer, allocatable :: nodes_of(:)
+    integer :: n, e, c, k, nodes, elements, nodes_of(most_nodes)
     real(wp) :: apart
     logical :: twice
 
@@ -146,9 +145,11 @@ contains
       if (place%element(c) < 1) cycle
       e = e + 1
       place%element(c) = e
-      nodes_of = place%node([file%corners(:, c), pack(file%middles(:, c), file%middles(:, c) > 0)])
-      if (mesh%mirrors) nodes_of = mirrored(nodes_of)
-      call place_element(mesh, origin, e, nodes_of, 1, index, 0, twice)
+      k = 4 + count(file%middles(:, c) > 0)
+      nodes_of(:4) = place%node(file%corners(:, c))
+      nodes_of(5:k) = place%node(file%middles(:k - 4, c))
+      if (mesh%mirrors) nodes_of(:k) = mirrored(nodes_of(:k))
+      call place_element(mesh, origin, e, nodes_of(:k), 1, index, 0, twice)
     end do
     do c = 1, file%cells
       if (place%element(c) < 0) place%element(c) = place%element(-place%element(c))
