@@ -41,10 +41,12 @@ module multiplier_field
 contains
 
   !> Vectors for all slave nodes of those points that are near the master.
-  pure subroutine make_field(pair, near, normal, field)
+  pure subroutine make_field(pair, near, facing, normal, field)
     type(pair_t), intent(in) :: pair !! the pair
     logical, intent(in) :: near(:) !! (points) there is a master facet
-    real(wp), intent(in) :: normal(:, :) !! (3, points) unit normals of the master
+    real(wp), intent(in) :: facing(:, :) !! (3, points) unit normals of the undeformed master, which
+                                         !! tell the faces: these stay while an increment is solved
+    real(wp), intent(in) :: normal(:, :) !! (3, points) unit normals of the master as it is now
     type(multiplier_field_t), intent(out) :: field !! the field
     real(wp), allocatable :: first_normal(:, :)
     integer, allocatable :: faces(:, :)
@@ -57,9 +59,8 @@ contains
     do p = 1, count_points(pair)
       if (.not. near(p)) cycle
       do b = 1, 3
-        call find_vector(faces(:, pair%points%point_nodes(b, p)), normal(:, p), first_normal, &
-          field%n, &
-          field%vector(b, p))
+        call find_vector(faces(:, pair%points%point_nodes(b, p)), facing(:, p), first_normal, &
+          field%n, field%vector(b, p))
       end do
     end do
     call sum_up(pair, field)

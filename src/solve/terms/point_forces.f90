@@ -7,7 +7,7 @@ module point_forces
   use model_types, only: model_t
   use contact_points, only: count_points
   use element_lists, only: master_nodes
-  use facet_geometry, only: facet_frame, facet_size
+  use facet_geometry, only: facet_frame, facet_normal, facet_size
   use multiplier_field, only: multiplier_field_t, make_field, gather_forces, project_forces
   use system_types, only: system_t
   implicit none
@@ -37,11 +37,12 @@ contains
     integer, intent(in) :: k !! the pair
     real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) their state
     type(point_forces_t), intent(out) :: at !! the points
-    real(wp), allocatable :: normal(:, :)
+    real(wp), allocatable :: normal(:, :), facing(:, :)
     integer :: p, element, n
 
     n = count_points(model%pairs(k))
-    allocate (at%force(3, n), at%multiplier(3, n), at%frame(3, 3, n), normal(3, n), source=0.0_wp)
+    allocate (at%force(3, n), at%multiplier(3, n), at%frame(3, 3, n), source=0.0_wp)
+    allocate (normal(3, n), facing(3, n), source=0.0_wp)
     allocate (at%near(n), source=.false.)
     at%facet = huge(1.0_wp)
     do p = 1, n
@@ -53,11 +54,12 @@ contains
         at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%history%new(p)%lambda)
         at%force(:, p) = stress(1:3, p)
         normal(:, p) = stress(10:12, p)
+        facing(:, p) = facet_normal(model%mesh%x(:, nodes))
         if (system%contact%status(element) > status_open) at%facet = min(at%facet, &
           facet_size(model%mesh%x(:, nodes)))
       end associate
     end do
-    call make_field(model%pairs(k), at%near, normal, at%field)
+    call make_field(model%pairs(k), at%near, facing, normal, at%field)
   end subroutine take_forces
 
   !> The multipliers that take over the forces of a pair, and what the present ones leave to the
