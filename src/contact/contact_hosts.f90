@@ -10,22 +10,18 @@ module contact_hosts
   use contact_parameters, only: first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
-  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, kink, pass_edge
+  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
+  use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, &
+    stays, rim_tolerance
   use contact_tips, only: tip_of, find_tip, touches
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: corners, unfold_vector, barycentric, altitude
+  use facet_geometry, only: unfold_vector, barycentric
   use master_facets, only: find_sharp_edges
   implicit none
   private
   public :: start_pair, begin_increment, follow_tips, settle_points
 
-  !> A projection further than this outside a facet, in shape functions, has left it.
-  real(wp), parameter :: rim_tolerance = 1.0e-6_wp
-  !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
-  !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
-  !! the facet, and with it the force, to the start of the iteration.
-  real(wp), parameter :: departure = 1.0e-12_wp
   !> Changes of host of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
   !> Steps of one walk; a walk that comes back to a facet ends at once.
@@ -46,6 +42,7 @@ contains
       call find_sharp_edges(pair, x)
     call find_folds(pair, x)
     call find_ridges(pair, x)
+    call find_rims(pair)
     call build_tree(pair%surface%tree, pair%surface%facets, x)
     if (.not. allocated(pair%history%old)) allocate (pair%history%old(count_points(pair)))
     if (.not. allocated(pair%history%new)) allocate (pair%history%new(count_points(pair)))
@@ -95,8 +92,10 @@ contains
       x_old)
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (point%host > 0) call let_go(pair, x_old, p, point)
-        if (point%host == 0 .and. is_first(pair, p)) call seek(pair, x_old, x_old, p, point)
+        if (point%host > 0) call let_go(has_left(pair, x_old, p, point%host), point)
+        if (point%host > 0 .or. .not. is_first(pair, p)) cycle
+        call seek(pair, x_old, x_old, p, point)
+        if (stays(pair, x_old, p, pair%history%old(p)%host, point%host)) point = pair%history%old(p)
       end associate
     end do
   end subroutine begin_increment
@@ -153,7 +152,8 @@ contains
         call follow_tip(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
         if (point%host == pair%history%left(p)) point = before
-        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) call let_go(pair, x, p, point)
+        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) call let_go(beyond_rim(pair, &
+          x, point_position(pair, p, x), point%host, 0.0_wp), point)
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then
@@ -166,13 +166,11 @@ contains
 
   !> Lets a point go that has passed the rim: at the last converged state; and within an increment
   !! one that had no facet at its start, so that it does not matter where the iteration took it.
-  subroutine let_go(pair, x, p, point)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(inout) :: point !! its working state, with a host
+  pure subroutine let_go(passed, point)
+    logical, intent(in) :: passed !! it has
+    type(contact_point_t), intent(inout) :: point !! its working state
 
-    if (.not. beyond_rim(pair, x, point_position(pair, p, x), point%host)) return
+    if (.not. passed) return
     point%host = 0
     point%status = status_off
     point%lambda = 0.0_wp
@@ -252,81 +250,6 @@ contains
     point%tip = start
   end subroutine step_over
 
-  !> The facet across the edge behind which a point of facet `host` lies, 0 if it stays.
-  pure integer function facet_across(pair, x, host, xi, tolerance, barred) result(next)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: host !! the facet
-    real(wp), intent(in) :: xi(2) !! (xi, eta) of the point
-    real(wp), intent(in) :: tolerance !! most that is allowed outside, in shape functions
-    logical, intent(in) :: barred(3) !! edges that are not crossed
-    real(wp) :: n(3), allowed
-    integer :: trial, k, across
-
-    next = 0
-    n = barycentric(xi)
-    do trial = 1, 3
-      k = minloc(n, 1)
-      if (n(k) >= 0.0_wp) return
-      across = pair%surface%neighbours(k, host)
-      if (pair%surface%fold(k, host) .or. barred(k)) across = 0
-      if (across > 0) then
-        allowed = 0.0_wp
-        if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
-          kink(pair, x, host, across)))
-        if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
-          next = across
-          return
-        end if
-      end if
-      n(k) = 1.0_wp
-    end do
-  end function facet_across
-
-  !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
-  pure subroutine walk(pair, x, y, host)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(inout) :: host !! in: where to start; out: where it ended
-    real(wp) :: xi(2), gap
-    integer :: step, next, before, first
-
-    before = 0
-    first = host
-    do step = 1, longest_walk
-      call project_on_master(pair, host, x, y, xi, gap)
-      next = facet_across(pair, x, host, xi, 0.0_wp, spread(.false., 1, 3))
-      if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
-      before = host
-      host = next
-    end do
-  end subroutine walk
-
-  !> The projection of a point lies outside every facet: it has passed the rim of the surface.
-  !! A point below its facet is projected along a normal that may lean outwards, by less than its
-  !! depth (doc/theory.md, "Hosts").
-  pure logical function beyond_rim(pair, x, y, host) result(beyond)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(in) :: host !! facet to start from
-    integer :: facet, k
-    real(wp) :: xi(2), gap, n(3), depth, allowed
-
-    facet = host
-    call walk(pair, x, y, facet)
-    call project_on_master(pair, facet, x, y, xi, gap)
-    n = barycentric(xi)
-    depth = max(-gap, 0.0_wp)
-    beyond = .false.
-    do k = 1, 3
-      if (n(k) >= -rim_tolerance .or. pair%surface%neighbours(k, facet) /= 0) cycle
-      allowed = rim_tolerance + depth/altitude(corners(x, pair%surface%facets(:, facet)), k)
-      if (n(k) < -allowed) beyond = .true.
-    end do
-  end function beyond_rim
-
   !> Looks for a facet under a point that has none; its start tip is the projection of its last
   !! converged position, so that the first touch has the right direction.
   subroutine seek(pair, x_old, x, p, point)
@@ -345,7 +268,7 @@ contains
     if (allocated(pair%surface%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (is_too_deep(pair, facet, gap)) return
-    if (beyond_rim(pair, x, point_position(pair, p, x), facet)) return
+    if (beyond_rim(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
     point%host = facet
     point%status = status_open
     point%path = 0.0_wp

@@ -13,7 +13,7 @@ module contact_ridges
   use smooth_normals, only: carry_over
   implicit none
   private
-  public :: find_ridges, ridge_t, look_at_ridges, kink, pass_edge
+  public :: find_ridges, find_rings, ridge_t, look_at_ridges, kink, pass_edge
 
   !> Most facets between one that touches a ridge with a corner only and the ridge.
   integer, parameter :: most_between = 4
@@ -32,9 +32,9 @@ module contact_ridges
 
 contains
 
-  !> Marks the ridges of the master, and the slave facets around each slave node if there are any.
+  !> Marks the ridges of the master.
   subroutine find_ridges(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets ridge, ring, ring_end
+    type(pair_t), intent(inout) :: pair !! gets ridge
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
@@ -48,11 +48,7 @@ contains
           corners(x, pair%surface%facets(:, pair%surface%neighbours(k, f))))
       end do
     end do
-    if (.not. any(pair%surface%ridge)) then
-      deallocate (pair%surface%ridge)
-    else if (pair%points%n_slaves == 1 .and. allocated(pair%points%slave_facets)) then
-      call find_rings(pair)
-    end if
+    if (.not. any(pair%surface%ridge)) deallocate (pair%surface%ridge)
   end subroutine find_ridges
 
   !> The slave facets around the slave nodes, one node after the other.

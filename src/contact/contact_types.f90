@@ -116,7 +116,8 @@ module contact_types
     real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
-    integer, allocatable :: ring(:) !! if NTOS on ridges: slave facets around each slave node
+    logical, allocatable :: at_rim(:) !! (slave nodes) if NTOS: at the rim of the slave's surface
+    integer, allocatable :: ring(:) !! if NTOS: slave facets around each slave node
     integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas
     integer, allocatable :: slave_middles(:, :) !! (3, slave facets) if segmented: nodes on the
