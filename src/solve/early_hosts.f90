@@ -13,9 +13,9 @@ module early_hosts
   private
   public :: may_look_early, tips_have_left
 
-  !> What tips may yet move, over the last step: each one is at most a fifth as long as the one
-  !! before, but not at every node.
-  real(wp), parameter :: still_to_come = 2.0_wp
+  !> What a point and its facet may yet move, over the last step: each step is at most a fifth as
+  !! long as the one before, so all that follow are a quarter of it, for the one and the other.
+  real(wp), parameter :: still_to_come = 0.5_wp
   !> A tip that is closer to an edge than this, in shape functions, is on neither side of it.
   real(wp), parameter :: on_edge = 1.0e-5_wp
 
