@@ -60,6 +60,7 @@ contains
       if (progress%outcome == outcome_hosts) then
         call follow_solution(model, system, settings, monitor, renewals, settled)
         progress%looks = .not. settled
+        system%inner%known = .true.
         pass = pass + 1
         cycle
       end if
