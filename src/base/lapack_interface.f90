@@ -4,7 +4,8 @@ module lapack_interface
   implicit none
   private
   public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
-    dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs
+    dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
+    ssyrk, strsm, spotrf, strtri
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -155,6 +156,46 @@ module lapack_interface
       real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(sp), intent(inout) :: y(*)
     end subroutine ssymv
+
+    !> C = alpha A A^T + beta C, one triangle of it.
+    subroutine ssyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldc
+      real(sp), intent(in) :: alpha, beta, a(lda, *)
+      real(sp), intent(inout) :: c(ldc, *)
+    end subroutine ssyrk
+
+    !> B = alpha A^-1 B or alpha B A^-1 for a triangular matrix, or with A^T.
+    subroutine strsm(side, uplo, trans, diag, m, n, alpha, a, lda, b, ldb)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: side, uplo, trans, diag
+      integer, intent(in) :: m, n, lda, ldb
+      real(sp), intent(in) :: alpha, a(lda, *)
+      real(sp), intent(inout) :: b(ldb, *)
+    end subroutine strsm
+
+    !> Cholesky factor of a dense matrix.
+    subroutine spotrf(uplo, n, a, lda, info)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(sp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine spotrf
+
+    !> Inverse of a triangular matrix.
+    subroutine strtri(uplo, diag, n, a, lda, info)
+      import :: sp
+      implicit none
+      character(1), intent(in) :: uplo, diag
+      integer, intent(in) :: n, lda
+      real(sp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine strtri
 
     !> LU factorisation with row exchanges.
     subroutine sgetrf(m, n, a, lda, ipiv, info)

@@ -6,7 +6,7 @@ module half_solves
   use costs, only: cost_t, begin_cost, end_cost, cost_interior
   use lapack_interface, only: dgemm, dtrsm
   use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
-    reduce_single, complete_single
+    invert_blocks, reduce_single, complete_single
   use cholmod_interface, only: cholmod_l_change_factor
   use cholmod_solver, only: cholmod_t
   implicit none
@@ -100,6 +100,7 @@ contains
     real(wp), allocatable :: x(:), y(:)
     integer(c_int) :: status
 
+    if (allocated(solver%half)) return
     nodes = supernodes_of(solver%factor)
     if (nodes%factor%xsize == 0 .or. .not. c_associated(nodes%factor%x)) return
     if (maxval(abs(nodes%x)) > sqrt(real(huge(1.0_sp), wp))) return
@@ -107,6 +108,7 @@ contains
     y = x
     call answer_inside(solver, m, x, costs)
     solver%half = real(nodes%x, sp)
+    call invert_blocks(nodes, m, solver%half)
     call answer_inside(solver, m, y, costs)
     if (norm2(x - y) <= share*norm2(x)) then
       status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, 1_c_int, 1_c_int, &

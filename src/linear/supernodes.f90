@@ -3,12 +3,15 @@
 module supernodes
   use, intrinsic :: iso_c_binding, only: c_ptr, c_f_pointer
   use kinds, only: wp, sp, long
-  use lapack_interface, only: dgemv, dtrsv, sgemv, strsv
+  use lapack_interface, only: dgemv, dtrsv, sgemv, strtri
   use cholmod_interface, only: cholmod_factor_t
   implicit none
   private
-  public :: supernodes_t, supernodes_of, reduce_double, complete_double, reduce_single, &
-    complete_single
+  public :: supernodes_t, supernodes_of, reduce_double, complete_double, invert_blocks, &
+    reduce_single, complete_single
+
+  !> Columns of a block on the diagonal.
+  integer, parameter :: block_width = 64
 
   !> The supernodes of a factor: columns that have the same rows. Numbers are 0-based.
   type :: supernodes_t
@@ -85,7 +88,32 @@ contains
     end do
   end subroutine complete_double
 
-  !> reduce_double in single precision.
+  !> Puts the inverses of their triangles in place of the blocks on the diagonal: a product is read
+  !! as fast as a rectangle is, a substitution goes column by column.
+  subroutine invert_blocks(nodes, m, half)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end; their blocks are left alone
+    real(sp), intent(inout), contiguous :: half(:) !! values in single precision
+    integer :: k, w, rows, c, columns, j, info
+    integer(long) :: first, last
+
+    do k = 1, int(nodes%factor%nsuper)
+      w = min(int(nodes%super(k + 1)), int(nodes%factor%n) - m) - int(nodes%super(k))
+      if (w <= 0) exit
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      last = nodes%px(k) + int(rows, long)*w
+      do c = 1, w, block_width
+        columns = min(block_width, w - c + 1)
+        first = nodes%px(k) + int(rows, long)*(c - 1) + c
+        call strtri('L', 'N', columns, half(first:last), rows, info)
+        do j = 1, columns - 1
+          half(first + int(rows, long)*j:first + int(rows, long)*j + j - 1) = 0.0_sp
+        end do
+      end do
+    end do
+  end subroutine invert_blocks
+
+  !> reduce_double in single precision, with inverse blocks on the diagonal.
   subroutine reduce_single(nodes, half, m, x)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
     real(sp), intent(in), contiguous :: half(:) !! these
@@ -102,8 +130,7 @@ contains
       if (w <= 0) exit
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
       last = nodes%px(k) + int(rows, long)*w
-      call strsv('L', 'N', 'N', w, half(nodes%px(k) + 1:last), rows, &
-        y(first:first + w - 1), 1)
+      call reduce_triangle(w, rows, half(nodes%px(k) + 1:last), y(first:first + w - 1))
       if (rows == w) cycle
       call sgemv('N', rows - w, w, 1.0_sp, half(nodes%px(k) + w + 1:last), rows, &
         y(first:first + w - 1), 1, 0.0_sp, below, 1)
@@ -114,7 +141,26 @@ contains
     x = real(y, wp)
   end subroutine reduce_single
 
-  !> complete_double in single precision.
+  !> y = L^-1 y for the triangle of a supernode.
+  subroutine reduce_triangle(w, rows, l, y)
+    integer, intent(in) :: w !! its columns
+    integer, intent(in) :: rows !! rows of the supernode
+    real(sp), intent(in) :: l(rows, w) !! its values, inverse blocks on the diagonal
+    real(sp), intent(inout) :: y(w) !! right-hand side; solution
+    real(sp) :: part(block_width)
+    integer :: c, columns, next
+
+    do c = 1, w, block_width
+      columns = min(block_width, w - c + 1)
+      next = c + columns
+      part(:columns) = y(c:next - 1)
+      call sgemv('N', columns, columns, 1.0_sp, l(c, c), rows, part, 1, 0.0_sp, y(c), 1)
+      if (next <= w) call sgemv('N', w - next + 1, columns, -1.0_sp, l(next, c), rows, y(c), 1, &
+        1.0_sp, y(next), 1)
+    end do
+  end subroutine reduce_triangle
+
+  !> complete_double in single precision, with inverse blocks on the diagonal.
   subroutine complete_single(nodes, half, m, x)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
     real(sp), intent(in), contiguous :: half(:) !! these
@@ -134,9 +180,27 @@ contains
       last = nodes%px(k) + int(rows, long)*w
       if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
         half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)
-      call strsv('L', 'T', 'N', w, half(nodes%px(k) + 1:last), rows, &
-        y(first:first + w - 1), 1)
+      call complete_triangle(w, rows, half(nodes%px(k) + 1:last), y(first:first + w - 1))
     end do
     x(:size(x) - m) = real(y(:size(x) - m), wp)
   end subroutine complete_single
+
+  !> y = L^-T y for the triangle of a supernode.
+  subroutine complete_triangle(w, rows, l, y)
+    integer, intent(in) :: w !! its columns
+    integer, intent(in) :: rows !! rows of the supernode
+    real(sp), intent(in) :: l(rows, w) !! its values, inverse blocks on the diagonal
+    real(sp), intent(inout) :: y(w) !! right-hand side; solution
+    real(sp) :: part(block_width)
+    integer :: c, columns, next
+
+    do c = (w - 1)/block_width*block_width + 1, 1, -block_width
+      columns = min(block_width, w - c + 1)
+      next = c + columns
+      part(:columns) = y(c:next - 1)
+      if (next <= w) call sgemv('T', w - next + 1, columns, -1.0_sp, l(next, c), rows, y(next), 1, &
+        1.0_sp, part, 1)
+      call sgemv('T', columns, columns, 1.0_sp, l(c, c), rows, part, 1, 0.0_sp, y(c), 1)
+    end do
+  end subroutine complete_triangle
 end module supernodes

@@ -7,7 +7,8 @@ module host_passes
   use first_touch, only: find_touches
   use condensed_system, only: refresh_candidates
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_too_many, &
-    outcome_restless, outcome_adrift, is_converged
+    outcome_restless, outcome_adrift, outcome_hosts, is_converged
+  use early_hosts, only: may_look_early
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
   use monitors, only: monitor_t
@@ -42,6 +43,7 @@ contains
 
     settings = given
     rough = any(model%pairs%smooth) .and. progress%solves == 0
+    progress%looks = may_look_early(model)
     renewals = 0
     pass = 0
     do while (pass < settings%most_passes)
@@ -54,6 +56,13 @@ contains
       if (progress%outcome == outcome_too_many .and. &
         budget%most_solves < settings%most_solves) then
         progress%outcome = outcome_converged
+      end if
+      if (progress%outcome == outcome_hosts) then
+        call follow_solution(model, system, settings, monitor, renewals, settled)
+        progress%looks = .not. settled
+        system%inner%known = .true.
+        pass = pass + 1
+        cycle
       end if
       if (progress%outcome == outcome_adrift) then
         call follow_solution(model, system, settings, monitor, renewals, settled)

@@ -31,7 +31,7 @@ module newton
   use newton_progress, only: newton_t, is_converged, meets_energy, may_go_on, wanted_share, &
     count_creeping, judge_progress, judge_settled, outcome_going_on, outcome_converged, &
     outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, &
-    outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift
+    outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -39,7 +39,7 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
@@ -157,9 +157,11 @@ contains
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
     type(chords_t) :: chords
 
+    chords%looks = progress%looks .and. system%condensed%near .and. .not. system%motion%active
     if (progress%energy_met .or. .not. may_go_on(system, progress)) return
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, force_scale(system)*wanted_share(settings), chords)
+    if (chords%left) progress%outcome = outcome_hosts
     progress%energy_met = chords%energy_met .or. chords%settled
     progress%halved = progress%halved .and. .not. chords%settled .and. &
       residual_norm(system) <= 0.5_wp*progress%start

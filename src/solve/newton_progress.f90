@@ -14,7 +14,7 @@ module newton_progress
     count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -29,6 +29,7 @@ module newton_progress
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
   integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
   integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
+  integer, parameter :: outcome_hosts = 12 !! tips have left their hosts: these are chosen anew
 
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
@@ -70,6 +71,7 @@ module newton_progress
     integer :: short = 0 !! iterations on end that went hardly anywhere
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
+    logical :: looks = .false. !! hosts may be chosen anew before it has converged
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes

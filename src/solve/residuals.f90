@@ -38,7 +38,8 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call begin_cost(system%costs, cost_residual)
-    if (.not. system%condensed%active) call form_bulk_force(x, system)
+    if (.not. (system%condensed%active .or. system%inner%known)) call form_bulk_force(x, system)
+    system%inner%known = .false.
     system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
     call gather_right(system, 0.0_wp, .false.)

@@ -112,6 +112,7 @@ module system_types
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
     real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
     logical :: linearised = .false. !! the bulk answers by its tangent at the last state
+    logical :: known = .false. !! bulk_force is that of u for the next residual
     real(wp), allocatable :: rows(:, :, :) !! (3, 3, nodes) sums of |K| along the rows of each node,
     !! undeformed, where the bulk is not linear [force/length]
     real(wp), allocatable :: bulk_start(:, :) !! (3, nodes) its force there [force]

@@ -88,8 +88,8 @@ DISC_NEO = dict(scene='disc_neo', changes=scenes.TURN, other='disc_neo', base=sc
 NEO_LIMIT = (
     'A pass through the factors reads them twice, in single precision at the speed of the memory, and '
     'leaves about the strain: 1/150 in the cube, 1/60 in the disc, so that an increment takes 6 and '
-    '10 of them for the digits that are asked for. They are about half of the time in the cube, two '
-    'thirds in the disc; residuals are a tenth and a quarter.')
+    '7 to 8 of them for the digits that are asked for. They are about two fifths of the time in the '
+    'cube, half of it in the disc; residuals are a seventh and a quarter.')
 
 ROWS = (
     Row('SEGMent against NTOS', 12, 2.5, method='SEGMent', shares=6, why=SEGMENT_LIMIT),

@@ -158,25 +158,43 @@ contains
   pure subroutine to_frames(system, field)
     type(system_t), intent(in) :: system !! turn of its bodies
     real(wp), intent(inout) :: field(:, :) !! (3, nodes)
-    integer :: i, b
+    real(wp) :: turn(3, 3, size(system%condensed%bodies))
+    integer :: b
 
-    do i = 1, size(field, 2)
-      b = system%body%node_body(i)
-      if (b > 0) field(:, i) = matmul(field(:, i), system%condensed%bodies(b)%turn)
+    do b = 1, size(turn, 3)
+      turn(:, :, b) = transpose(system%condensed%bodies(b)%turn)
     end do
+    call turn_nodes(turn, system%body%node_body, field)
   end subroutine to_frames
 
   !> And back.
   pure subroutine from_frames(system, field)
     type(system_t), intent(in) :: system !! turn of its bodies
     real(wp), intent(inout) :: field(:, :) !! (3, nodes)
+    real(wp) :: turn(3, 3, size(system%condensed%bodies))
+    integer :: b
+
+    do b = 1, size(turn, 3)
+      turn(:, :, b) = system%condensed%bodies(b)%turn
+    end do
+    call turn_nodes(turn, system%body%node_body, field)
+  end subroutine from_frames
+
+  !> A vector field turned with each body.
+  pure subroutine turn_nodes(turn, node_body, field)
+    real(wp), intent(in) :: turn(:, :, :) !! (3, 3, bodies)
+    integer, intent(in) :: node_body(:) !! (nodes) body of each node, 0 for none
+    real(wp), intent(inout) :: field(:, :) !! (3, nodes)
+    real(wp) :: v(3)
     integer :: i, b
 
     do i = 1, size(field, 2)
-      b = system%body%node_body(i)
-      if (b > 0) field(:, i) = matmul(system%condensed%bodies(b)%turn, field(:, i))
+      b = node_body(i)
+      if (b == 0) cycle
+      v = field(:, i)
+      field(:, i) = turn(:, 1, b)*v(1) + turn(:, 2, b)*v(2) + turn(:, 3, b)*v(3)
     end do
-  end subroutine from_frames
+  end subroutine turn_nodes
 
   !> Matrices of the contact elements in these frames.
   pure subroutine turn_elements(system)

@@ -15,6 +15,7 @@ module chord_steps
   use bulk_term, only: form_bulk_change, bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
   use equation_values, only: spread_direction
+  use early_hosts, only: tips_have_left
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -26,6 +27,8 @@ module chord_steps
     integer :: steps = 0 !! taken
     logical :: settled = .false. !! nothing is left but round-off
     logical :: energy_met = .false. !! the next one would have next to no energy
+    logical :: looks = .false. !! none follows where tips have left their hosts
+    logical :: left = .false. !! they have
   end type chords_t
 
   !> Most steps with one factor.
@@ -54,7 +57,7 @@ contains
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
-    type(chords_t), intent(out) :: chords !! what has been done
+    type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
     type(secants_t) :: secants
@@ -66,6 +69,8 @@ contains
       any(model%pairs%smooth))
     call begin_secants(system, most_chords, secants)
     do while (chords%steps < most_chords)
+      if (chords%looks) chords%left = tips_have_left(model, system)
+      if (chords%left) return
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status

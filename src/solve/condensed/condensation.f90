@@ -11,6 +11,7 @@ module condensation
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
     drop_trailing_block, factor_work
   use half_solves, only: reduce_right, complete_solution, halve_factor
+  use rough_factor, only: factorise_roughly
   use condensed_types, only: condensed_body_t, near_compliance_t
   implicit none
   private
@@ -36,7 +37,7 @@ contains
 
     promised = 0.0_wp
     call prepare_body(blocks, equation, candidate, body, matrix, promised, costs, outcome)
-    if (outcome == solver_done) call factorise_body(body, matrix, costs, outcome)
+    if (outcome == solver_done) call factorise_body(body, matrix, .false., costs, outcome)
   end subroutine condense_body
 
   !> Orders the equations of a body, forms and analyses its matrix, and looks whether the factor
@@ -66,14 +67,24 @@ contains
     if (promised > memory_left()) outcome = solver_out_of_memory
   end subroutine prepare_body
 
-  !> The factor of a body that has been prepared; its matrix goes.
-  subroutine factorise_body(body, matrix, costs, outcome)
+  !> The factor of a body that has been prepared; its matrix goes. One that only precedes an
+  !! iteration is made in single precision, if it stays near; L22 is in compliance then.
+  subroutine factorise_body(body, matrix, precedes, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
+    logical, intent(in) :: precedes !! it only precedes an iteration
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
+    logical :: done
 
-    call body%solver%factorise(matrix, costs, outcome)
+    done = precedes
+    if (precedes) then
+      allocate (body%compliance(body%m, body%m))
+      call factorise_roughly(body%solver, matrix, near_enough, body%compliance, costs, done)
+      if (.not. done) deallocate (body%compliance)
+    end if
+    outcome = solver_done
+    if (.not. done) call body%solver%factorise(matrix, costs, outcome)
     matrix = csc_matrix_t()
   end subroutine factorise_body
 
@@ -170,11 +181,14 @@ contains
     integer :: info, i
 
     outcome = solver_done
-    if (body%m == 0 .or. associated(body%compliance)) return
+    if (body%m == 0 .or. (associated(body%compliance) .and. .not. &
+      allocated(body%solver%half))) return
     call begin_cost(costs, cost_compliance)
-    allocate (body%compliance(body%m, body%m))
-    call trailing_block(body%solver, body%compliance)
-    call drop_trailing_block(body%solver, body%m)
+    if (.not. associated(body%compliance)) then
+      allocate (body%compliance(body%m, body%m))
+      call trailing_block(body%solver, body%compliance)
+      call drop_trailing_block(body%solver, body%m)
+    end if
     call dpotri('L', body%m, body%compliance, body%m, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)

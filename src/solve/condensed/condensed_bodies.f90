@@ -27,8 +27,7 @@ module condensed_bodies
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
-  !! done before the next one has its own. With several threads all are prepared first, and then
-  !! have their factors at the same time.
+  !! done before the next one has its own. With several threads all are prepared at first.
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
@@ -99,7 +98,8 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
 
-    call factorise_body(system%condensed%bodies(b), matrix, costs, outcome)
+    call factorise_body(system%condensed%bodies(b), matrix, .not. system%bulk%linear, costs, &
+      outcome)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)

@@ -1,0 +1,105 @@
+!> The factor of a matrix that only precedes an iteration: made in single precision, where it stays
+!! near (doc/theory, "A bulk that is not linear").
+module rough_factor
+  use kinds, only: wp, sp, long
+  use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
+  use lapack_interface, only: dtrsv
+  use csc_matrix, only: csc_matrix_t
+  use supernodes, only: supernodes_t, supernodes_of, invert_blocks, reduce_single, complete_single
+  use single_factor, only: factorise_single
+  use cholmod_solver, only: cholmod_t
+  implicit none
+  private
+  public :: factorise_roughly
+
+contains
+
+  !> Factorises a lower triangle in single precision alone, if its entries are numbers there and its
+  !! answers are true to a share: half the work, and half the memory of each substitution. That is
+  !! asked of the answer to an answer, in which soft motions stand out.
+  subroutine factorise_roughly(solver, a, share, block, costs, done)
+    type(cholmod_t), intent(inout) :: solver !! analysed; gets half
+    type(csc_matrix_t), intent(in) :: a !! its lower triangle in the order of elimination
+    real(wp), intent(in) :: share !! most of an answer that may be wrong
+    real(wp), intent(out), contiguous :: block(:, :) !! (m, m) L22 of the last ones; zero above
+    type(cost_t), intent(inout) :: costs !! cost table
+    logical, intent(out) :: done !! there is a factor that is near enough
+    type(supernodes_t) :: nodes
+    real(wp) :: x(a%n), right(a%n), rest(a%n)
+
+    done = maxval(abs(a%val)) < sqrt(real(huge(1.0_sp), wp))
+    if (.not. done) return
+    nodes = supernodes_of(solver%factor)
+    call begin_cost(costs, cost_symmetric_factor)
+    call factorise_single(nodes, a, solver%half, done)
+    if (done) then
+      call take_last(nodes, solver%half, block)
+      call invert_blocks(nodes, size(block, 1), solver%half)
+      x = 1.0_wp
+      call solve_roughly(nodes, solver%half, block, x)
+      right = x/max(norm2(x), tiny(1.0_wp))
+      x = right
+      call solve_roughly(nodes, solver%half, block, x)
+      rest = right - multiplied(a, x)
+      call solve_roughly(nodes, solver%half, block, rest)
+      done = norm2(rest) <= share*norm2(x)
+      if (.not. done) deallocate (solver%half)
+    end if
+    call end_cost(costs, cost_symmetric_factor)
+  end subroutine factorise_roughly
+
+  !> x = (L L^T)^-1 x with all unknowns.
+  subroutine solve_roughly(nodes, half, block, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor
+    real(sp), intent(in), contiguous :: half(:) !! its values, but for the last columns
+    real(wp), intent(in), contiguous :: block(:, :) !! (m, m) these
+    real(wp), intent(inout), contiguous :: x(:) !! (n) right-hand side; solution
+    integer :: m, first
+
+    m = size(block, 1)
+    first = size(x) - m + 1
+    call reduce_single(nodes, half, m, x)
+    if (m > 0) then
+      call dtrsv('L', 'N', 'N', m, block, m, x(first:), 1)
+      call dtrsv('L', 'T', 'N', m, block, m, x(first:), 1)
+    end if
+    call complete_single(nodes, half, m, x)
+  end subroutine solve_roughly
+
+  !> The last rows and columns of the factor: L22.
+  pure subroutine take_last(nodes, half, block)
+    type(supernodes_t), intent(in) :: nodes !! of the factor
+    real(sp), intent(in) :: half(:) !! its values
+    real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
+    integer(long) :: k, i, j, first, rows, place
+
+    block = 0.0_wp
+    first = int(nodes%factor%n, long) - size(block, 1, long)
+    do k = 1, int(nodes%factor%nsuper, long)
+      rows = nodes%pi(k + 1) - nodes%pi(k)
+      do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
+        place = nodes%px(k) + rows*(j - nodes%super(k))
+        do i = j - nodes%super(k) + 1, rows
+          block(nodes%s(nodes%pi(k) + i) - first + 1, j - first + 1) = real(half(place + i), wp)
+        end do
+      end do
+    end do
+  end subroutine take_last
+
+  !> A x for a lower triangle A of a symmetric matrix.
+  pure function multiplied(a, x) result(y)
+    type(csc_matrix_t), intent(in) :: a !! lower triangle
+    real(wp), intent(in) :: x(:) !! (n)
+    real(wp) :: y(size(x))
+    integer(long) :: j, k, row
+
+    y = 0.0_wp
+    do j = 1, a%n
+      do k = a%ptr(j) + 1, a%ptr(j + 1)
+        row = a%row(k) + 1
+        y(row) = y(row) + a%val(k)*x(j)
+        if (row /= j) y(j) = y(j) + a%val(k)*x(row)
+      end do
+    end do
+  end function multiplied
+end module rough_factor

@@ -1,0 +1,158 @@
+!> Cholesky factor of a lower triangle in single precision, in the supernodes of CHOLMOD's analysis:
+!! left-looking (doc/theory, "A bulk that is not linear").
+module single_factor
+  use kinds, only: sp, long
+  use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
+  use csc_matrix, only: csc_matrix_t
+  use supernodes, only: supernodes_t
+  implicit none
+  private
+  public :: factorise_single
+
+  !> Supernodes that still have to be subtracted from others.
+  type :: waiting_t
+    integer, allocatable :: head(:) !! (supernodes) first one that waits for this one, 0 for none
+    integer, allocatable :: next(:) !! (supernodes) the one that waits for the same after it
+    integer, allocatable :: from(:) !! (supernodes) its first row that is not yet dealt with
+    integer, allocatable :: owner(:) !! (n) supernode of each column
+  end type waiting_t
+
+contains
+
+  !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns.
+  subroutine factorise_single(nodes, a, half, definite)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
+    real(sp), allocatable, intent(out) :: half(:) !! values; not allocated if not definite
+    logical, intent(out) :: definite !! no pivot was zero or negative
+    type(waiting_t) :: waiting
+    integer :: place(a%n), k, d, after, w, rows, info
+    real(sp), allocatable :: update(:)
+    integer(long) :: first, last
+
+    call begin_waiting(nodes, int(a%n), waiting)
+    allocate (half(nodes%factor%xsize), update(max(1_long, int(nodes%factor%maxcsize, long))))
+    place = 0
+    definite = .true.
+    do k = 1, int(nodes%factor%nsuper)
+      w = int(nodes%super(k + 1) - nodes%super(k))
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      first = nodes%px(k) + 1
+      last = nodes%px(k) + int(rows, long)*w
+      call gather_columns(nodes, a, k, place, half(first:last))
+      d = waiting%head(k)
+      do while (d > 0)
+        after = waiting%next(d)
+        call subtract(nodes, d, k, place, waiting%from(d), half, update)
+        call wait_for_next(nodes, d, waiting)
+        d = after
+      end do
+      call spotrf('L', w, half(first:last), rows, info)
+      definite = info == 0
+      if (.not. definite) exit
+      if (rows == w) cycle
+      call strsm('R', 'L', 'T', 'N', rows - w, w, 1.0_sp, half(first:last), rows, &
+        half(first + w:last), rows)
+      waiting%from(k) = w + 1
+      call wait_for_next(nodes, k, waiting)
+    end do
+    if (.not. definite) deallocate (half)
+  end subroutine factorise_single
+
+  !> No supernode waits for another one.
+  subroutine begin_waiting(nodes, n, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: n !! columns
+    type(waiting_t), intent(out) :: waiting !! empty lists
+    integer :: k
+
+    associate (supers => int(nodes%factor%nsuper))
+      allocate (waiting%head(supers), waiting%next(supers), waiting%from(supers), source=0)
+      allocate (waiting%owner(n))
+      do k = 1, supers
+        waiting%owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
+      end do
+    end associate
+  end subroutine begin_waiting
+
+  !> Puts a supernode where it is to be subtracted next: with the owner of its next row.
+  pure subroutine wait_for_next(nodes, d, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: d !! the supernode
+    type(waiting_t), intent(inout) :: waiting !! from given; gets on to a list, or moves on
+    integer :: k
+
+    if (nodes%pi(d) + waiting%from(d) > nodes%pi(d + 1)) return
+    k = waiting%owner(nodes%s(nodes%pi(d) + waiting%from(d)) + 1)
+    waiting%next(d) = waiting%head(k)
+    waiting%head(k) = d
+  end subroutine wait_for_next
+
+  !> The columns of a supernode in the matrix, and where each row is in it.
+  pure subroutine gather_columns(nodes, a, k, place, panel)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    type(csc_matrix_t), intent(in) :: a !! lower triangle
+    integer, intent(in) :: k !! the supernode
+    integer, intent(inout) :: place(:) !! (n) gets the places of its rows
+    real(sp), intent(out) :: panel(:) !! (rows*columns) its values
+    integer(long) :: i, j, entry, rows
+
+    rows = nodes%pi(k + 1) - nodes%pi(k)
+    do i = 1, rows
+      place(nodes%s(nodes%pi(k) + i) + 1) = int(i)
+    end do
+    panel = 0.0_sp
+    do j = nodes%super(k), nodes%super(k + 1) - 1
+      do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)
+        i = (j - nodes%super(k))*rows + place(a%row(entry) + 1)
+        panel(i) = panel(i) + real(a%val(entry), sp)
+      end do
+    end do
+  end subroutine gather_columns
+
+  !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
+  !! those of them that are columns of k. `from` goes on behind these.
+  subroutine subtract(nodes, d, k, place, from, half, update)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: d, k !! the supernodes
+    integer, intent(in) :: place(:) !! (n) places of the rows of k
+    integer, intent(inout) :: from !! first row of d that is not yet dealt with
+    real(sp), intent(inout), contiguous :: half(:) !! values
+    real(sp), intent(inout) :: update(:) !! room
+    integer :: rows, w, n, columns
+    integer(long) :: first, last
+
+    rows = int(nodes%pi(d + 1) - nodes%pi(d))
+    w = int(nodes%super(d + 1) - nodes%super(d))
+    n = rows - from + 1
+    columns = 1
+    do while (columns < n)
+      if (nodes%s(nodes%pi(d) + from + columns) >= nodes%super(k + 1)) exit
+      columns = columns + 1
+    end do
+    first = nodes%px(d) + from
+    last = nodes%px(d) + int(rows, long)*w
+    call ssyrk('L', 'N', columns, w, 1.0_sp, half(first:last), rows, 0.0_sp, update, n)
+    if (n > columns) call sgemm('N', 'T', n - columns, columns, w, 1.0_sp, &
+      half(first + columns:last), rows, half(first:last), rows, 0.0_sp, update(columns + 1:), n)
+    call scatter(place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1), columns, update, &
+      int(nodes%pi(k + 1) - nodes%pi(k)), half(nodes%px(k) + 1:nodes%px(k + 1)))
+    from = from + columns
+  end subroutine subtract
+
+  !> Subtracts the lower triangle of a product from the places where it belongs.
+  pure subroutine scatter(to, columns, update, rows, panel)
+    integer, intent(in) :: to(:) !! (n) place of each of its rows in the panel
+    integer, intent(in) :: columns !! of the product: its first rows
+    real(sp), intent(in) :: update(size(to), columns) !! the product
+    integer, intent(in) :: rows !! of the panel
+    real(sp), intent(inout) :: panel(rows, *) !! values of a supernode
+    integer :: i, j
+
+    do j = 1, columns
+      do i = j, size(to)
+        panel(to(i), to(j)) = panel(to(i), to(j)) - update(i, j)
+      end do
+    end do
+  end subroutine scatter
+end module single_factor
