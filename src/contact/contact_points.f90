@@ -4,6 +4,7 @@ module contact_points
   use kinds, only: wp
   use text, only: to_text
   use vectors, only: cross
+  use element_types, only: status_open
   use contact_types, only: pair_t, cell_t
   use facet_quadrature, only: make_rule
   use facet_geometry, only: corners, facet_size
@@ -12,9 +13,12 @@ module contact_points
   implicit none
   private
   public :: is_first, first_cell, count_points, used_points, point_position, point_field, &
-    point_facet, point_lift, point_text, &
+    point_facet, point_lift, point_text, lay_behind, &
     make_node_points, make_facet_points, corner_weights, longest_facet, smallest_facet, coupling, &
     most_coupled, coupled_nodes, is_too_deep
+
+  !> Points of a slave facet that are nearer to each other, in shape functions, are at one place.
+  real(wp), parameter :: one_place = 1.0e-9_wp
 
 contains
 
@@ -56,6 +60,27 @@ contains
       first = 0
     end if
   end function first_cell
+
+  !> A point of a segmented pair was open at a place of its slave facet where another one, over
+  !! another facet of the master, was closed: what it saw lies behind that.
+  pure logical function lay_behind(pair, p) result(behind)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point, at the last converged state
+    integer :: q
+
+    behind = .false.
+    if (pair%history%old(p)%status > status_open) return
+    associate (cells => pair%history%old_cells)
+      q = max(1, first_cell(cells, cells(p)%slave))
+      do while (q <= size(cells))
+        if (cells(q)%slave /= cells(p)%slave) return
+        behind = pair%history%old(q)%status > status_open .and. &
+          norm2(cells(q)%weight - cells(p)%weight) <= one_place
+        if (behind) return
+        q = q + 1
+      end do
+    end associate
+  end function lay_behind
 
   !> Where a point is: x_S = sum M_b x_b, and over that if its slave is bent.
   pure function point_position(pair, p, x) result(y)

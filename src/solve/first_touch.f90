@@ -11,7 +11,7 @@ module first_touch
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t, master_surface_t, contact_point_t, forget_moves
-  use contact_points, only: count_points, first_cell, point_position
+  use contact_points, only: count_points, first_cell, lay_behind, point_position
   use contact_cells, only: cut_touched
   use slave_places, only: cell_position
   use smooth_normals, only: project_on_master, bend
@@ -221,7 +221,7 @@ contains
       if (q == 0) return
       if (pair%history%old_cells(q)%slave /= pair%history%cells(p)%slave) return
       distance = norm2(pair%history%old_cells(q)%weight - pair%history%cells(p)%weight)
-      if (distance >= least) cycle
+      if (distance >= least .or. lay_behind(pair, q)) cycle
       least = distance
       open = pair%history%old(q)%status <= status_open
     end do
