@@ -21,6 +21,7 @@ module increments
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
+  use lost_contact, only: has_thrown
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -113,7 +114,8 @@ contains
     else
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
-    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless])
+    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless]) .or. &
+      throws(model, system, progress)
     if (system%touch%stage == touch_waits) then
       choice = .true.
       failed = failed .or. progress%outcome == outcome_singular
@@ -124,12 +126,22 @@ contains
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
-      outcome_singular])
+      outcome_singular]) .or. throws(model, system, progress)
     if (failed .and. any(system%body%weak) .and. system%body%in_vain < most_in_vain) then
       call let_down(model, system, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) system%body%in_vain = system%body%in_vain + 1
     end if
   end subroutine solve_usual
+
+  !> What has converged has thrown a body out of contact: the next start may lead elsewhere.
+  pure logical function throws(model, system, progress)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! the last iterate
+    type(newton_t), intent(in) :: progress !! how it ended
+
+    throws = progress%outcome == outcome_converged
+    if (throws) throws = has_thrown(model, system)
+  end function throws
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").
