@@ -14,11 +14,12 @@ module contact_folds
   use facet_tree, only: facets_near
   implicit none
   private
-  public :: find_folds, seek_second, is_taken, close_open_slots
+  public :: find_folds, seek_second, is_taken, close_open_slots, same_face
 
   !> Slots of a node on a surface with folds: two walls and a floor.
   integer, parameter :: slots_with_folds = 3
-  !> Facets whose normals have a larger cosine belong to the same face of a fold.
+  !> Facets whose normals have a larger cosine belong to the same face of a fold, or lie side by
+  !! side.
   real(wp), parameter :: same_face = 0.9_wp
   !> A point enters a facet from outside if its last gap is above this share of the search radius.
   real(wp), parameter :: outside = -1.0e-9_wp

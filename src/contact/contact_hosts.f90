@@ -11,8 +11,8 @@ module contact_hosts
   use smooth_normals, only: find_corners, renew_patches, project_on_master
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
-  use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, &
-    stays, rim_tolerance
+  use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
+    rim_tolerance, longest_walk
   use contact_tips, only: tip_of, find_tip, touches
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
@@ -24,8 +24,6 @@ module contact_hosts
 
   !> Changes of host of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
-  !> Steps of one walk; a walk that comes back to a facet ends at once.
-  integer, parameter :: longest_walk = 1000
   !> So few points are not worth several threads.
   integer, parameter :: few = 64
 
@@ -92,7 +90,9 @@ contains
       x_old)
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (point%host > 0) call let_go(has_left(pair, x_old, p, point%host), point)
+        if (point%host > 0) then
+          if (has_left(pair, x_old, p, point%host)) call let_go(point)
+        end if
         if (point%host > 0 .or. .not. is_first(pair, p)) cycle
         call seek(pair, x_old, x_old, p, point)
         if (stays(pair, x_old, p, pair%history%old(p)%host, point%host)) point = pair%history%old(p)
@@ -152,8 +152,10 @@ contains
         call follow_tip(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
         if (point%host == pair%history%left(p)) point = before
-        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) call let_go(beyond_rim(pair, &
-          x, point_position(pair, p, x), point%host, 0.0_wp), point)
+        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) then
+          if (beyond_rim(pair, x, point_position(pair, p, x), point%host, 0.0_wp)) &
+            call let_go(point)
+        end if
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then
@@ -166,11 +168,9 @@ contains
 
   !> Lets a point go that has passed the rim: at the last converged state; and within an increment
   !! one that had no facet at its start, so that it does not matter where the iteration took it.
-  pure subroutine let_go(passed, point)
-    logical, intent(in) :: passed !! it has
+  pure subroutine let_go(point)
     type(contact_point_t), intent(inout) :: point !! its working state
 
-    if (.not. passed) return
     point%host = 0
     point%status = status_off
     point%lambda = 0.0_wp

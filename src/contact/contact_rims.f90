@@ -9,12 +9,14 @@ module contact_rims
   use kinds, only: wp
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
+  use contact_folds, only: same_face
   use contact_ridges, only: find_rings, kink
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, facet_normal, barycentric, altitude
   implicit none
   private
-  public :: find_rims, facet_across, walk, beyond_rim, has_left, stays, rim_tolerance
+  public :: find_rims, facet_across, walk, beyond_rim, has_left, stays, rim_tolerance, &
+    longest_walk
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
@@ -24,8 +26,6 @@ module contact_rims
   real(wp), parameter :: departure = 1.0e-12_wp
   !> Share of the way from a node at the rim of its surface to the middle of its slave facets.
   real(wp), parameter :: inward = 0.25_wp
-  !> Facets whose normals have a larger cosine lie side by side.
-  real(wp), parameter :: same_face = 0.9_wp
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
 

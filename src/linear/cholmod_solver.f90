@@ -6,7 +6,7 @@ module cholmod_solver
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve
-  use supernodes, only: supernodes_t, supernodes_of
+  use supernodes, only: supernodes_t, supernodes_of, values_before, place_last
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -240,22 +240,11 @@ contains
     type(cholmod_t), intent(in) :: solver !! factorised
     real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
     type(supernodes_t) :: nodes
-    integer(long) :: k, j, first, rows, i, place, row
 
-    block = 0.0_wp
     nodes = supernodes_of(solver%factor)
-    first = int(nodes%factor%n, long) - size(block, 1, long)
-    do k = int(nodes%factor%nsuper, long), 1, -1
-      if (nodes%super(k + 1) <= first) exit
-      rows = nodes%pi(k + 1) - nodes%pi(k)
-      do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
-        place = nodes%px(k) + rows*(j - nodes%super(k))
-        do i = j - nodes%super(k) + 1, rows
-          row = nodes%s(nodes%pi(k) + i)
-          block(row - first + 1, j - first + 1) = nodes%x(place + i)
-        end do
-      end do
-    end do
+    associate (skipped => values_before(nodes, size(block, 1)))
+      call place_last(nodes, nodes%x(skipped + 1:), skipped, block)
+    end associate
   end subroutine trailing_block
 
   !> Gives the memory of the last m columns back, which are the last values of the factor: it cannot
@@ -264,15 +253,10 @@ contains
     type(cholmod_t), intent(inout) :: solver !! factorised
     integer, intent(in) :: m !! columns
     type(supernodes_t) :: nodes
-    integer(long) :: k, first
 
     nodes = supernodes_of(solver%factor)
     solver%definite = .false.
-    first = int(nodes%factor%n, long) - m
-    do k = 1, int(nodes%factor%nsuper, long)
-      if (nodes%super(k + 1) > first) exit
-    end do
-    associate (kept => nodes%px(k) + (first - nodes%super(k))*(nodes%pi(k + 1) - nodes%pi(k)))
+    associate (kept => values_before(nodes, m))
       if (kept > 0) nodes%factor%x = cholmod_l_realloc(int(kept, c_size_t), c_sizeof(1.0_wp), &
         nodes%factor%x, nodes%factor%xsize, solver%common)
     end associate

@@ -5,7 +5,8 @@ module rough_factor
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
   use lapack_interface, only: dtrsv
   use csc_matrix, only: csc_matrix_t
-  use supernodes, only: supernodes_t, supernodes_of, invert_blocks, reduce_single, complete_single
+  use supernodes, only: supernodes_t, supernodes_of, values_before, place_last, invert_blocks, &
+    reduce_single, complete_single
   use single_factor, only: factorise_single
   use cholmod_solver, only: cholmod_t
   implicit none
@@ -26,14 +27,16 @@ contains
     logical, intent(out) :: done !! there is a factor that is near enough
     type(supernodes_t) :: nodes
     real(wp) :: x(a%n), right(a%n), rest(a%n)
+    integer(long) :: skipped
 
-    done = maxval(abs(a%val)) < sqrt(real(huge(1.0_sp), wp))
+    done = maxval(abs(a%val(:a%ptr(a%n + 1)))) < sqrt(real(huge(1.0_sp), wp))
     if (.not. done) return
     nodes = supernodes_of(solver%factor)
     call begin_cost(costs, cost_symmetric_factor)
     call factorise_single(nodes, a, solver%half, done)
     if (done) then
-      call take_last(nodes, solver%half, block)
+      skipped = values_before(nodes, size(block, 1))
+      call place_last(nodes, real(solver%half(skipped + 1:), wp), skipped, block)
       call invert_blocks(nodes, size(block, 1), solver%half)
       x = 1.0_wp
       call solve_roughly(nodes, solver%half, block, x)
@@ -65,26 +68,6 @@ contains
     end if
     call complete_single(nodes, half, m, x)
   end subroutine solve_roughly
-
-  !> The last rows and columns of the factor: L22.
-  pure subroutine take_last(nodes, half, block)
-    type(supernodes_t), intent(in) :: nodes !! of the factor
-    real(sp), intent(in) :: half(:) !! its values
-    real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
-    integer(long) :: k, i, j, first, rows, place
-
-    block = 0.0_wp
-    first = int(nodes%factor%n, long) - size(block, 1, long)
-    do k = 1, int(nodes%factor%nsuper, long)
-      rows = nodes%pi(k + 1) - nodes%pi(k)
-      do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
-        place = nodes%px(k) + rows*(j - nodes%super(k))
-        do i = j - nodes%super(k) + 1, rows
-          block(nodes%s(nodes%pi(k) + i) - first + 1, j - first + 1) = real(half(place + i), wp)
-        end do
-      end do
-    end do
-  end subroutine take_last
 
   !> A x for a lower triangle A of a symmetric matrix.
   pure function multiplied(a, x) result(y)

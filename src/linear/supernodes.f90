@@ -7,8 +7,8 @@ module supernodes
   use cholmod_interface, only: cholmod_factor_t
   implicit none
   private
-  public :: supernodes_t, supernodes_of, reduce_double, complete_double, invert_blocks, &
-    reduce_single, complete_single
+  public :: supernodes_t, supernodes_of, values_before, place_last, reduce_double, &
+    complete_double, invert_blocks, reduce_single, complete_single
 
   !> Columns of a block on the diagonal.
   integer, parameter :: block_width = 64
@@ -39,6 +39,43 @@ contains
       call c_f_pointer(factor%x, nodes%x, [factor%xsize])
     end associate
   end function supernodes_of
+
+  !> How many values stand before those of the last m columns, which are the last ones of a factor.
+  pure integer(long) function values_before(nodes, m) result(before)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: m !! columns
+    integer(long) :: k, first
+
+    first = int(nodes%factor%n, long) - m
+    do k = 1, int(nodes%factor%nsuper, long)
+      if (nodes%super(k + 1) > first) exit
+    end do
+    before = int(nodes%factor%xsize, long)
+    if (k <= int(nodes%factor%nsuper, long)) before = nodes%px(k) &
+      + (first - nodes%super(k))*(nodes%pi(k + 1) - nodes%pi(k))
+  end function values_before
+
+  !> The last rows and columns of a factor, L22, from the values of these columns.
+  pure subroutine place_last(nodes, values, before, block)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    real(wp), intent(in) :: values(:) !! of its last columns
+    integer(long), intent(in) :: before !! values that stand before them
+    real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
+    integer(long) :: k, i, j, first, rows, place
+
+    block = 0.0_wp
+    first = int(nodes%factor%n, long) - size(block, 1, long)
+    do k = int(nodes%factor%nsuper, long), 1, -1
+      if (nodes%super(k + 1) <= first) exit
+      rows = nodes%pi(k + 1) - nodes%pi(k)
+      do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
+        place = nodes%px(k) + rows*(j - nodes%super(k)) - before
+        do i = j - nodes%super(k) + 1, rows
+          block(nodes%s(nodes%pi(k) + i) - first + 1, j - first + 1) = values(place + i)
+        end do
+      end do
+    end do
+  end subroutine place_last
 
   !> Forward: y1 of L11 y1 = b1, and b2 - L21 y1 for the last m unknowns.
   subroutine reduce_double(nodes, m, x)

@@ -5,7 +5,6 @@ module early_hosts
   use element_types, only: status_open
   use elmlib, only: routine_none
   use model_types, only: model_t
-  use contact_types, only: pair_t
   use contact_points, only: count_points
   use facet_geometry, only: barycentric, corners, altitude
   use system_types, only: system_t
@@ -36,15 +35,21 @@ contains
     type(model_t), intent(in) :: model !! pairs with their hosts
     type(system_t), intent(in) :: system !! residual formed after the step du
     real(wp) :: way
-    integer :: k, p
+    integer :: k, p, element
     logical :: outside, doubtful
 
     left = .false.
     way = still_to_come*largest_step(system)
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        call place_tip(model, system, model%pairs(k), [p, system%place%first_point(k) + p - 1], &
-          way, outside, doubtful)
+        element = system%place%first_point(k) + p - 1
+        if (system%contact%routine(element) == routine_none .or. &
+          system%contact%status(element) <= status_open) cycle
+        associate (surface => model%pairs(k)%surface, host => model%pairs(k)%history%new(p)%host)
+          call look_at_edges(corners(model%mesh%x, surface%facets(:, host)) + corners(system%u, &
+            surface%facets(:, host)), surface%neighbours(:, host) > 0 .and. .not. &
+            surface%fold(:, host), system%contact%h2(1:2, element), way, outside, doubtful)
+        end associate
         if (doubtful) then
           left = .false.
           return
@@ -68,32 +73,25 @@ contains
     end associate
   end function largest_step
 
-  !> Where the tip of a point is.
-  pure subroutine place_tip(model, system, pair, numbers, way, outside, doubtful)
-    type(model_t), intent(in) :: model !! reference positions
-    type(system_t), intent(in) :: system !! u, contact elements
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: numbers(2) !! of the point in its pair, and in the list
+  !> Where a tip lies beside the edges of its host that lead to other facets.
+  pure subroutine look_at_edges(corner, leads, tip, way, outside, doubtful)
+    real(wp), intent(in) :: corner(3, 3) !! corners of the host [length]
+    logical, intent(in) :: leads(3) !! whether an edge leads to another facet
+    real(wp), intent(in) :: tip(2) !! (xi, eta) in the host
     real(wp), intent(in) :: way !! it may yet go [length]
-    logical, intent(out) :: outside !! beyond an edge to another facet
-    logical, intent(out) :: doubtful !! it may yet cross such an edge
-    real(wp) :: n(3), c(3, 3), height
+    logical, intent(out) :: outside !! beyond such an edge
+    logical, intent(out) :: doubtful !! it may yet cross one
+    real(wp) :: n(3), height
     integer :: edge
 
     outside = .false.
     doubtful = .false.
-    associate (list => system%contact, element => numbers(2), &
-      host => pair%history%new(numbers(1))%host)
-      if (list%routine(element) == routine_none .or. list%status(element) <= status_open) return
-      n = barycentric(list%h2(1:2, element))
-      c = corners(model%mesh%x, pair%surface%facets(:, host)) &
-        + corners(system%u, pair%surface%facets(:, host))
-      do edge = 1, 3
-        if (pair%surface%neighbours(edge, host) == 0 .or. pair%surface%fold(edge, host)) cycle
-        height = altitude(c, edge)
-        outside = outside .or. n(edge) < 0.0_wp
-        doubtful = doubtful .or. abs(n(edge))*height <= max(way, on_edge*height)
-      end do
-    end associate
-  end subroutine place_tip
+    n = barycentric(tip)
+    do edge = 1, 3
+      if (.not. leads(edge)) cycle
+      height = altitude(corner, edge)
+      outside = outside .or. n(edge) < 0.0_wp
+      doubtful = doubtful .or. abs(n(edge))*height <= max(way, on_edge*height)
+    end do
+  end subroutine look_at_edges
 end module early_hosts

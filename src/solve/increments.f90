@@ -62,6 +62,9 @@ contains
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
+    if (has_thrown(model, system)) call monitor%warning('bodies have flown out of contact, '// &
+      'which has no force left, from each start that was tried: look whether that is meant, '// &
+      'and compare with half of DT')
     call accept(model, system, state, time)
   end subroutine solve_increment
 
@@ -77,6 +80,7 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
     logical, intent(out) :: done !! no other start need be tried
     type(settings_t) :: now
+    logical :: thrown
 
     system%position%growth = 1.0_wp
     call take_grown(model, system, state, monitor, done)
@@ -89,7 +93,8 @@ contains
       call solve_from_start(model, system, time, now, monitor, progress)
     end if
     system%position%growth = 1.0_wp
-    done = .not. has_failed(progress)
+    call look_for_thrown(model, system, progress, monitor, thrown)
+    done = .not. (has_failed(progress) .or. thrown)
     if (done) return
     call monitor%detail('  no convergence: once more from the usual start')
     progress = newton_t()
@@ -105,7 +110,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    logical :: choice, stayed, failed
+    logical :: choice, stayed, failed, thrown
 
     choice = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     stayed = any(abs(system%position%carried - system%u) > 0.0_wp)
@@ -114,8 +119,9 @@ contains
     else
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if
+    call look_for_thrown(model, system, progress, monitor, thrown)
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless]) .or. &
-      throws(model, system, progress)
+      thrown
     if (system%touch%stage == touch_waits) then
       choice = .true.
       failed = failed .or. progress%outcome == outcome_singular
@@ -124,24 +130,30 @@ contains
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
+      call look_for_thrown(model, system, progress, monitor, thrown)
     end if
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
-      outcome_singular]) .or. throws(model, system, progress)
+      outcome_singular]) .or. thrown
     if (failed .and. any(system%body%weak) .and. system%body%in_vain < most_in_vain) then
       call let_down(model, system, time, settings, monitor, progress)
       if (progress%outcome /= outcome_converged) system%body%in_vain = system%body%in_vain + 1
     end if
   end subroutine solve_usual
 
-  !> What has converged has thrown a body out of contact: the next start may lead elsewhere.
-  pure logical function throws(model, system, progress)
+  !> Says it where what has converged has thrown bodies out of contact: the next start may lead
+  !! elsewhere.
+  subroutine look_for_thrown(model, system, progress, monitor, thrown)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! the last iterate
     type(newton_t), intent(in) :: progress !! how it ended
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: thrown !! it has
 
-    throws = progress%outcome == outcome_converged
-    if (throws) throws = has_thrown(model, system)
-  end function throws
+    thrown = progress%outcome == outcome_converged
+    if (thrown) thrown = has_thrown(model, system)
+    if (thrown) call monitor%detail('  bodies have flown out of contact, which has no force '// &
+      'left: not taken for the solution')
+  end subroutine look_for_thrown
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").

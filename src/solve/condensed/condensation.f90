@@ -68,7 +68,7 @@ contains
   end subroutine prepare_body
 
   !> The factor of a body that has been prepared; its matrix goes. One that only precedes an
-  !! iteration is made in single precision, if it stays near; L22 is in compliance then.
+  !! iteration is made in single precision, if it stays near; L22 is beside it then.
   subroutine factorise_body(body, matrix, precedes, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
@@ -79,9 +79,9 @@ contains
 
     done = precedes
     if (precedes) then
-      allocate (body%compliance(body%m, body%m))
-      call factorise_roughly(body%solver, matrix, near_enough, body%compliance, costs, done)
-      if (.not. done) deallocate (body%compliance)
+      allocate (body%trailing(body%m, body%m))
+      call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, done)
+      if (.not. done) deallocate (body%trailing)
     end if
     outcome = solver_done
     if (.not. done) call body%solver%factorise(matrix, costs, outcome)
@@ -181,10 +181,12 @@ contains
     integer :: info, i
 
     outcome = solver_done
-    if (body%m == 0 .or. (associated(body%compliance) .and. .not. &
-      allocated(body%solver%half))) return
+    if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
-    if (.not. associated(body%compliance)) then
+    if (associated(body%trailing)) then
+      body%compliance => body%trailing
+      nullify (body%trailing)
+    else
       allocate (body%compliance(body%m, body%m))
       call trailing_block(body%solver, body%compliance)
       call drop_trailing_block(body%solver, body%m)
@@ -213,6 +215,7 @@ contains
 
     call drop_live(body)
     if (associated(body%compliance)) deallocate (body%compliance)
+    if (associated(body%trailing)) deallocate (body%trailing)
     body%mirrored = .false.
   end subroutine drop_compliance
 

@@ -27,7 +27,7 @@ module condensed_bodies
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
-  !! done before the next one has its own. With several threads all are prepared at first.
+  !! done before the next one has its own. With several threads all have their factors at once.
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense

@@ -265,7 +265,8 @@ contains
     associate (condensed => system%condensed, tangent => system%condensed%tangent, &
                list => system%contact)
       tangent%parts%dense = .false.
-      if (.not. allocated(tangent%dofs)) allocate (tangent%dofs(3*size(list%ix, 1), list%n))
+      if (.not. allocated(tangent%dofs)) &
+        allocate (tangent%dofs(3*size(list%ix, 1), list%n), source=-1)
       before = tangent%dofs
       tangent%dofs = 0
       if (condensed%active) call clear_values(system)

@@ -32,6 +32,8 @@ module condensed_types
     integer, allocatable :: equation(:) !! (m) equation of each candidate
     real(wp), pointer, contiguous :: compliance(:, :) => null() !! (m, m) at the candidates
     !! [length/force]; its lower triangle counts
+    real(wp), pointer, contiguous :: trailing(:, :) => null() !! (m, m) L22 of a factor in single
+    !! precision, until its product has become the compliance
     logical :: mirrored = .false. !! its upper triangle counts as well
     integer :: first_live = 0 !! live candidates of the bodies before
     integer :: n_live = 0 !! its live candidates
