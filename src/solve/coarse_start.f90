@@ -11,6 +11,7 @@ module coarse_start
   use coarse_model, only: coarse_model_t, build_coarse, project_field, project_elements, &
     expand_motions
   use increment_start, only: start_here
+  use condensed_system, only: restore_forces, find_defects
   use expected_status, only: forget_expected
   use grown_start, only: is_pile
   use monitors, only: monitor_t
@@ -48,9 +49,13 @@ contains
     before = system%u
     call build_coarse(model%mesh%x, system, coarse)
     call iterate_coarsely(coarse, model%mesh%x, system, iterations, found)
-    if (.not. found) system%u = before
-    call start_here(model, system, norm)
-    if (found) call forget_expected(system%contact)
+    if (.not. found) then
+      system%u = before
+      call start_here(model, system, norm)
+    else if (system%condensed%active) then
+      call restore_forces(system%condensed)
+      call find_defects(system)
+    end if
     call end_cost(system%costs, cost_coarse)
     if (found) call monitor%detail('  a coarse model of the bodies gives the start: '// &
       to_text(iterations)//' iterations')
