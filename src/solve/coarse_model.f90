@@ -3,11 +3,11 @@
 module coarse_model
   use kinds, only: wp
   use bulk_products, only: multiply_bulk
-  use element_lists, only: element_list_t
   use system_types, only: system_t
   implicit none
   private
-  public :: coarse_model_t, build_coarse, project_field, project_elements, expand_motions
+  public :: coarse_model_t, build_coarse, project_field, project_element, &
+    add_force, expand_motions
 
   !> Functions of place of which each direction of a motion is made: 1 and the three coordinates.
   integer, parameter :: n_functions = 4
@@ -108,53 +108,45 @@ contains
 
     motions = 0.0_wp
     do i = 1, size(force, 2)
-      if (coarse%first(i) < 0) cycle
-      associate (to => motions(coarse%first(i) + 1:coarse%first(i) + n_motions))
-        to = to + motions_of(coarse, i, force(:, i))
-      end associate
+      call add_force(coarse, i, force(:, i), motions)
     end do
   end subroutine project_field
 
-  !> Adds the stiffness of contact elements against the motions.
-  pure subroutine project_elements(coarse, list, s, a)
+  !> Adds the stiffness of a contact element against the motions.
+  pure subroutine project_element(coarse, nodes, s, a)
     type(coarse_model_t), intent(in) :: coarse !! the model
-    type(element_list_t), intent(in) :: list !! contact elements
-    real(wp), intent(in) :: s(:, :, :) !! (dofs, dofs, elements) their matrices
+    integer, intent(in) :: nodes(:) !! its nodes
+    real(wp), intent(in) :: s(:, :) !! (3 nodes, 3 nodes) its matrix [force/length]
     real(wp), intent(inout) :: a(:, :) !! (n, n) stiffness
-    integer :: k, i, j, e, p, to
-    real(wp) :: column(3)
+    integer :: i, j, e, p, to
 
-    do k = 1, list%n
-      if (maxval(abs(s(:, :, k))) <= 0.0_wp) cycle
-      do j = 1, list%nel(k)
-        if (coarse%first(list%ix(j, k)) < 0) cycle
-        do e = 1, 3
-          if (.not. coarse%free(e, list%ix(j, k))) cycle
-          do i = 1, list%nel(k)
-            if (coarse%first(list%ix(i, k)) < 0) cycle
-            column = s(3*i - 2:3*i, 3*j - 3 + e, k)
-            do p = 1, n_functions
-              to = coarse%first(list%ix(j, k)) + (e - 1)*n_functions + p
-              call add_motions(coarse, list%ix(i, k), coarse%value(p, list%ix(j, k))*column, &
-                a(:, to))
-            end do
+    do j = 1, size(nodes)
+      if (coarse%first(nodes(j)) < 0) cycle
+      do e = 1, 3
+        if (.not. coarse%free(e, nodes(j))) cycle
+        do p = 1, n_functions
+          to = coarse%first(nodes(j)) + (e - 1)*n_functions + p
+          do i = 1, size(nodes)
+            call add_force(coarse, nodes(i), coarse%value(p, nodes(j))*s(3*i - 2:3*i, &
+              3*j - 3 + e), a(:, to))
           end do
         end do
       end do
     end do
-  end subroutine project_elements
+  end subroutine project_element
 
-  !> Adds what a force at a node does.
-  pure subroutine add_motions(coarse, node, force, motions)
+  !> Adds what a force at a node does to the motions.
+  pure subroutine add_force(coarse, node, force, motions)
     type(coarse_model_t), intent(in) :: coarse !! the model
     integer, intent(in) :: node !! the node
     real(wp), intent(in) :: force(3) !! [force]
     real(wp), intent(inout) :: motions(:) !! (n) [force]
 
+    if (coarse%first(node) < 0) return
     associate (to => motions(coarse%first(node) + 1:coarse%first(node) + n_motions))
       to = to + motions_of(coarse, node, force)
     end associate
-  end subroutine add_motions
+  end subroutine add_force
 
   !> Displacements of the nodes.
   pure subroutine expand_motions(coarse, motions, u)

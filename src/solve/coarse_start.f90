@@ -3,13 +3,14 @@
 module coarse_start
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_coarse
-  use element_types, only: task_tangent, task_residual, status_open
+  use element_types, only: element_t, task_residual, status_open
+  use elmlib, only: routine_none
   use model_types, only: model_t
-  use assembly, only: assemble
+  use assembly, only: assemble, element_tangent
   use bulk_products, only: multiply_bulk
   use lapack_interface, only: dgetrf, dgetrs
-  use coarse_model, only: coarse_model_t, build_coarse, project_field, project_elements, &
-    expand_motions
+  use coarse_model, only: coarse_model_t, build_coarse, project_field, project_element, &
+    add_force, expand_motions
   use increment_start, only: start_here
   use condensed_system, only: restore_forces, find_defects
   use expected_status, only: forget_expected
@@ -134,19 +135,25 @@ contains
     real(wp), intent(out) :: right(:) !! (n) what is not in balance [force]
     real(wp), intent(out) :: way(:) !! (n) [length]
     logical, intent(out) :: solved !! nothing moves freely
-    real(wp) :: s(3*size(system%contact%ix, 1), 3*size(system%contact%ix, 1), system%contact%n)
     real(wp) :: a(coarse%n, coarse%n)
-    integer :: pivot(coarse%n), info, i
+    type(element_t) :: e
+    integer :: pivot(coarse%n), info, i, k
 
-    s = 0.0_wp
-    system%contact_force = 0.0_wp
-    call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=s)
+    right = load
+    a = coarse%bulk
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      call element_tangent(system%contact, k, x, system%u, e)
+      if (e%status <= status_open) cycle
+      associate (nodes => system%contact%ix(1:e%nel, k))
+        do i = 1, e%nel
+          call add_force(coarse, nodes(i), -e%r(3*i - 2:3*i), right)
+        end do
+        call project_element(coarse, nodes, e%s, a)
+      end associate
+    end do
     call forget_expected(system%contact)
     system%contact%slip_before = system%contact%slip
-    call project_field(coarse, system%contact_force, right)
-    right = load - right
-    a = coarse%bulk
-    call project_elements(coarse, system%contact, s, a)
     do i = 1, coarse%n
       ! a motion that is prescribed at all nodes
       if (abs(a(i, i)) <= 0.0_wp) a(i, i) = 1.0_wp
