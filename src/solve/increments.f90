@@ -22,6 +22,7 @@ module increments
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
   use lost_contact, only: has_thrown
+  use coarse_start, only: start_coarsely
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -110,12 +111,13 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    logical :: choice, stayed, failed, thrown
+    logical :: choice, stayed, failed, thrown, coarse
 
     choice = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     stayed = any(abs(system%position%carried - system%u) > 0.0_wp)
+    call start_coarsely(model, system, monitor, coarse)
     if (any(shifts_gap(model%pairs))) then
-      call solve_with_multipliers(model, system, time, settings, monitor, progress)
+      call solve_with_multipliers(model, system, time, settings, coarse, monitor, progress)
     else
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if

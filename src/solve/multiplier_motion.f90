@@ -29,7 +29,7 @@ module multiplier_motion
   real(wp), parameter :: finest = 1.0e-8_wp, coarsest = 1.0e-2_wp
   !> Below this share of the forces nothing is lacking, and below this share of what may be lacking
   !! when multipliers fit.
-  real(wp), parameter :: least_share = 1.0e-10_wp, share_of_fitting = 0.1_wp
+  real(wp), parameter :: least_share = 1.0e-12_wp, share_of_fitting = 0.1_wp
   !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
   !! these patterns of multipliers meet this compliance over the penalty's.
   real(wp), parameter :: yielding = 1.0e-6_wp

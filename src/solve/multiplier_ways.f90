@@ -23,17 +23,21 @@ module multiplier_ways
   !> Ways: multipliers come along from the start, rest until it is known which points stick, slip
   !! and are open, or rest while Newton iterates and are updated in between.
   integer, parameter :: along = 1, rest_first = 2, updates = 3
+  !> From near the solution multipliers come along in so many linear solves, or rest first.
+  integer, parameter :: most_near = 30
 
 contains
 
   !> Tries one way after the other.
-  subroutine solve_with_multipliers(model, system, time, settings, monitor, progress)
+  subroutine solve_with_multipliers(model, system, time, settings, near, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
+    logical, intent(in) :: near !! the start is near the solution
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
+    type(settings_t) :: now
     real(wp) :: start(3, size(system%u, 2)), norm
     integer :: ways(3), i
     logical :: rested
@@ -41,7 +45,7 @@ contains
     start = system%u
     rested = .false.
     ways = [along, rest_first, updates]
-    if (is_pile(system)) ways = [rest_first, along, updates]
+    if (is_pile(system) .and. .not. near) ways = [rest_first, along, updates]
     do i = 1, size(ways)
       if (ways(i) == updates .and. .not. rested) exit
       if (i > 1) then
@@ -53,7 +57,9 @@ contains
       end if
       select case (ways(i))
       case (along)
-        call come_along(model, system, time, settings, monitor, progress)
+        now = settings
+        if (near) now%most_solves = min(most_near, settings%most_solves)
+        call come_along(model, system, time, now, monitor, progress)
       case (rest_first)
         call rest_then_along(model, system, time, settings, monitor, progress, rested)
       case default

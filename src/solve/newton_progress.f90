@@ -3,7 +3,7 @@
 module newton_progress
   use kinds, only: wp
   use element_types, only: status_open
-  use residuals, only: residual_norm, round_off_factor
+  use residuals, only: residual_norm, largest_resultant, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
   use line_search, only: next_energy
   use live_values, only: direction_norm
@@ -35,6 +35,9 @@ module newton_progress
   real(wp), parameter :: round_off_share = 0.1_wp
   !> The same in the condensed form, where another iteration costs next to nothing.
   real(wp), parameter :: condensed_share = 1.0e-3_wp
+  !> Round-off at many nodes has a resultant of up to this many times its norm, unless that is more
+  !! than this share of the forces.
+  real(wp), parameter :: resultant_factor = 8.0_wp, resultant_share = 1.0e-4_wp
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
   !> So does one that steps of any length have met in so many iterations on end: few points that
@@ -104,7 +107,8 @@ contains
     end if
   end function is_converged
 
-  !> The residual is at its round-off.
+  !> The residual is at its round-off, and so are its resultants: where it only seems so, as nodes
+  !! are many, a body still lacks a share of its weight.
   logical function is_round_off(system, halved)
     type(system_t), intent(in) :: system !! residual formed
     logical, intent(in) :: halved !! the last iteration, or step with a drag, has halved it
@@ -114,6 +118,9 @@ contains
     if (system%condensed%active .and. halved) factor = condensed_share
     is_round_off = residual_norm(system) <= min(factor*system%scale%round_off, &
       least_meaning(system))
+    if (is_round_off) is_round_off = largest_resultant(system) <= round_off_factor* &
+      max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
+      resultant_share*force_scale(system)))
   end function is_round_off
 
   !> The residual that a converged increment may have, over the forces.

@@ -20,7 +20,7 @@ module residuals
   implicit none
   private
   public :: form_residual, form_trial, form_tangent, residual_norm, drag_norm, &
-    find_worst, estimate_round_off, round_off_factor
+    largest_resultant, find_worst, estimate_round_off, round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -132,6 +132,28 @@ contains
       norm = norm2(system%right)
     end if
   end function residual_norm
+
+  !> The largest resultant of the residual on a body that contact alone holds: what is left of its
+  !! weight, say, which is small at each of many nodes. The condensed form has it in its norm.
+  pure real(wp) function largest_resultant(system) result(largest)
+    type(system_t), intent(in) :: system !! right given
+    real(wp) :: total(3, system%body%bodies)
+    integer :: i, k
+
+    largest = 0.0_wp
+    if (system%condensed%active .or. .not. any(system%body%weak)) return
+    total = 0.0_wp
+    do i = 1, size(system%equation, 2)
+      associate (body => system%body%node_body(i))
+        if (body == 0) cycle
+        do k = 1, 3
+          if (system%equation(k, i) > 0) total(k, body) = total(k, body) &
+            + system%right(system%equation(k, i))
+        end do
+      end associate
+    end do
+    largest = maxval(norm2(total, 1), system%body%weak)
+  end function largest_resultant
 
   !> Norm of the drag's force, as far as the residual knows of it.
   pure real(wp) function drag_norm(system) result(norm)
