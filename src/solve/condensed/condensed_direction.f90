@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance
+  use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
   use gmres, only: begin_gmres, add_image, gmres_shares
