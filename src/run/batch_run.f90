@@ -116,7 +116,8 @@ contains
         end if
       case ('step')
         call close_increment(run, context, error)
-        if (.not. allocated(error)) call run_steps(nint(command%v(1)), run, context, error)
+        if (.not. allocated(error)) call run_steps(nint(command%v(1)), steps_on(commands, next), &
+          run, context, error)
       case ('time')
         call close_increment(run, context, error)
         if (allocated(error)) return
@@ -203,8 +204,9 @@ contains
   end subroutine turn_loop
 
   !> STEP,,n: n increments of DT, each to convergence.
-  subroutine run_steps(n, run, context, error)
+  subroutine run_steps(n, goes_on, run, context, error)
     integer, intent(in) :: n !! number of end times
+    logical, intent(in) :: goes_on !! more increments follow at once
     type(run_state_t), intent(inout) :: run !! where the run stands
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
@@ -226,7 +228,8 @@ contains
         return
       end if
       context%monitor%step = context%state%step + 1
-      context%system%inside_due = k == n .or. is_inside_due(context, context%monitor%step)
+      context%system%inside_due = (k == n .and. .not. goes_on) .or. &
+        is_inside_due(context, context%monitor%step)
       seconds = wall_seconds()
       call advance(context%model, context%system, context%state, end_time, run%settings, &
         context%monitor, error)
@@ -236,6 +239,20 @@ contains
       if (allocated(error)) return
     end do
   end subroutine run_steps
+
+  !> The next command that does more than set values is STEP: nothing looks at the state before.
+  pure logical function steps_on(commands, next) result(on)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands
+    integer, intent(in) :: next !! number of a STEP
+    integer :: i
+
+    on = .false.
+    do i = next + 1, size(commands)
+      if (any(commands(i)%command == ['dt  ', 'tol ', 'prop'])) cycle
+      if (commands(i)%command == 'step') on = nint(commands(i)%v(1)) > 0
+      return
+    end do
+  end function steps_on
 
   !> Displacements inside are asked for at an end time: by fields, state or tables, and at every so
   !! many by the audit.

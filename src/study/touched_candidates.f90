@@ -326,13 +326,24 @@ contains
         associate (first => body%first_live + 1, last => body%first_live + body%n_live)
           part = x(first:last, :)
           change = y(first:last, :)
-          call dgemm('N', 'N', body%n_live, size(x, 2), body%n_live, -1.0_wp, body%live, &
-            body%n_live, part, body%n_live, 1.0_wp, change, body%n_live)
+          call subtract_part(size(body%live, 1), body%skipped, body%n_live, body%live, part, change)
           y(first:last, :) = change
         end associate
       end associate
     end do
   end subroutine subtract_yield
+
+  !> The same for one body.
+  subroutine subtract_part(rows, skipped, n, c, x, y)
+    integer, intent(in) :: rows !! of c
+    integer, intent(in) :: skipped !! those before the live candidates
+    integer, intent(in) :: n !! live candidates
+    real(wp), intent(in) :: c(rows, n) !! their columns of the compliance [length/force]
+    real(wp), contiguous, intent(in) :: x(:, :) !! (n, columns) [force]
+    real(wp), contiguous, intent(inout) :: y(:, :) !! (n, columns) [length]
+
+    call dgemm('N', 'N', n, size(x, 2), n, -1.0_wp, c(skipped + 1, 1), rows, x, n, 1.0_wp, y, n)
+  end subroutine subtract_part
 
   !> u = u - C f on all candidates; only the lower triangles of the compliances count.
   subroutine subtract_yield_of_all(bodies, f, u)

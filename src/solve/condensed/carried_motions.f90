@@ -33,10 +33,10 @@ contains
       allocate (near%c(n, n), near%modes(n, m), near%carried(n, m))
       if (m > 0) then
         near%modes = body%modes(body%gathered, :m)
-        call find_carried(body%live, near%modes, near%carried)
+        call find_carried(body%live(body%skipped + 1:body%skipped + n, :), near%modes, near%carried)
       end if
       do j = 1, n
-        column = body%live(:, j)
+        column = body%live(body%skipped + 1:body%skipped + n, j)
         if (m > 0) then
           call dgemv('N', n, m, -1.0_wp, near%modes, n, near%carried(j, :), 1, 1.0_wp, column, 1)
           call dgemv('N', n, m, -1.0_wp, near%carried, n, near%modes(j, :), 1, 1.0_wp, column, 1)

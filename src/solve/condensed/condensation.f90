@@ -25,10 +25,10 @@ module condensation
 contains
 
   !> Factorises the free equations of one body with its candidates last.
-  subroutine condense_body(blocks, equation, candidate, body, costs, outcome)
+  subroutine condense_body(blocks, equation, queue, body, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
-    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
@@ -36,16 +36,16 @@ contains
     real(wp) :: promised
 
     promised = 0.0_wp
-    call prepare_body(blocks, equation, candidate, body, matrix, promised, costs, outcome)
+    call prepare_body(blocks, equation, queue, body, matrix, promised, costs, outcome)
     if (outcome == solver_done) call factorise_body(body, matrix, .false., costs, outcome)
   end subroutine condense_body
 
   !> Orders the equations of a body, forms and analyses its matrix, and looks whether the factor
   !! fits into the memory. METIS draws from one series of random numbers: one body at a time.
-  subroutine prepare_body(blocks, equation, candidate, body, matrix, promised, costs, outcome)
+  subroutine prepare_body(blocks, equation, queue, body, matrix, promised, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
-    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
     type(csc_matrix_t), intent(out) :: matrix !! its lower triangle in the order of elimination
     real(wp), intent(inout) :: promised !! memory of factors that are still to be made [byte]
@@ -55,7 +55,7 @@ contains
     real(wp) :: needed
 
     call drop_compliance(body)
-    call order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
+    call order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     if (outcome /= solver_done) return
     call build_pattern(blocks, ordered, matrix, lower=.true.)
     call fill_values(blocks, ordered, matrix)
@@ -115,11 +115,11 @@ contains
   end subroutine estimate_bytes
 
   !> The equations in the order of elimination: the graph of the other nodes by METIS, their
-  !! equations together; then the candidates.
-  subroutine order_equations(blocks, equation, candidate, body, ordered, costs, outcome)
+  !! equations together; then the candidates in their queue.
+  subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
-    logical, intent(in) :: candidate(:) !! (nodes) nodes that contact may touch
+    integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
     integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
     type(cost_t), intent(inout) :: costs !! cost table
@@ -131,8 +131,9 @@ contains
 
     outcome = solver_done
     allocate (vertex(3, size(equation, 2)), source=0)
-    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. .not. candidate)
-    outer = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. candidate)
+    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. queue == 0)
+    outer = pack([(i, i=1, size(equation, 2))], queue > 0)
+    outer(queue(outer)) = outer
     vertex(1, inner) = [(i, i=1, size(inner))]
     if (size(inner) > 0) then
       call build_pattern(blocks, vertex, graph)
@@ -205,6 +206,7 @@ contains
     if (body%copied) deallocate (body%live)
     nullify (body%live)
     body%copied = .false.
+    body%skipped = 0
     if (allocated(body%gathered)) deallocate (body%gathered)
     body%near = near_compliance_t()
   end subroutine drop_live

@@ -14,15 +14,12 @@ module condensed_bodies
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
     drop_live, free_body
+  use candidate_queue, only: queue_candidates
   use system_types, only: system_t
   implicit none
   private
   public :: condense_all, begin_influence, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, widen_live, number_live, gather_compliance, &
-    apply_compliance, free_condensed
-
-  !> Live candidates over those that are needed.
-  real(wp), parameter :: most_idle = 1.25_wp
+    find_equilibrium, fit_motions, spread_yield, free_condensed
 
 contains
 
@@ -34,6 +31,7 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
     integer :: equation(3, size(system%body%node_body)), b, outcomes(system%body%bodies)
+    integer :: queue(size(system%body%node_body))
     type(csc_matrix_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies)
@@ -48,8 +46,10 @@ contains
       call number_equations(system, b, equation)
       if (all(equation == 0)) cycle
       call pin_body(system, b)
-      call prepare_body(system%whole%bulk_matrix, equation, system%condensed%candidate, &
-        system%condensed%bodies(b), matrices(b), promised, system%costs, outcome)
+      call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
+        any(equation > 0, 1), queue)
+      call prepare_body(system%whole%bulk_matrix, equation, queue, system%condensed%bodies(b), &
+        matrices(b), promised, system%costs, outcome)
       if (outcome /= solver_done) return
       ready(b) = .true.
       if (count_threads() > 1) cycle
@@ -277,114 +277,6 @@ contains
       end associate
     end do
   end subroutine spread_yield
-
-  !> Where a body has many candidates and most are live, all are: their compliance needs no copy.
-  !! In narrow runs those that have been live stay so while they are few: no new copy each time
-  !! that a point comes or goes.
-  pure subroutine widen_live(condensed, live)
-    type(condensed_t), intent(in) :: condensed !! bodies
-    logical, intent(inout) :: live(:) !! (n) candidates that elements or forces touch
-    logical :: both(size(live))
-    integer :: b
-
-    if (condensed%narrow) then
-      both = live .or. condensed%alive%live_place > 0
-      if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
-      return
-    end if
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        associate (mine => live(body%first + 1:body%first + body%m))
-          if (body%m > condensed%tangent%parts%most_dense .and. 2*count(mine) > body%m) mine = &
-            .true.
-        end associate
-      end associate
-    end do
-  end subroutine widen_live
-
-  !> Numbers the live candidates body after body.
-  subroutine number_live(condensed)
-    type(condensed_t), intent(inout) :: condensed !! live given; gets right and change
-    integer :: b, first
-
-    first = 0
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        body%first_live = first
-        body%n_live = count(condensed%alive%live > body%first .and. &
-          condensed%alive%live <= body%first + body%m)
-        first = first + body%n_live
-      end associate
-    end do
-    condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
-    condensed%alive%change = condensed%alive%right
-    condensed%alive%pushed = condensed%alive%right
-    condensed%alive%yields = condensed%alive%right
-  end subroutine number_live
-
-  !> Compliance of the live candidates of each body, unless it is at hand.
-  subroutine gather_compliance(condensed)
-    type(condensed_t), intent(inout) :: condensed !! live numbered
-    integer :: b, j
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), mine => condensed%alive%live( &
-        condensed%bodies(b)%first_live + 1:condensed%bodies(b)%first_live &
-        + condensed%bodies(b)%n_live) - condensed%bodies(b)%first)
-        if (allocated(body%gathered)) then
-          if (size(body%gathered) == size(mine)) then
-            if (all(body%gathered == mine)) cycle
-          end if
-        end if
-        call drop_live(body)
-        body%gathered = mine
-        if (body%n_live == body%m .and. body%m > 0) then
-          if (.not. body%mirrored) call mirror(body%compliance)
-          body%mirrored = .true.
-          body%live => body%compliance
-          cycle
-        end if
-        allocate (body%live(body%n_live, body%n_live))
-        body%copied = .true.
-        do j = 1, body%n_live
-          body%live(j:, j) = body%compliance(body%gathered(j:), body%gathered(j))
-        end do
-        call mirror(body%live)
-      end associate
-    end do
-  end subroutine gather_compliance
-
-  !> Fills the upper triangle of a symmetric matrix from the lower one, in blocks.
-  pure subroutine mirror(a)
-    real(wp), intent(inout) :: a(:, :) !! the matrix
-    integer, parameter :: block = 32
-    integer :: i, j, k
-
-    do k = 1, size(a, 2), block
-      do i = k, size(a, 1), block
-        do j = k, min(k + block - 1, size(a, 2))
-          a(j, max(i, j + 1):min(i + block - 1, size(a, 1))) = &
-            a(max(i, j + 1):min(i + block - 1, size(a, 1)), j)
-        end do
-      end do
-    end do
-  end subroutine mirror
-
-  !> y = C x on the live candidates.
-  subroutine apply_compliance(condensed, x, y)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    real(wp), intent(in) :: x(:) !! (n_live) [force]
-    real(wp), intent(inout) :: y(:) !! (n_live) [length]
-    integer :: b
-
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%n_live == 0) cycle
-        call dsymv('L', body%n_live, 1.0_wp, body%live, body%n_live, x(body%first_live + 1:), 1, &
-          0.0_wp, y(body%first_live + 1:), 1)
-      end associate
-    end do
-  end subroutine apply_compliance
 
   !> Releases all factors.
   subroutine free_condensed(system)

@@ -5,7 +5,7 @@ module condensed_direction
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: apply_compliance
+  use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
   use gmres, only: begin_gmres, add_image, gmres_shares
@@ -29,11 +29,15 @@ module condensed_direction
   !> Blocks need not find more digits of a direction than a step with the same factor has, while one
   !! element in so many changes its status from iteration to iteration.
   integer, parameter :: share_settled = 200
-  !> Accuracies of a direction.
-  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> Accuracies of a direction; the coarsest where products are long, too.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp, of_long = 1.0e-3_wp
   !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
-  !! anyway, unless multipliers go with it.
-  real(wp), parameter :: of_chord = 1.0e-2_wp
+  !! anyway, unless multipliers go with it; where products are long the factor mostly does without
+  !! any.
+  real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.3_wp
+  !> A product with the compliances is long if it has this many entries of them for a closed
+  !! element: it takes longer than the residual of one more step.
+  real(wp), parameter :: long_product = 4000.0_wp
   !> And of the answers that multipliers ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
@@ -81,11 +85,12 @@ contains
   subroutine find_chord(system, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
     logical, intent(out) :: arrived !! there is one
-    real(wp) :: y(system%condensed%alive%n_live), floor
+    real(wp) :: y(system%condensed%alive%n_live), floor, share
 
     associate (condensed => system%condensed)
-      floor = max(merge(coarsest, of_chord, system%motion%active)*residual_size(condensed), &
-        1.0e-3_wp*system%scale%round_off)
+      share = merge(of_factor, of_chord, has_long_products(condensed))
+      if (system%motion%active) share = coarsest
+      floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
       call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
@@ -212,10 +217,19 @@ contains
     type(condensed_t), intent(in) :: condensed !! right given
     logical, intent(in) :: unsettled !! its contacts are not yet those of the solution
 
-    accuracy = merge(of_chord, coarsest, unsettled)
+    accuracy = merge(of_chord, merge(of_long, coarsest, has_long_products(condensed)), unsettled)
     if (condensed%norm_before > 0.0_wp) accuracy = min(accuracy, max(finest, &
       0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy
+
+  !> A product with the compliances takes longer than the residual of one more step; with blocks
+  !! that is not asked.
+  pure logical function has_long_products(condensed) result(long)
+    type(condensed_t), intent(in) :: condensed !! live candidates, closed elements
+
+    long = .not. condensed%tangent%parts%iterated .and. sum(real(condensed%bodies%n_live, wp)**2) &
+      > long_product*real(condensed%tangent%elements, wp)
+  end function has_long_products
 
   !> Forces out of balance on candidates, bodies and their motions.
   pure real(wp) function residual_size(condensed) result(norm)

@@ -10,8 +10,8 @@ module condensed_system
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t, linear_sums_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, spread_yield, widen_live, number_live, &
-    free_condensed
+    load_candidates, find_equilibrium, fit_motions, spread_yield, free_condensed
+  use live_candidates, only: widen_live, number_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest
   use live_values, only: clear_values
@@ -51,7 +51,7 @@ contains
       end if
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%body%bodies), condensed%place(3, model%mesh%nodes))
-      if (any(system%body%weak) .or. .not. system%bulk%linear) condensed%rigid%x = model%mesh%x
+      condensed%rigid%x = model%mesh%x
       if (system%bulk%linear) then
         call begin_influence(model, system)
         call condense_all(system, spread(.true., 1, system%body%bodies), outcome, model)

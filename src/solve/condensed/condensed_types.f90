@@ -35,11 +35,11 @@ module condensed_types
     real(wp), pointer, contiguous :: trailing(:, :) => null() !! (m, m) L22 of a factor in single
     !! precision, until its product has become the compliance
     logical :: mirrored = .false. !! its upper triangle counts as well
-    integer :: first_live = 0 !! live candidates of the bodies before
-    integer :: n_live = 0 !! its live candidates
+    integer :: first_live = 0, n_live = 0 !! live candidates of the bodies before, and its own
     integer, allocatable :: gathered(:) !! (n_live) its candidates that live belongs to
-    real(wp), pointer, contiguous :: live(:, :) => null() !! (n_live, n_live) compliance of these
-    !! [length/force]: gathered, or compliance itself where all candidates are live
+    real(wp), pointer, contiguous :: live(:, :) => null() !! (rows, n_live) columns of these, whose
+    !! rows begin after those skipped [length/force]: gathered, or columns of compliance itself
+    integer :: skipped = 0 !! rows of live before those of the live candidates
     logical :: copied = .false. !! it has been gathered
     type(motions_t) :: motions !! rigid motions that its supports leave
     integer :: first_mode = 0 !! motions of the bodies before
@@ -147,7 +147,7 @@ module condensed_types
   !> The rigid motions of the iterate that supports leave to the bodies.
   type :: carried_t
     integer :: modes = 0 !! rigid motions of all bodies
-    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions, if needed [length]
+    real(wp), allocatable :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), allocatable :: alpha(:) !! (modes) rigid motion of the iterate [length]
     real(wp), allocatable :: alpha_change(:) !! (modes) its direction [length]
     real(wp), allocatable :: alpha_next(:) !! (modes) that of the last answer of contact [length]

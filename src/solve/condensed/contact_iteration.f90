@@ -4,7 +4,7 @@
 module contact_iteration
   use kinds, only: wp
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: apply_compliance
+  use live_candidates, only: apply_compliance
   use condensed_motions, only: push_live, add_live_motion
   use carried_motions, only: apply_nearly
   use contact_blocks, only: precondition

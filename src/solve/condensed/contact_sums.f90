@@ -138,7 +138,7 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         do i = 1, body%n_live
-          root(body%first_live + i) = sqrt(body%live(i, i))
+          root(body%first_live + i) = sqrt(body%live(body%skipped + i, i))
         end do
       end associate
     end do

@@ -10,7 +10,7 @@ module contact_tangent
   use assembly, only: assemble
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
-  use condensed_bodies, only: gather_compliance, apply_compliance
+  use live_candidates, only: gather_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
@@ -275,7 +275,8 @@ contains
           mine(n) = dofs(i) - first
           share(n) = u(i)
         end do
-        call combine(condensed%bodies(b)%live, mine(:n), share(:n), y(first + 1:last))
+        call combine(condensed%bodies(b)%live, condensed%bodies(b)%skipped, mine(:n), share(:n), &
+          y(first + 1:last))
       end associate
     end do
   end subroutine add_columns

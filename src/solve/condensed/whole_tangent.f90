@@ -40,7 +40,7 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         softness(body%first_live + 1:body%first_live + body%n_live) = &
-          [(body%live(i, i), i=1, body%n_live)]
+          [(body%live(body%skipped + i, i), i=1, body%n_live)]
       end associate
     end do
     stiffest = 0.0_wp
@@ -89,7 +89,8 @@ contains
 
     do j = first, last
       do k = 1, 3
-        held(j, k) = tangent%held(merge(k, 1, tangent%held(k, j) > 0), j) - body%first_live
+        held(j, k) = tangent%held(merge(k, 1, tangent%held(k, j) > 0), j) - body%first_live &
+          + body%skipped
         hold(j, k) = merge(tangent%hold(k, j), 0.0_wp, tangent%held(k, j) > 0)
       end do
     end do
@@ -115,7 +116,7 @@ contains
         mine(n) = place(k)
         share(n) = tangent%lead%value(i)
       end do
-      call combine(c, mine(:n), share(:n), tangent%small(first:last, j))
+      call combine(c, 0, mine(:n), share(:n), tangent%small(first:last, j))
     end do
   end subroutine form_rows
 
@@ -165,24 +166,28 @@ contains
   end subroutine make_small
 
   !> Sum of some columns with shares, three at a time.
-  pure subroutine combine(a, column, share, y)
+  pure subroutine combine(a, skipped, column, share, y)
     real(wp), intent(in), contiguous :: a(:, :) !! the columns
+    integer, intent(in) :: skipped !! rows of theirs before those of the sum
     integer, intent(in) :: column(:) !! which of them
     real(wp), intent(in) :: share(:) !! how much of each
     real(wp), intent(out) :: y(:) !! the sum
     integer :: i
 
-    if (size(column) < 3) then
-      y = 0.0_wp
-    else
-      y = share(1)*a(:, column(1)) + share(2)*a(:, column(2)) + share(3)*a(:, column(3))
-    end if
-    do i = 4, size(column) - 2, 3
-      y = y + share(i)*a(:, column(i)) + share(i + 1)*a(:, column(i + 1)) &
-        + share(i + 2)*a(:, column(i + 2))
-    end do
-    do i = size(column)/3*3 + 1, size(column)
-      y = y + share(i)*a(:, column(i))
-    end do
+    associate (first => skipped + 1, last => skipped + size(y))
+      if (size(column) < 3) then
+        y = 0.0_wp
+      else
+        y = share(1)*a(first:last, column(1)) + share(2)*a(first:last, column(2)) &
+          + share(3)*a(first:last, column(3))
+      end if
+      do i = 4, size(column) - 2, 3
+        y = y + share(i)*a(first:last, column(i)) + share(i + 1)*a(first:last, column(i + 1)) &
+          + share(i + 2)*a(first:last, column(i + 2))
+      end do
+      do i = size(column)/3*3 + 1, size(column)
+        y = y + share(i)*a(first:last, column(i))
+      end do
+    end associate
   end subroutine combine
 end module whole_tangent
