@@ -50,6 +50,8 @@ contains
     before = system%u
     call build_coarse(model%mesh%x, system, coarse)
     call iterate_coarsely(coarse, model%mesh%x, system, iterations, found)
+    system%contact%hold = .false.
+    system%contact%slide = .false.
     if (.not. found) then
       system%u = before
       call start_here(model, system, norm)
@@ -109,8 +111,6 @@ contains
     iterations = min(iterations, most_iterations)
     call find_right(coarse, x, system%u, load, system, right)
     found = norm2(right) <= useful*first
-    system%contact%hold = .false.
-    system%contact%slide = .false.
   end subroutine iterate_coarsely
 
   !> Points whose slip has turned back stick in the next tangent, and later on those on their cone
