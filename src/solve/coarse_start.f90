@@ -12,7 +12,6 @@ module coarse_start
   use coarse_model, only: coarse_model_t, build_coarse, project_field, project_element, &
     add_force, expand_motions
   use increment_start, only: start_here
-  use condensed_system, only: restore_forces, find_defects
   use expected_status, only: forget_expected
   use grown_start, only: is_pile
   use monitors, only: monitor_t
@@ -55,9 +54,6 @@ contains
     if (.not. found) then
       system%u = before
       call start_here(model, system, norm)
-    else if (system%condensed%active) then
-      call restore_forces(system%condensed)
-      call find_defects(system)
     end if
     call end_cost(system%costs, cost_coarse)
     if (found) call monitor%detail('  a coarse model of the bodies gives the start: '// &
@@ -65,14 +61,14 @@ contains
   end subroutine start_coarsely
 
   !> A pile of linear bodies that have not pressed each other yet. What they did before is a better
-  !! start than what a coarse model makes of it.
+  !! start than what a coarse model makes of it; and in the condensed form an iteration costs less.
   pure logical function wants_coarse(model, system) result(wants)
     type(model_t), intent(in) :: model !! pairs: last converged points
     type(system_t), intent(in) :: system !! bodies, loads
     integer :: k
 
     wants = is_pile(system) .and. system%bulk%linear .and. system%tools%border%n == 0 .and. &
-      .not. (allocated(system%loads%pressed) .or. system%condensed%outer%foretold)
+      .not. (allocated(system%loads%pressed) .or. system%condensed%active)
     do k = 1, size(model%pairs)
       if (wants) wants = all(model%pairs(k)%history%old%status <= status_open)
     end do
