@@ -7,7 +7,7 @@ module coarse_model
   implicit none
   private
   public :: coarse_model_t, build_coarse, project_field, project_element, &
-    add_force, expand_motions
+    add_force, expand_motions, n_motions
 
   !> Functions of place of which each direction of a motion is made: 1 and the three coordinates.
   integer, parameter :: n_functions = 4

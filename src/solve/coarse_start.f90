@@ -10,9 +10,9 @@ module coarse_start
   use bulk_products, only: multiply_bulk
   use lapack_interface, only: dgetrf, dgetrs
   use coarse_model, only: coarse_model_t, build_coarse, project_field, project_element, &
-    add_force, expand_motions
+    add_force, expand_motions, n_motions
   use increment_start, only: start_here
-  use expected_status, only: forget_expected
+  use expected_status, only: forget_expected, turned_back, most_single
   use grown_start, only: is_pile
   use monitors, only: monitor_t
   use system_types, only: system_t
@@ -21,8 +21,12 @@ module coarse_start
   private
   public :: start_coarsely
 
-  !> Iterations of the coarse model at most, and after which points that stick on their cone slip.
-  integer, parameter :: most_iterations = 12, most_single = 5
+  !> Motions of all bodies at most, and their share of the equations: the model's systems are dense,
+  !! and are to cost little beside those of the whole.
+  integer, parameter :: most_motions = 1200
+  real(wp), parameter :: most_share = 0.25_wp
+  !> Iterations of the coarse model at most.
+  integer, parameter :: most_iterations = 12
   !> It has settled once an iteration changes less than this share of the closed points.
   real(wp), parameter :: settled_share = 0.01_wp
   !> What is not in balance in the end, over that at first: a model that leaves more is of no use.
@@ -60,8 +64,9 @@ contains
       to_text(iterations)//' iterations')
   end subroutine start_coarsely
 
-  !> A pile of linear bodies that have not pressed each other yet. What they did before is a better
-  !! start than what a coarse model makes of it; and in the condensed form an iteration costs less.
+  !> A pile of linear bodies, not too many, that have not pressed each other yet. What they did
+  !! before is a better start than what a coarse model makes of it; and in the condensed form an
+  !! iteration costs less.
   pure logical function wants_coarse(model, system) result(wants)
     type(model_t), intent(in) :: model !! pairs: last converged points
     type(system_t), intent(in) :: system !! bodies, loads
@@ -69,6 +74,8 @@ contains
 
     wants = is_pile(system) .and. system%bulk%linear .and. system%tools%border%n == 0 .and. &
       .not. (allocated(system%loads%pressed) .or. system%condensed%active)
+    wants = wants .and. real(n_motions*system%body%bodies, wp) <= min(real(most_motions, wp), &
+      most_share*real(system%equations, wp))
     do k = 1, size(model%pairs)
       if (wants) wants = all(model%pairs(k)%history%old%status <= status_open)
     end do
@@ -91,8 +98,8 @@ contains
     first = 0.0_wp
     system%contact%slip_before = 0.0_wp
     do iterations = 1, most_iterations
-      call choose_points(system%contact%slip, system%contact%slip_before, iterations, &
-        system%contact%hold, system%contact%slide)
+      system%contact%hold = turned_back(system%contact)
+      if (iterations > most_single) system%contact%slide = .true.
       before = system%contact%status
       call find_way(coarse, x, system, load, right, way, solved)
       if (.not. solved) return
@@ -105,22 +112,8 @@ contains
         real(count(system%contact%status > status_open), wp)) exit
     end do
     iterations = min(iterations, most_iterations)
-    call find_right(coarse, x, system%u, load, system, right)
     found = norm2(right) <= useful*first
   end subroutine iterate_coarsely
-
-  !> Points whose slip has turned back stick in the next tangent, and later on those on their cone
-  !! slip, as in Newton's method on all unknowns.
-  pure subroutine choose_points(slip, slip_before, iteration, hold, slide)
-    real(wp), intent(in) :: slip(:, :) !! (3, elements) tangential gaps [length]
-    real(wp), intent(in) :: slip_before(:, :) !! (3, elements) one iteration ago [length]
-    integer, intent(in) :: iteration !! number of the iteration
-    logical, intent(out) :: hold(:) !! (elements) stick
-    logical, intent(out) :: slide(:) !! (elements) slip if they are on their cone
-
-    hold = iteration > 1 .and. sum(slip*slip_before, 1) < 0.0_wp
-    slide = iteration >= most_single
-  end subroutine choose_points
 
   !> The direction of an iteration.
   subroutine find_way(coarse, x, system, load, right, way, solved)
@@ -166,7 +159,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: du(:, :) !! (3, nodes) the direction [length]
     real(wp), intent(in) :: way(:) !! (n) the same [length]
-    real(wp), intent(in) :: right(:) !! (n) what is not in balance [force]
+    real(wp), intent(inout) :: right(:) !! (n) what is not in balance; in the end there [force]
     real(wp), intent(inout) :: load(:) !! (n) loads less what the bulk bears; moves on [force]
     type(system_t), intent(inout) :: system !! u is moved
     real(wp) :: change(size(load)), now(size(load)), length, best, best_length
@@ -187,6 +180,7 @@ contains
       system%u + best_length*du, load + best_length*change, system, now)
     system%u = system%u + best_length*du
     load = load + best_length*change
+    right = now
   end subroutine take_step
 
   !> What is not in balance at a place.

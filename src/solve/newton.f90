@@ -15,7 +15,7 @@ module newton
   use supports, only: drop_bodies
   use grown_start, only: is_pile
   use drag, only: begin_drag, settle_drag, count_way
-  use expected_status, only: forget_expected
+  use expected_status, only: forget_expected, turned_back, most_single
   use line_search, only: search_line, approach
   use live_values, only: direction_work
   use chord_steps, only: chords_t, follow_chords
@@ -47,15 +47,10 @@ module newton
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! piles of bodies the search for the points that open uses up some of them.
   integer, parameter :: most_turns = 6, most_turns_of_pile = 14
-  !> A point has turned back if it had slipped by more than this share of what it slips now.
-  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
   real(wp), parameter :: shortest_step = 1.0_wp/256.0_wp
-  !> Iterations of an increment after which points that stick on their cone slip in the tangent;
-  !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
-  integer, parameter :: most_single = 5
   !> Iterations in balance whose multipliers do not fit, after which a solve is given up.
   integer, parameter :: most_misfits = 5
 
@@ -320,9 +315,7 @@ contains
     if (progress%updated) return
     system%contact%hold = .false.
     if (progress%turns < merge(most_turns_of_pile, most_turns, is_pile(system))) &
-      system%contact%hold = &
-      sum(system%contact%slip*system%contact%slip_before, 1) < 0.0_wp .and. &
-      norm2(system%contact%slip_before, 1) > least_slip*norm2(system%contact%slip, 1)
+      system%contact%hold = turned_back(system%contact)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
 
