@@ -13,7 +13,10 @@ module cholmod_interface
   type, bind(c) :: cholmod_common_t
     real(c_double) :: growth(6) = 0.0_c_double !! bytes 0 to 47
     integer(c_int) :: supernodal = 0_c_int !! byte 48: 0 simplicial, 1 automatic, 2 supernodal
-    integer(c_int) :: room_1(20) = 0_c_int !! bytes 52 to 131
+    integer(c_int) :: room_1(7) = 0_c_int !! bytes 52 to 79
+    real(c_double) :: zrelax(3) = 0.0_c_double !! byte 80: zeros that merged supernodes may have
+    integer(c_size_t) :: nrelax(3) = 0_c_size_t !! byte 104: up to how many columns
+    integer(c_int) :: room_7 = 0_c_int !! byte 128
     integer(c_int) :: prefer_upper = 0_c_int !! byte 132
     integer(c_int) :: quick_return = 0_c_int !! byte 136
     integer(c_int) :: room_2 = 0_c_int !! byte 140
@@ -26,7 +29,7 @@ module cholmod_interface
     integer(c_int) :: postorder = 0_c_int !! byte 1864
     integer(c_int) :: room_6(26) = 0_c_int !! bytes 1868 to 1971
     integer(c_int) :: status = 0_c_int !! byte 1972: below 0 errors, above warnings
-    integer(c_int) :: room_7(1554) = 0_c_int !! to byte 8191: more than the structure has
+    integer(c_int) :: room_8(1554) = 0_c_int !! to byte 8191: more than the structure has
   end type cholmod_common_t
 
   !> cholmod_sparse

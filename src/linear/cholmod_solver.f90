@@ -2,11 +2,12 @@
 !! the matrix as it is, long integers.
 module cholmod_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_associated, c_loc, c_int, c_size_t, &
-    c_f_pointer, c_sizeof
+    c_f_pointer, c_sizeof, c_double
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve
   use supernodes, only: supernodes_t, supernodes_of, values_before, place_last
+  use supernode_panels, only: split_supernodes
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
@@ -25,6 +26,13 @@ module cholmod_solver
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
     ordering_metis = 3, &
     always_supernodal = 2, use_lower = -1, status_memory = -2
+  integer(c_size_t), parameter :: usual_columns(3) = [4_c_size_t, 16_c_size_t, 48_c_size_t]
+
+  !> Neighbouring supernodes become one with up to so many columns, if no more than such a share of
+  !! it is zero (whatever the share for the first, whatever the columns for the last): products with
+  !! few columns are slow, and many zeros take memory.
+  integer(c_size_t), parameter :: merged_columns(3) = [8_c_size_t, 32_c_size_t, 64_c_size_t]
+  real(c_double), parameter :: merged_zeros(3) = [0.9_c_double, 0.1_c_double, 0.03_c_double]
 
   !> Handles and settings of one factorisation.
   type, extends(back_end_t) :: cholmod_t
@@ -59,7 +67,7 @@ contains
       if (.not. solver%started .or. common%supernodal /= 1_c_int .or. common%print /= 3_c_int &
         .or. common%prefer_upper /= 1_c_int .or. common%postorder /= 1_c_int &
         .or. common%nmethods /= 0_c_int .or. common%ordering /= ordering_given &
-        .or. common%status /= 0_c_int) then
+        .or. common%status /= 0_c_int .or. any(common%nrelax /= usual_columns)) then
         outcome = solver_failed
         return
       end if
@@ -67,6 +75,8 @@ contains
       common%quick_return = 1_c_int
       common%supernodal = always_supernodal
       common%nmethods = 1_c_int
+      common%nrelax = merged_columns
+      common%zrelax = merged_zeros
     end associate
   end subroutine start
 
@@ -108,6 +118,7 @@ contains
     solver%common%ordering = merge(ordering_natural, ordering_metis, a%lower)
     solver%common%postorder = merge(0_c_int, 1_c_int, a%lower)
     solver%factor = cholmod_l_analyze(view, solver%common)
+    if (c_associated(solver%factor)) call split_supernodes(solver%factor, solver%common)
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed

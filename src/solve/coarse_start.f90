@@ -98,8 +98,8 @@ contains
     first = 0.0_wp
     system%contact%slip_before = 0.0_wp
     do iterations = 1, most_iterations
-      system%contact%hold = turned_back(system%contact)
-      if (iterations > most_single) system%contact%slide = .true.
+      system%contact%hold = turned_back(system%contact, 0.0_wp)
+      if (iterations >= most_single) system%contact%slide = .true.
       before = system%contact%status
       call find_way(coarse, x, system, load, right, way, solved)
       if (.not. solved) return

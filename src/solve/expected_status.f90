@@ -21,8 +21,6 @@ module expected_status
   !> A gap below this share of the facet's size is closed for the first tangent.
   real(wp), parameter :: touching = 1.0e-9_wp
 
-  !> A point has turned back if it had slipped by more than this share of what it slips now.
-  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
   !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
   integer, parameter :: most_single = 5
@@ -141,12 +139,13 @@ contains
   end subroutine forget_expected
 
   !> Points whose slip has turned back since the iteration before.
-  pure function turned_back(list) result(turned)
+  pure function turned_back(list, least) result(turned)
     type(element_list_t), intent(in) :: list !! contact elements: slip, slip_before
+    real(wp), intent(in) :: least !! share of its slip now that a point must have slipped before
     logical :: turned(list%n)
 
     turned = sum(list%slip*list%slip_before, 1) < 0.0_wp .and. &
-      norm2(list%slip_before, 1) > least_slip*norm2(list%slip, 1)
+      norm2(list%slip_before, 1) > least*norm2(list%slip, 1)
   end function turned_back
 
   !> The shift along the normal that gives a point above its facet the gap that it had at the last

@@ -47,6 +47,9 @@ module newton
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! piles of bodies the search for the points that open uses up some of them.
   integer, parameter :: most_turns = 6, most_turns_of_pile = 14
+  !> A point has turned back if it had slipped by more than this share of what it slips now: less is
+  !! round-off of a solution.
+  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -315,7 +318,7 @@ contains
     if (progress%updated) return
     system%contact%hold = .false.
     if (progress%turns < merge(most_turns_of_pile, most_turns, is_pile(system))) &
-      system%contact%hold = turned_back(system%contact)
+      system%contact%hold = turned_back(system%contact, least_slip)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
 

@@ -1,0 +1,145 @@
+!> Wide supernodes of a factor of CHOLMOD's, split into panels before it is made (doc/theory,
+!! "Linear systems"). A supernode is stored as a rectangle: half of its square on the diagonal is
+!! room that nothing uses, and the work space holds all that one supernode takes from another.
+module supernode_panels
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_sizeof, c_f_pointer
+  use kinds, only: long
+  use cholmod_interface, only: cholmod_common_t, cholmod_l_realloc
+  use supernodes, only: supernodes_t, supernodes_of
+  implicit none
+  private
+  public :: split_supernodes
+
+  !> Columns of a panel at most: products with so many columns are as fast as with more.
+  integer(long), parameter :: widest = 256_long
+
+  !> The panels: as supernodes_t, numbers 0-based.
+  type :: panels_t
+    integer(long) :: n = 0_long !! how many
+    integer(long), allocatable :: super(:) !! (n+1) first column of each
+    integer(long), allocatable :: pi(:) !! (n+1) where its rows begin in s
+    integer(long), allocatable :: px(:) !! (n+1) where its values begin
+    integer(long), allocatable :: s(:) !! rows
+  end type panels_t
+
+contains
+
+  !> Splits the supernodes of an analysis that are wider than a panel. A panel has the columns of
+  !! its supernode that come after those of the panels before it, and their rows.
+  subroutine split_supernodes(handle, common)
+    type(c_ptr), intent(in) :: handle !! a factor of CHOLMOD's, analysed, without values
+    type(cholmod_common_t), intent(inout) :: common !! settings; its status tells of failure
+    type(supernodes_t) :: nodes
+    type(panels_t) :: panels
+    integer(c_size_t) :: before
+
+    nodes = supernodes_of(handle)
+    associate (factor => nodes%factor)
+      if (factor%nsuper == 0_c_size_t) return
+      if (maxval(nodes%super(2:) - nodes%super(:size(nodes%super) - 1)) <= widest) return
+      call find_panels(nodes, panels)
+      before = factor%nsuper + 1_c_size_t
+      call replace(panels%super, factor%super, before, common)
+      call replace(panels%pi, factor%pi, before, common)
+      call replace(panels%px, factor%px, before, common)
+      call replace(panels%s, factor%s, factor%ssize, common)
+      if (common%status < 0) return
+      factor%nsuper = int(panels%n, c_size_t)
+      factor%ssize = size(panels%s, kind=c_size_t)
+      factor%xsize = int(panels%px(panels%n + 1), c_size_t)
+      call measure_updates(panels, int(factor%n, long), factor%maxcsize, factor%maxesize)
+    end associate
+  end subroutine split_supernodes
+
+  !> Panels of about the same width from each supernode.
+  pure subroutine find_panels(nodes, panels)
+    type(supernodes_t), intent(in) :: nodes !! as analysed
+    type(panels_t), intent(out) :: panels !! of all supernodes
+    integer(long) :: k, j, columns, rows, first, parts, width
+
+    columns = sum((nodes%super(2:) - nodes%super(:size(nodes%super) - 1) + widest - 1)/widest)
+    allocate (panels%super(columns + 1), panels%pi(columns + 1), panels%px(columns + 1))
+    allocate (panels%s(rows_of_panels(nodes)))
+    panels%pi(1) = 0_long
+    panels%px(1) = 0_long
+    do k = 1, size(nodes%super, kind=long) - 1
+      columns = nodes%super(k + 1) - nodes%super(k)
+      rows = nodes%pi(k + 1) - nodes%pi(k)
+      parts = (columns + widest - 1)/widest
+      do j = 1, parts
+        first = columns*(j - 1)/parts
+        width = columns*j/parts - first
+        panels%n = panels%n + 1
+        associate (n => panels%n, below => rows - first)
+          panels%super(n) = nodes%super(k) + first
+          panels%pi(n + 1) = panels%pi(n) + below
+          panels%px(n + 1) = panels%px(n) + below*width
+          panels%s(panels%pi(n) + 1:panels%pi(n + 1)) = nodes%s(nodes%pi(k) + first &
+            + 1:nodes%pi(k + 1))
+        end associate
+      end do
+    end do
+    panels%super(panels%n + 1) = nodes%super(size(nodes%super))
+  end subroutine find_panels
+
+  !> Rows of all panels together.
+  pure integer(long) function rows_of_panels(nodes) result(total)
+    type(supernodes_t), intent(in) :: nodes !! as analysed
+    integer(long) :: k, j, columns, parts
+
+    total = 0_long
+    do k = 1, size(nodes%super, kind=long) - 1
+      columns = nodes%super(k + 1) - nodes%super(k)
+      parts = (columns + widest - 1)/widest
+      do j = 1, parts
+        total = total + nodes%pi(k + 1) - nodes%pi(k) - columns*(j - 1)/parts
+      end do
+    end do
+  end function rows_of_panels
+
+  !> Puts an array in place of one of CHOLMOD's.
+  subroutine replace(values, block, n, common)
+    integer(long), intent(in) :: values(:) !! the new ones
+    type(c_ptr), intent(inout) :: block !! array of CHOLMOD's
+    integer(c_size_t), intent(in) :: n !! entries that it has
+    type(cholmod_common_t), intent(inout) :: common !! settings; its status tells of failure
+    integer(long), pointer :: now(:)
+    integer(c_size_t) :: entries
+
+    entries = n
+    if (common%status < 0) return
+    block = cholmod_l_realloc(size(values, kind=c_size_t), c_sizeof(0_long), block, entries, common)
+    if (common%status < 0) return
+    call c_f_pointer(block, now, [size(values)])
+    now = values
+  end subroutine replace
+
+  !> What one panel takes from another at most, and rows below a panel at most.
+  pure subroutine measure_updates(panels, columns, largest, longest)
+    type(panels_t), intent(in) :: panels !! all panels
+    integer(long), intent(in) :: columns !! of the factor
+    integer(c_size_t), intent(out) :: largest !! entries of an update
+    integer(c_size_t), intent(out) :: longest !! rows below
+    integer(long) :: owner(0:columns - 1), k, first, last, past
+
+    do k = 1, panels%n
+      owner(panels%super(k):panels%super(k + 1) - 1) = k
+    end do
+    largest = 1_c_size_t
+    longest = 1_c_size_t
+    do k = 1, panels%n
+      first = panels%pi(k) + panels%super(k + 1) - panels%super(k) + 1
+      last = panels%pi(k + 1)
+      longest = max(longest, int(last - first + 1, c_size_t))
+      do while (first <= last)
+        past = first
+        do while (past <= last)
+          if (owner(panels%s(past)) /= owner(panels%s(first))) exit
+          past = past + 1
+        end do
+        largest = max(largest, int((past - first)*(last - first + 1), c_size_t))
+        first = past
+      end do
+    end do
+  end subroutine measure_updates
+end module supernode_panels
