@@ -3,8 +3,8 @@ module lapack_interface
   use kinds, only: wp, sp
   implicit none
   private
-  public :: dgelss, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, dsymm, &
-    dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
+  public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
+    dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
     ssyrk, strsm, spotrf, strtri
 
   interface
@@ -18,6 +18,18 @@ module lapack_interface
       real(wp), intent(in) :: rcond
       integer, intent(out) :: rank, info
     end subroutine dgelss
+
+    !> The same by a factorisation with exchanged columns.
+    subroutine dgelsy(m, n, nrhs, a, lda, b, ldb, jpvt, rcond, rank, work, lwork, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+      real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+      integer, intent(inout) :: jpvt(*)
+      real(wp), intent(out) :: work(*)
+      real(wp), intent(in) :: rcond
+      integer, intent(out) :: rank, info
+    end subroutine dgelsy
 
     !> Singular values and vectors.
     subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)

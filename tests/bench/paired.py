@@ -74,6 +74,7 @@ class Row:
     other: str = jobs.CUBE      # the second scene
     other_method: str = 'NTOS'
     options: tuple = ()         # of the second run
+    calculix: str = ''          # the second run is CalculiX's, in this mode (jobs.CCX_MODES)
 
 
 MAKERS = {**jobs.MAKERS, 'cube_force': scenes.forced_cube, 'cubes_27': scenes.loose_cubes,
@@ -91,7 +92,14 @@ NEO_LIMIT = (
     '7 to 8 of them for the digits that are asked for. They are about two fifths of the time in the '
     'cube, half of it in the disc; residuals are a seventh and a quarter.')
 
+BEST, SURFACE = {'calculix': 'N2S iterative'}, {'calculix': 'S2S iterative'}
+
 ROWS = (
+    Row('CalculiX node to surface, its best solver', 12, 1/30, **BEST),
+    Row('CalculiX node to surface, its best solver', 16, 1/30, **BEST),
+    Row('CalculiX node to surface, its best solver', 20, 1/40, **BEST),
+    Row('CalculiX node to surface, its default', 12, 1/120, calculix='N2S default'),
+    Row('SEGMent against CalculiX surface to surface', 12, 1/15, method='SEGMent', **SURFACE),
     Row('SEGMent against NTOS', 12, 2.5, method='SEGMent', shares=6, why=SEGMENT_LIMIT),
     Row('GTOS against NTOS', 12, 1.8, method='GTOS'),
     Row('by force against by way', 12, 2.5, scene='cube_force'),
@@ -110,7 +118,6 @@ ROWS = (
 
 def write(folder, scene, method, changes):
     """Deck and mesh of a scene with replaced texts."""
-    os.makedirs(folder)
     scene.contact.own_method = method
     text = own_deck.deck(scene)
     for old, new in changes:
@@ -125,13 +132,19 @@ def write(folder, scene, method, changes):
 def measure_row(row, program, folder, pairs=PAIRS, seconds=600):
     """Runs both scenes in turn; a line of the table."""
     first, second = (os.path.join(folder, name) for name in ('first', 'second'))
+    os.makedirs(first)
+    os.makedirs(second)
+    command = [os.path.abspath(program), 'run.inp', '--quiet']
     write(first, MAKERS[row.scene](row.size), row.method, row.changes)
-    write(second, MAKERS[row.other](row.size), row.other_method, row.base)
+    if row.calculix:
+        jobs.write_other(MAKERS[row.other](row.size), second, row.calculix, 0)
+        runs = (first, command), (second, ['ccx', 'run'])
+    else:
+        write(second, MAKERS[row.other](row.size), row.other_method, row.base)
+        runs = (first, command), (second, [*command, *row.options])
     times = []
     for _ in range(pairs):
-        spent = [measure.spend([os.path.abspath(program), 'run.inp', '--quiet', *options], place,
-                               seconds)
-                 for place, options in ((first, ()), (second, row.options))]
+        spent = [measure.spend(words, place, seconds) for place, words in runs]
         if any(s['code'] for s in spent):
             raise OSError(f'{row.name}: exit codes {[s["code"] for s in spent]}')
         times.append([s['cpu'] for s in spent])

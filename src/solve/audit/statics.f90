@@ -3,7 +3,7 @@
 module statics
   use kinds, only: wp
   use vectors, only: cross
-  use lapack_interface, only: dgetrf, dgetrs
+  use lapack_interface, only: dgelsy
   use rigid_joints, only: joint_t, assembly_t, find_parts, find_joints, loads_on, wrench
   use model_types, only: model_t
   use system_types, only: system_t
@@ -27,6 +27,8 @@ module statics
   real(wp), parameter :: surely = 1.0e-4_wp
   !> A contact lessens the rest if its force does more than this along it.
   real(wp), parameter :: helps = 1.0e-9_wp
+  !> Forces depend on each other whose least combination is below this share of the largest.
+  real(wp), parameter :: dependent = 1.0e-11_wp
   !> Most contact forces that are tried one after the other.
   integer, parameter :: most_trials = 400
   !> So much friction is as good as any.
@@ -207,23 +209,23 @@ contains
     amounts(:n) = next(:n)
   end subroutine fit
 
-  !> Least squares by the normal equations; columns that are nearly the same share.
+  !> Least squares of minimum norm: columns that are nearly the same share. Steep friction makes
+  !! columns that differ by little, so not by the normal equations.
   subroutine least_squares(columns, wanted, amounts)
     real(wp), intent(in) :: columns(:, :) !! columns of about unit size
     real(wp), intent(in) :: wanted(:) !! what they are to add up to
     real(wp), intent(out) :: amounts(:) !! how much of each
-    real(wp) :: gram(size(amounts), size(amounts)), right(size(amounts), 1)
-    integer :: places(size(amounts)), info, k
+    real(wp) :: a(size(columns, 1), size(columns, 2)), right(max(size(wanted), size(amounts)))
+    real(wp) :: work(5*(size(wanted) + size(amounts)))
+    integer :: place(size(amounts)), rank, info
 
-    gram = matmul(transpose(columns), columns)
-    do k = 1, size(amounts)
-      gram(k, k) = gram(k, k)*(1.0_wp + 1.0e-13_wp)
-    end do
-    right(:, 1) = matmul(wanted, columns)
-    call dgetrf(size(amounts), size(amounts), gram, size(amounts), places, info)
-    if (info == 0) call dgetrs('N', size(amounts), 1, gram, size(amounts), places, right, &
-      size(amounts), info)
-    amounts = merge(right(:, 1), 0.0_wp, info == 0)
+    a = columns
+    right = 0.0_wp
+    right(:size(wanted)) = wanted
+    place = 0
+    call dgelsy(size(a, 1), size(a, 2), 1, a, size(a, 1), right, size(right), place, dependent, &
+      rank, work, size(work), info)
+    amounts = merge(right(:size(amounts)), 0.0_wp, info == 0)
   end subroutine least_squares
 
   !> Which body moves most along the rest, and how: a motion in which loads do work and no contact
