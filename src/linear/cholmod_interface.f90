@@ -16,18 +16,18 @@ module cholmod_interface
     integer(c_int) :: room_1(7) = 0_c_int !! bytes 52 to 79
     real(c_double) :: zrelax(3) = 0.0_c_double !! byte 80: zeros that merged supernodes may have
     integer(c_size_t) :: nrelax(3) = 0_c_size_t !! byte 104: up to how many columns
-    integer(c_int) :: room_7 = 0_c_int !! byte 128
+    integer(c_int) :: room_2 = 0_c_int !! byte 128
     integer(c_int) :: prefer_upper = 0_c_int !! byte 132
     integer(c_int) :: quick_return = 0_c_int !! byte 136
-    integer(c_int) :: room_2 = 0_c_int !! byte 140
+    integer(c_int) :: room_3 = 0_c_int !! byte 140
     integer(c_int) :: print = 0_c_int !! byte 144: how much is printed
-    integer(c_int) :: room_3(5) = 0_c_int !! bytes 148 to 167
+    integer(c_int) :: room_4(5) = 0_c_int !! bytes 148 to 167
     integer(c_int) :: nmethods = 0_c_int !! byte 168: orderings that are tried
-    integer(c_int) :: room_4(36) = 0_c_int !! bytes 172 to 315
+    integer(c_int) :: room_5(36) = 0_c_int !! bytes 172 to 315
     integer(c_int) :: ordering = 0_c_int !! byte 316: the first ordering
-    integer(c_int) :: room_5(386) = 0_c_int !! bytes 320 to 1863
+    integer(c_int) :: room_6(386) = 0_c_int !! bytes 320 to 1863
     integer(c_int) :: postorder = 0_c_int !! byte 1864
-    integer(c_int) :: room_6(26) = 0_c_int !! bytes 1868 to 1971
+    integer(c_int) :: room_7(26) = 0_c_int !! bytes 1868 to 1971
     integer(c_int) :: status = 0_c_int !! byte 1972: below 0 errors, above warnings
     integer(c_int) :: room_8(1554) = 0_c_int !! to byte 8191: more than the structure has
   end type cholmod_common_t

@@ -28,9 +28,9 @@ module cholmod_solver
     always_supernodal = 2, use_lower = -1, status_memory = -2
   integer(c_size_t), parameter :: usual_columns(3) = [4_c_size_t, 16_c_size_t, 48_c_size_t]
 
-  !> Neighbouring supernodes become one with up to so many columns, if no more than such a share of
-  !! it is zero (whatever the share for the first, whatever the columns for the last): products with
-  !! few columns are slow, and many zeros take memory.
+  !> Neighbouring supernodes become one of at most so many columns: the first in any case, the
+  !! others if less than such a share of it would be zero, and of any number if less than the last.
+  !! Products with few columns are slow, and zeros take memory.
   integer(c_size_t), parameter :: merged_columns(3) = [8_c_size_t, 32_c_size_t, 64_c_size_t]
   real(c_double), parameter :: merged_zeros(3) = [0.9_c_double, 0.1_c_double, 0.03_c_double]
 
@@ -122,6 +122,7 @@ contains
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
+    if (outcome /= solver_done) call solver%forget_pattern()
   end subroutine analyse
 
   !> The pattern has been analysed.

@@ -15,7 +15,6 @@ module supernode_panels
 
   !> The panels: as supernodes_t, numbers 0-based.
   type :: panels_t
-    integer(long) :: n = 0_long !! how many
     integer(long), allocatable :: super(:) !! (n+1) first column of each
     integer(long), allocatable :: pi(:) !! (n+1) where its rows begin in s
     integer(long), allocatable :: px(:) !! (n+1) where its values begin
@@ -44,9 +43,9 @@ contains
       call replace(panels%px, factor%px, before, common)
       call replace(panels%s, factor%s, factor%ssize, common)
       if (common%status < 0) return
-      factor%nsuper = int(panels%n, c_size_t)
+      factor%nsuper = size(panels%super, kind=c_size_t) - 1_c_size_t
       factor%ssize = size(panels%s, kind=c_size_t)
-      factor%xsize = int(panels%px(panels%n + 1), c_size_t)
+      factor%xsize = int(panels%px(size(panels%px)), c_size_t)
       call measure_updates(panels, int(factor%n, long), factor%maxcsize, factor%maxesize)
     end associate
   end subroutine split_supernodes
@@ -55,47 +54,34 @@ contains
   pure subroutine find_panels(nodes, panels)
     type(supernodes_t), intent(in) :: nodes !! as analysed
     type(panels_t), intent(out) :: panels !! of all supernodes
-    integer(long) :: k, j, columns, rows, first, parts, width
+    integer(long), allocatable :: from(:)
+    integer(long) :: k, j, n, columns, parts, past
 
-    columns = sum((nodes%super(2:) - nodes%super(:size(nodes%super) - 1) + widest - 1)/widest)
-    allocate (panels%super(columns + 1), panels%pi(columns + 1), panels%px(columns + 1))
-    allocate (panels%s(rows_of_panels(nodes)))
+    n = sum((nodes%super(2:) - nodes%super(:size(nodes%super) - 1) + widest - 1)/widest)
+    allocate (panels%super(n + 1), panels%pi(n + 1), panels%px(n + 1), from(n))
+    panels%super(1) = 0_long
     panels%pi(1) = 0_long
     panels%px(1) = 0_long
+    n = 0
     do k = 1, size(nodes%super, kind=long) - 1
       columns = nodes%super(k + 1) - nodes%super(k)
-      rows = nodes%pi(k + 1) - nodes%pi(k)
       parts = (columns + widest - 1)/widest
       do j = 1, parts
-        first = columns*(j - 1)/parts
-        width = columns*j/parts - first
-        panels%n = panels%n + 1
-        associate (n => panels%n, below => rows - first)
-          panels%super(n) = nodes%super(k) + first
-          panels%pi(n + 1) = panels%pi(n) + below
-          panels%px(n + 1) = panels%px(n) + below*width
-          panels%s(panels%pi(n) + 1:panels%pi(n + 1)) = nodes%s(nodes%pi(k) + first &
-            + 1:nodes%pi(k + 1))
-        end associate
+        n = n + 1
+        past = panels%super(n) - nodes%super(k)
+        panels%super(n + 1) = nodes%super(k) + columns*j/parts
+        from(n) = nodes%pi(k) + past
+        panels%pi(n + 1) = panels%pi(n) + nodes%pi(k + 1) - from(n)
+        panels%px(n + 1) = panels%px(n) + (panels%pi(n + 1) - panels%pi(n)) &
+          *(panels%super(n + 1) - panels%super(n))
       end do
     end do
-    panels%super(panels%n + 1) = nodes%super(size(nodes%super))
+    allocate (panels%s(panels%pi(n + 1)))
+    do k = 1, n
+      panels%s(panels%pi(k) + 1:panels%pi(k + 1)) = nodes%s(from(k) + 1:from(k) &
+        + panels%pi(k + 1) - panels%pi(k))
+    end do
   end subroutine find_panels
-
-  !> Rows of all panels together.
-  pure integer(long) function rows_of_panels(nodes) result(total)
-    type(supernodes_t), intent(in) :: nodes !! as analysed
-    integer(long) :: k, j, columns, parts
-
-    total = 0_long
-    do k = 1, size(nodes%super, kind=long) - 1
-      columns = nodes%super(k + 1) - nodes%super(k)
-      parts = (columns + widest - 1)/widest
-      do j = 1, parts
-        total = total + nodes%pi(k + 1) - nodes%pi(k) - columns*(j - 1)/parts
-      end do
-    end do
-  end function rows_of_panels
 
   !> Puts an array in place of one of CHOLMOD's.
   subroutine replace(values, block, n, common)
@@ -122,12 +108,12 @@ contains
     integer(c_size_t), intent(out) :: longest !! rows below
     integer(long) :: owner(0:columns - 1), k, first, last, past
 
-    do k = 1, panels%n
+    do k = 1, size(panels%super, kind=long) - 1
       owner(panels%super(k):panels%super(k + 1) - 1) = k
     end do
     largest = 1_c_size_t
     longest = 1_c_size_t
-    do k = 1, panels%n
+    do k = 1, size(panels%super, kind=long) - 1
       first = panels%pi(k) + panels%super(k + 1) - panels%super(k) + 1
       last = panels%pi(k + 1)
       longest = max(longest, int(last - first + 1, c_size_t))
