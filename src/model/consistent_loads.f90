@@ -114,10 +114,11 @@ contains
     real(wp), intent(in) :: l(4) !! volume coordinates
     real(wp), intent(in) :: share !! of the volume of the parent
     real(wp), intent(inout) :: volumes(10) !! integrals of the shape functions [length^3]
-    real(wp) :: j(3, 3), weight
+    real(wp) :: slopes(3, 10), j(3, 3), weight
     integer :: m
 
-    j = matmul(x, transpose(shape_slopes(tet10%nodes, l)))
+    slopes = shape_slopes(tet10%nodes, l)
+    j = matmul(x, transpose(slopes))
     weight = share/6.0_wp*dot_product(cross(j(:, 1), j(:, 2)), j(:, 3))
     volumes(:4) = volumes(:4) + weight*l*(2.0_wp*l - 1.0_wp)
     do m = 5, 10

@@ -191,8 +191,10 @@ contains
   pure subroutine move_back(shift, e)
     real(wp), intent(in) :: shift !! along the facet's normal [length]
     type(element_t), intent(inout) :: e !! r and s at the shifted gap; gets r
+    real(wp) :: motion(3*e%slaves)
 
-    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*e%slaves), slave_motion(shift, e))
+    motion = slave_motion(shift, e)
+    e%r(1:3*e%nel) = e%r(1:3*e%nel) - matmul(e%s(1:3*e%nel, 1:3*e%slaves), motion)
   end subroutine move_back
 
   !> The slave nodes of a contact point moved along its facet's normal.
