@@ -42,6 +42,8 @@ module chord_steps
   !> No further one is tried after a step that leaves more than this, where a direction is found by
   !! iteration, with blocks of groups too.
   real(wp), parameter :: promising = 0.5_wp
+  !> Nor is one needed where no more than this share of what counts as converged is left.
+  real(wp), parameter :: well_within = 0.1_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
   real(wp), parameter :: chord_accuracy = 1.0e-4_wp
   !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
@@ -100,7 +102,8 @@ contains
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       chords%steps = chords%steps + 1
       call count_cost(system%costs, cost_chord, 1)
-      chords%energy_met = work*(work/last_work) <= tolerance**1.5_wp*first_energy
+      chords%energy_met = work*(work/last_work) <= tolerance**1.5_wp*first_energy .or. &
+        (work <= tolerance*first_energy .and. after <= well_within*wanted)
       if (system%condensed%preconditions) chords%energy_met = after <= wanted .and. &
         (chords%energy_met .or. (work <= tolerance*first_energy .and. &
          after <= system%scale%round_off))
