@@ -43,13 +43,13 @@ program mfec
         call run_session(options, error)
         if (this_rank() == 0 .and. allocated(error)) call last_words(error%message)
         call end_parallel(error)
-        if (allocated(error)) call end_process(error%code)
+        if (allocated(error)) call end_process(error%code, error%at_once)
       end if
     end if
   end if
   if (allocated(error)) then
     if (this_rank() == 0) call last_words(error%message)
-    call end_process(error%code)
+    call end_process(error%code, error%at_once)
   end if
   call end_process(exit_done)
 end program mfec

@@ -136,6 +136,8 @@ contains
       call raise(error, exit_resources, 'error: out of memory while starting OpenBLAS: '// &
         'it takes '//memory_text(blas_bytes)//', and '//memory_text(memory_left())//' are left'// &
         new_line('a')//'  use a machine with more memory, or a higher limit (ulimit -v)')
+      ! its own threads ask for memory until they get some, and it waits for them at the end
+      error%at_once = .true.
       return
     end if
     a = 1.0_wp

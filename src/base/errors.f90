@@ -22,6 +22,7 @@ module errors
   type :: error_t
     integer :: code = exit_deck !! exit code the program ends with
     character(:), allocatable :: message !! complete text; may hold several lines
+    logical :: at_once = .false. !! libraries are not asked to end: they would wait for ever
   end type error_t
 
 contains

@@ -138,15 +138,19 @@ contains
   end subroutine open_standard_files
 
   !> Flushes standard output and standard error, and ends.
-  subroutine end_process(code)
+  subroutine end_process(code, at_once)
     integer, intent(in) :: code !! exit code
+    logical, intent(in), optional :: at_once !! without what libraries do at the end
     integer :: status
+    logical :: now
 
     ended = .true.
     flush (output_unit, iostat=status)
     if (status == 0) flush (error_unit, iostat=status)
     ! nobody reads any more: the runtime must not try again
-    if (status /= 0) call c_end_now(int(code, c_int))
+    now = status /= 0
+    if (present(at_once)) now = now .or. at_once
+    if (now) call c_end_now(int(code, c_int))
     call c_exit(int(code, c_int))
   end subroutine end_process
 

@@ -9,11 +9,12 @@ module deck_reader
   use signatures, only: compile_signature
   use keywords, only: keyword_table
   use source, only: add_file
-  use diagnostics, only: diagnostics_t, report_error, report_note
-  use line_reader, only: open_reader, next_title, status_record, status_blank, status_end, &
+  use diagnostics, only: diagnostics_t, error_count, report_error, report_note
+  use line_reader, only: open_reader, status_record, status_blank, status_end, &
     status_damaged
   use matching, only: match_t, match_record
-  use reading, only: reading_t, fetch_record, push_back, take_sets, move_record, close_set, lose
+  use reading, only: reading_t, fetch_record, fetch_title, push_back, take_sets, move_record, &
+    close_set, lose
   use deck_parameters, only: check_overrides
   use mesh_section, only: read_mesh_record, read_blank_line
   use batch_section, only: read_batch_record, read_table_record, check_loops
@@ -59,8 +60,8 @@ contains
     call locate_end(diagnostics, deck%last)
     call read_title(reading, deck, diagnostics, empty)
     if (empty) then
-      call report_error(diagnostics, deck%last, 'the deck is empty', &
-                        'a deck begins with MFEC * * title')
+      if (error_count(diagnostics) == 0) call report_error(diagnostics, deck%last, &
+        'the deck is empty', 'a deck begins with MFEC * * title')
     else
       section = in_mesh
       call read_sections(reading, deck, diagnostics, section)
@@ -112,7 +113,7 @@ contains
     logical :: found
 
     empty = .false.
-    call next_title(reading%lines, diagnostics, deck%title, found)
+    call fetch_title(reading, diagnostics, deck%title, found)
     do
       call fetch_record(reading, diagnostics, record, status)
       if (status /= status_blank) exit
@@ -276,10 +277,13 @@ contains
     type(deck_t), intent(in) :: deck !! knows the last line
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     integer, intent(in) :: section !! the section in which the deck ends
-    logical :: elements
+    logical :: elements, torn
     integer :: i
 
-    elements = reading%refused
+    ! nobody knows what stands in a file that could not be included
+    torn = .false.
+    if (allocated(reading%losses)) torn = any(reading%losses%command == '?')
+    elements = reading%refused .or. torn
     do i = 1, reading%mesh%count
       select case (reading%mesh%sets(i)%command)
       case ('mesh')
@@ -294,8 +298,8 @@ contains
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &
                                           'ELEMents, BLOCk or MESH make them')
     if (section == in_mesh) then
-      call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
-                        'solution commands stand between BATCh and END')
+      if (.not. torn) call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
+        'solution commands stand between BATCh and END')
     else if (section == in_batch) then
       call report_error(diagnostics, deck%last, 'BATCh is not ended', &
                         'write END behind the last solution command')

@@ -1,6 +1,6 @@
 !> Walks through the lines of a deck and the files it includes, record by record.
 module line_reader
-  use text, only: to_text
+  use text, only: to_text, lower
   use deck_types, only: record_t, location_t, item_word, item_quoted, item_empty, longest_line
   use source, only: add_file, file_name, source_line
   use diagnostics, only: diagnostics_t, report_error
@@ -105,17 +105,17 @@ contains
     type(line_reader_t), intent(inout) :: reader !! where reading stands
     type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
     type(location_t) :: at
-    integer :: first, last
+    integer :: first, last, past
 
     at%file = reader%file(reader%depth)
     at%line = reader%line(reader%depth)
     reader%record_file = at%file
     first = diagnostics%source%files(at%file)%first(at%line)
     last = diagnostics%source%files(at%file)%last(at%line)
-    call scan_line(diagnostics%source%files(at%file)%text, first, &
-                   min(last, first + longest_line - 1), at%line, reader%scan)
-    if (last - first >= longest_line) then
-      reader%scan%fault = first + longest_line
+    past = past_longest(diagnostics%source%files(at%file)%text, first, last)
+    call scan_line(diagnostics%source%files(at%file)%text, first, past - 1, at%line, reader%scan)
+    if (past <= last) then
+      reader%scan%fault = past
       reader%scan%what = 'a line of more than '//to_text(longest_line)//' characters'
       reader%scan%remedy = 'join shorter lines by & at their ends'
     end if
@@ -123,6 +123,22 @@ contains
     at%column = reader%scan%fault - first + 1
     call report_error(diagnostics, at, reader%scan%what, reader%scan%remedy)
   end subroutine scan_current
+
+  !> Place behind the longest line that may begin at a place, or behind the line if it is shorter. A
+  !! character of UTF-8 counts as one, whatever its bytes.
+  pure integer function past_longest(text, first, last) result(past)
+    character(*), intent(in) :: text !! the file
+    integer, intent(in) :: first, last !! the line
+    integer :: characters
+
+    past = last + 1
+    if (last - first < longest_line) return
+    characters = 0
+    do past = first, last
+      if (iand(iachar(text(past:past)), 192) /= 128) characters = characters + 1
+      if (characters > longest_line) return
+    end do
+  end function past_longest
 
   !> Makes a record of the items found.
   subroutine fill_record(reader, diagnostics, record)
@@ -147,16 +163,18 @@ contains
   end subroutine fill_record
 
   !> Takes the next line that is neither blank nor a comment as it is, if it begins as a title does.
-  subroutine next_title(reader, diagnostics, title, found)
+  subroutine next_title(reader, diagnostics, title, found, includes)
     type(line_reader_t), intent(inout) :: reader !! where reading stands
     type(diagnostics_t), intent(in) :: diagnostics !! holds the source
     character(:), allocatable, intent(out) :: title !! what follows MFEC * *
     logical, intent(out) :: found !! whether there is a title; else the line is read again
+    logical, intent(out) :: includes !! that line begins with INCLude
     character(:), allocatable :: line
     integer :: first, last
 
     title = ''
     found = .false.
+    includes = .false.
     do while (next_line(reader, diagnostics))
       line = source_line(diagnostics%source, reader%file(reader%depth), &
                          reader%line(reader%depth))
@@ -171,6 +189,7 @@ contains
         if (first == 0) title = ''
       case default
         reader%line(reader%depth) = reader%line(reader%depth) - 1
+        includes = lower(line(first:min(last, first + 3))) == 'incl'
       end select
       return
     end do

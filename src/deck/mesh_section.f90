@@ -1,6 +1,6 @@
 !> Reads the mesh commands with their data.
 module mesh_section
-  use deck_types, only: record_t, item_t, item_word
+  use deck_types, only: record_t, item_t, item_word, item_quoted
   use records, only: item_count, is_word
   use numbers, only: is_letter
   use parameter_tree, only: find_parameter
@@ -69,7 +69,9 @@ contains
     if (reading%open > 0) then
       number = find_word(reading%table%commands(reading%open), item)
       kind = starts_word
-      if (number > 0) return
+      if (number > 0) then
+        if (.not. is_rigid_body(record)) return
+      end if
       names = takes_names(reading%table%commands(reading%open))
     end if
     kind = starts_data
@@ -87,6 +89,14 @@ contains
       kind = starts_nothing
     end if
   end subroutine classify
+
+  !> RIGId with a name is the command, whatever set is open: alone it is a word of MATErial.
+  logical function is_rigid_body(record) result(rigid)
+    type(record_t), intent(in) :: record !! begins with an own word of the open set
+
+    rigid = is_word(record%items(1), 'rigid') .and. item_count(record) > 1
+    if (rigid) rigid = any(record%items(2)%kind == [item_word, item_quoted])
+  end function is_rigid_body
 
   !> Whether a word of FEAP is a name or a parameter here: it must not take words away from decks
   !! that know nothing of it.

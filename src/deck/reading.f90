@@ -5,11 +5,11 @@ module reading
   use records, only: is_word, item_count
   use keyword_types, only: keyword_table_t
   use diagnostics, only: diagnostics_t, report_error, error_count
-  use line_reader, only: line_reader_t, next_record, open_include, status_record
+  use line_reader, only: line_reader_t, next_record, next_title, open_include, status_record
   implicit none
   private
-  public :: reading_t, set_list_t, fetch_record, push_back, append_record, append_set, &
-    take_sets, move_record, close_set, skip_data, lose
+  public :: reading_t, set_list_t, fetch_record, fetch_title, push_back, append_record, &
+    append_set, take_sets, move_record, close_set, skip_data, lose
 
   !> Data sets gathered so far.
   type :: set_list_t
@@ -49,7 +49,6 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
     type(record_t), intent(out) :: record !! the record
     integer, intent(out) :: status !! as next_record has it
-    integer :: errors
 
     if (reading%pending_status /= 0) then
       call move_record(reading%pending, record)
@@ -62,20 +61,55 @@ contains
       if (status /= status_record) return
       if (.not. is_word(record%items(1), 'include')) return
       if (reading%in_parameters .and. reading%lines%equals) return
-      if (item_count(record) == 2) then
-        if (len(record%items(2)%text) > 0) then
-          errors = error_count(diagnostics)
-          call open_include(reading%lines, diagnostics, record)
-          if (error_count(diagnostics) > errors) call lose(reading, '?')
-          cycle
-        end if
-      end if
-      call report_error(diagnostics, record%items(min(2, item_count(record)))%at, &
-                        'INCLude takes one file name', &
-                        'INCLude file; a name with blanks stands in quotes')
-      call lose(reading, '?')
+      call obey_include(reading, record, diagnostics)
     end do
   end subroutine fetch_record
+
+  !> The title, in the file that the deck begins with: the first ones may be included.
+  subroutine fetch_title(reading, diagnostics, title, found)
+    type(reading_t), intent(inout) :: reading !! at the first line of the deck; then behind the title
+    type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
+    character(:), allocatable, intent(out) :: title !! what follows MFEC * *
+    logical, intent(out) :: found !! there is one
+    type(record_t) :: record
+    integer :: status
+    logical :: includes
+
+    do
+      call next_title(reading%lines, diagnostics, title, found, includes)
+      if (found .or. .not. includes) return
+      call next_record(reading%lines, diagnostics, record, status)
+      if (status == status_record) call obey_include(reading, record, diagnostics)
+    end do
+  end subroutine fetch_title
+
+  !> INCLude: reading goes on in another file.
+  subroutine obey_include(reading, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! begins with INCLude
+    type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
+    integer :: errors
+
+    errors = error_count(diagnostics)
+    if (item_count(record) /= 2) then
+      call refuse_include(record, diagnostics)
+    else if (len(record%items(2)%text) == 0) then
+      call refuse_include(record, diagnostics)
+    else
+      call open_include(reading%lines, diagnostics, record)
+    end if
+    if (error_count(diagnostics) > errors) call lose(reading, '?')
+  end subroutine obey_include
+
+  !> Reports an INCLude without a file, or with more than one.
+  subroutine refuse_include(record, diagnostics)
+    type(record_t), intent(in) :: record !! begins with INCLude
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+
+    call report_error(diagnostics, record%items(min(2, item_count(record)))%at, &
+                      'INCLude takes one file name', &
+                      'INCLude file; a name with blanks stands in quotes')
+  end subroutine refuse_include
 
   !> Makes fetch_record return a record once more.
   subroutine push_back(reading, record, status)

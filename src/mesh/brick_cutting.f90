@@ -1,11 +1,13 @@
 !> ELEMents SPLIt: bricks of eight nodes, each cut into six tetrahedra as a cell of BLOCk is.
 module brick_cutting
+  use kinds, only: wp
   use text, only: to_text
   use deck_types, only: deck_t, data_set_t
   use records, only: is_word, item_count
   use diagnostics, only: diagnostics_t, report_error
   use key_sorting, only: sort_columns
   use mesh_types, only: mesh_t
+  use tetrahedra, only: relative_volume, flat_limit
   use mesh_building, only: element_origin_t
   use mesh_generation, only: cell_tetrahedra
   implicit none
@@ -39,7 +41,8 @@ contains
     corners = nodes(cell_tetrahedra(:, t))
   end function brick_tetrahedron
 
-  !> Bricks that share a face must cut it along the same diagonal, or the mesh would gape there.
+  !> Bricks are neither twisted nor folded, and those that share a face cut it along the same diagonal,
+  !! or the mesh would gape there. To be asked before left-handed tetrahedra are turned round.
   subroutine check_bricks(deck, origin, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from
@@ -48,6 +51,7 @@ contains
     integer, allocatable :: keys(:, :), cuts(:, :), bricks(:), order(:)
     integer :: i, n
 
+    call check_folds(deck, origin, mesh, diagnostics)
     call list_faces(deck, origin, mesh, keys, cuts, bricks)
     call sort_columns(keys, order)
     do i = 2, size(order)
@@ -62,6 +66,31 @@ contains
       return
     end do
   end subroutine check_bricks
+
+  !> The tetrahedra of a brick are all right-handed, or all left-handed: else it is twisted or folded,
+  !! and they overlap.
+  subroutine check_folds(deck, origin, mesh, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(element_origin_t), intent(in) :: origin !! where the elements come from
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    real(wp) :: volume(tetrahedra_of_brick)
+    integer :: e, t
+
+    do e = 1, mesh%elements, tetrahedra_of_brick
+      if (origin%set(e) == 0) cycle
+      if (.not. is_split(deck%mesh(origin%set(e)))) cycle
+      associate (ix => mesh%ix(:4, e:e + tetrahedra_of_brick - 1))
+        if (any(ix < 1 .or. ix > mesh%nodes)) cycle
+        volume = [(relative_volume(mesh%x(:, ix(:, t))), t=1, tetrahedra_of_brick)]
+      end associate
+      if (all(volume > -flat_limit) .or. all(volume < flat_limit)) cycle
+      call report_error(diagnostics, deck%mesh(origin%set(e))%records(origin%record(e))%at, &
+        'brick '//to_text(1 + e/tetrahedra_of_brick)//' is twisted or folded', 'corners 1 to 4 '// &
+        'run round the lower face, 5 to 8 stand above them')
+      return
+    end do
+  end subroutine check_folds
 
   !> The faces of all bricks: their nodes in order, and the ends of their cuts.
   subroutine list_faces(deck, origin, mesh, keys, cuts, bricks)

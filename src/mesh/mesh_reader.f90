@@ -78,11 +78,11 @@ contains
     complete = is_whole(deck, ['coor', 'elem', 'bloc', 'mesh', 'tran']) .and. &
       error_count(diagnostics) == errors + mesh%misplaced
     if (complete .and. errors == 0) call check_numbers(deck, origin, diagnostics, mesh)
+    if (complete) call check_bricks(deck, origin, mesh, diagnostics)
     call check_elements(deck, origin, complete, diagnostics, mesh)
     mesh%filled = complete .and. error_count(diagnostics) == errors + mesh%misplaced .and. &
       mesh%elements > 0 .and. (is_whole(deck, ['tie ']) .or. .not. has_tie(deck))
     complete = complete .and. error_count(diagnostics) == errors
-    if (complete) call check_bricks(deck, origin, mesh, diagnostics)
     if (complete) call check_curved(deck, origin, mesh, diagnostics)
     if (complete) call check_edges(deck, origin, mesh, diagnostics)
     complete = complete .and. error_count(diagnostics) == errors

@@ -3,14 +3,15 @@ module numbered_conditions
   use kinds, only: wp
   use text, only: to_text
   use deck_types, only: data_set_t, record_t, item_word, item_quoted
-  use records, only: item_location, item_integer
+  use records, only: item_location, item_integer, item_name
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
+  use mesh_names, only: find_surface
   use tied_nodes, only: kept_node
   use node_sets, only: node_exists
   use node_queries, only: report_missing_node, nodes_of_item
   use condition_draft, only: condition_draft_t, set_values, record_values, record_table, &
-    quantity_restraint, quantity_load
+    quantity_restraint, quantity_force, quantity_load
   implicit none
   private
   public :: read_numbered_conditions
@@ -58,10 +59,27 @@ contains
     integer :: i
 
     call nodes_of_item(mesh, record, 1, diagnostics, nodes)
+    if (quantity == quantity_force .and. .not. bears_forces(mesh, record)) then
+      call report_error(diagnostics, item_location(record, 1), item_name(record, 1)// &
+        ' is exact and has no nodes that a force could act on', 'write RIGId '// &
+        item_name(record, 1)//', and LOAD f1 f2 f3 in it')
+      return
+    end if
     do i = 1, size(nodes)
       call set_values(draft, quantity, nodes(i), record_values(record, 1), record, 1)
     end do
   end subroutine set_named
+
+  !> Forces may act on the nodes that a name means: they are those of a mesh.
+  logical function bears_forces(mesh, record) result(bears)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(record_t), intent(in) :: record !! begins with the name
+    integer :: surface
+
+    call find_surface(mesh, item_name(record, 1), surface)
+    bears = surface == 0
+    if (.not. bears) bears = .not. mesh%surfaces(surface)%exact
+  end function bears_forces
 
   !> A record that begins with a node number and an increment.
   subroutine set_numbered(record, quantity, mesh, diagnostics, draft, previous)

@@ -57,7 +57,7 @@ contains
     i = 1
     do while (i <= command_argument_count())
       item = argument(i)
-      if (index(item, '--') == 1 .or. item == '-h') then
+      if (index(item, '-') == 1 .and. len(item) > 1) then
         call read_option(item, i, options, error)
       else if (len(options%deck) == 0) then
         options%deck = item
@@ -89,6 +89,11 @@ contains
     equals = index(item, '=')
     name = item
     if (equals > 0) name = item(:equals - 1)
+    if (equals > 0 .and. any(name == [character(9) :: '--check', '--quiet', '--version'])) then
+      call raise(error, exit_deck, 'command line: error: '//item//new_line('a')//'  '//name// &
+        ' takes no value')
+      return
+    end if
     select case (name)
     case ('--check')
       options%check = .true.
@@ -131,7 +136,8 @@ contains
     else if (i < command_argument_count()) then
       i = i + 1
       value = argument(i)
-    else
+    end if
+    if (len(value) == 0) then
       call raise(error, exit_deck, 'command line: error: '//item//' wants a value'// &
         new_line('a')//'  '//usage_line)
     end if

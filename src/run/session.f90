@@ -15,7 +15,7 @@ module session
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
-  use batch_checks, only: check_files, check_nodes
+  use batch_checks, only: check_files, check_nodes, spare_inputs
   use system_types, only: system_t, state_t
   use system_building, only: build_system
   use ranks, only: this_rank, count_ranks
@@ -133,6 +133,8 @@ contains
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return
+    if (error_count(diagnostics) == 0) call spare_inputs(restart_base(base_name(options), &
+      options%restart), model, sensitivity%active, diagnostics)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

@@ -39,6 +39,24 @@ class LoadLaws:
         self.true('solved condensed', b'solver: REDUced' in condensed.text('.log'))
         self.agree('condensed', condensed, split, 1e-10)
 
+    def test_faces_are_numbered_as_the_file_has_them(self):
+        wanted = {'right': {1: (0, 0, -3), 2: (0, -3, 0), 4: (-3, 0, 0)},
+                  'left': {1: (0, 0, -3), 2: (-3, 0, 0), 4: (0, -3, 0)}}
+        for hand, nodes in (('right', '1,2,3,4'), ('left', '1,3,2,4')):
+            with open(os.path.join(self.folder, 'm.inc'), 'w', encoding='ascii') as stream:
+                stream.write('*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n'
+                             f'1, {nodes}\n*NSET,NSET=all\n1,2,3,4\n' + ''.join(
+                                 f'*SURFACE,NAME=s{k}\n1,S{k}\n' for k in (1, 2, 4)))
+            for face, force in wanted[hand].items():
+                deck = os.path.join(self.folder, f'{hand}{face}.inp')
+                with open(deck, 'w', encoding='ascii') as stream:
+                    stream.write('MFEC * * faces\nMESH m.inc\nMATErial 1\n  ELAStic ISOTropic 1000 0.3\n'
+                                 f'BOUNdary\n  all 1 1 1\nPRESsure\n  s{face} 6\nOUTPut\n'
+                                 '  REACtions all\nBATCh\n  DT,,1\n  STEP,,1\nEND\n')
+                found = self.run(deck, out=f'{hand}{face}').rea[1]['all']
+                for i in range(3):
+                    self.near(f'{hand}-handed, S{face}: R{i + 1}', found[i], force[i], 1e-12)
+
     def test_forces_on_supports_are_reactions(self):
         for solver in ('UMFP', 'REDU'):
             bare = self.loaded(RAMPS + ('DISPlacement\n  top 0 0 -0.01 1',), '--solver', solver)

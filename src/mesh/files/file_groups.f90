@@ -5,6 +5,7 @@ module file_groups
   use numbers, only: is_letter
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
+  use cells, only: mirrored
   use mesh_names, only: name_exists, find_region, find_surface, region_nodes, in_region
   use key_sorting, only: unique_numbers
   use part_lists, only: append_set, append_region, append_surface
@@ -189,6 +190,8 @@ contains
       draft%at(n) = file%cell_at(c)
       if (file%size(c) < 3) cycle
       corners(:file%size(c)) = place%node(file%corners(:file%size(c), c))
+      ! faces are numbered by the order that the nodes have in the file
+      if (place%turned(c)) corners = mirrored(corners)
       if (file%size(c) == 4) corners(:3) = corners(abaqus_faces(:, face))
       draft%corners(:, n) = corners(:3)
     end do

@@ -24,6 +24,7 @@ module file_mesh_checks
     type(location_t) :: at !! where the deck names it
     integer, allocatable :: node(:) !! (nodes) deck number, 0 for one that no tetrahedron holds
     integer, allocatable :: element(:) !! (cells) deck number, 0 for what is no tetrahedron
+    logical, allocatable :: turned(:) !! (cells) its nodes no longer have the order of the file
   end type file_place_t
 
 contains
@@ -71,6 +72,7 @@ contains
 
     errors = diagnostics%errors
     allocate (place%node(file%nodes), place%element(file%cells), source=0)
+    allocate (place%turned(file%cells), source=.false.)
     call resolve_nodes(place, file, diagnostics)
     good = diagnostics%errors == errors
     if (.not. good) return
@@ -123,7 +125,7 @@ contains
 
   !> Refuses flat tetrahedra, and turns left-handed ones round with a note.
   subroutine check_tetrahedra(place, file, diagnostics)
-    type(file_place_t), intent(in) :: place !! knows the file
+    type(file_place_t), intent(inout) :: place !! knows the file; gets turned
     type(file_mesh_t), intent(inout) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     real(wp) :: x(3, 4), volume
@@ -146,7 +148,8 @@ contains
         turned = turned + 1
         if (turned == 1) first = c
       end if
-      if (volume < 0.0_wp) call turn_round(file, c)
+      place%turned(c) = volume < 0.0_wp
+      if (place%turned(c)) call turn_round(file, c)
     end do
     if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
       file%cell_at(first)), to_text(turned)//' left-handed tetrahedra reordered, '// &
