@@ -67,7 +67,7 @@ contains
 
   !> The title, in the file that the deck begins with: the first ones may be included.
   subroutine fetch_title(reading, diagnostics, title, found)
-    type(reading_t), intent(inout) :: reading !! at the first line of the deck; then behind the title
+    type(reading_t), intent(inout) :: reading !! at the first line; then behind the title
     type(diagnostics_t), intent(inout) :: diagnostics !! source and errors
     character(:), allocatable, intent(out) :: title !! what follows MFEC * *
     logical, intent(out) :: found !! there is one

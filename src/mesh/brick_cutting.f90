@@ -41,8 +41,9 @@ contains
     corners = nodes(cell_tetrahedra(:, t))
   end function brick_tetrahedron
 
-  !> Bricks are neither twisted nor folded, and those that share a face cut it along the same diagonal,
-  !! or the mesh would gape there. To be asked before left-handed tetrahedra are turned round.
+  !> Bricks are neither twisted nor folded, and those that share a face cut it along the same
+  !! diagonal, or the mesh would gape there. To be asked before left-handed tetrahedra are turned
+  !! round.
   subroutine check_bricks(deck, origin, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from
@@ -67,8 +68,8 @@ contains
     end do
   end subroutine check_bricks
 
-  !> The tetrahedra of a brick are all right-handed, or all left-handed: else it is twisted or folded,
-  !! and they overlap.
+  !> The tetrahedra of a brick are all right-handed, or all left-handed: else it is twisted or
+  !! folded, and they overlap.
   subroutine check_folds(deck, origin, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from

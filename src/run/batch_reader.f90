@@ -36,7 +36,10 @@ contains
         diagnostics, commands(i)%at, 'no contact pair has multipliers to update', &
         'write AUGMent into a PAIR of CONTact')
     end do
-    if (allocated(pairs)) call check_tangents(pairs, commands, diagnostics)
+    if (allocated(pairs)) then
+      call check_tangents(pairs, commands, diagnostics)
+      call check_updates(pairs, commands, diagnostics)
+    end if
     call pair_loops(commands)
     call mark_solves(commands)
     call check_order(commands, has_errors(diagnostics), diagnostics)
@@ -135,6 +138,24 @@ contains
       end do
     end do
   end subroutine check_tangents
+
+  !> Between TIME and the next one multipliers move by AUGM alone.
+  subroutine check_updates(pairs, commands, diagnostics)
+    type(pair_t), intent(in) :: pairs(:) !! the contact pairs
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i, k
+
+    if (any(commands%command == 'augm')) return
+    k = findloc(pairs%augmented, .true., 1)
+    if (k == 0) return
+    do i = 1, size(commands)
+      if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
+      call report_note(diagnostics, commands(i)%at, 'no AUGM behind TANG: the multipliers of pair '// &
+        pairs(k)%name//' stay as they are, and it penetrates as without AUGMent')
+      return
+    end do
+  end subroutine check_updates
 
   !> Whether solution commands may be missing, because there is an error behind BATCh, or in a file
   !! that may be included there.
