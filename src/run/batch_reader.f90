@@ -151,8 +151,8 @@ contains
     if (k == 0) return
     do i = 1, size(commands)
       if (commands(i)%command /= 'tang' .and. commands(i)%command /= 'utan') cycle
-      call report_note(diagnostics, commands(i)%at, 'no AUGM behind TANG: the multipliers of pair '// &
-        pairs(k)%name//' stay as they are, and it penetrates as without AUGMent')
+      call report_note(diagnostics, commands(i)%at, 'no AUGM behind TANG: the multipliers of '// &
+        'pair '//pairs(k)%name//' stay as they are, and it penetrates as without AUGMent')
       return
     end do
   end subroutine check_updates
