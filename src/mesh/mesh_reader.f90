@@ -3,7 +3,8 @@ module mesh_reader
   use errors, only: error_t
   use deck_types, only: deck_t
   use deck_losses, only: is_whole, lost_names
-  use text, only: to_text
+  use text, only: to_text, count_noun
+  use cells, only: most_nodes
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use facets, only: facet_table_t, exterior_facets
   use key_sorting, only: sort_columns, ascending, unique_numbers
@@ -125,6 +126,7 @@ contains
       call tie_field(mesh, mesh%fields(i))
     end do
     call note_gaps(deck, diagnostics, mesh)
+    call refuse_halves(deck, diagnostics, mesh)
   end subroutine tie
 
   !> Notes facets that lie between joined bodies and have no partner: the mesh gapes there.
@@ -151,6 +153,63 @@ contains
       'corners TIE has joined have no partner: the bodies are cut along different diagonals '// &
       'there, and forces pass by their common nodes alone')
   end subroutine note_gaps
+
+  !> Refuses facets of elements of ten nodes that TIE has joined to such of four: the nodes in the
+  !! middle of their edges would hang there, and the joint would be far too soft.
+  subroutine refuse_halves(deck, diagnostics, mesh)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    type(mesh_t), intent(in) :: mesh !! the mesh, tied
+    integer, allocatable :: key(:, :), order(:)
+    integer :: f, n, first
+
+    if (all(mesh%ix(most_nodes, :mesh%elements) > 0) .or. &
+      all(mesh%ix(most_nodes, :mesh%elements) == 0)) return
+    call list_joined(mesh, key)
+    call sort_columns(key(:3, :), order)
+    n = 0
+    first = 0
+    do f = 2, size(order)
+      associate (a => key(:, order(f - 1)), b => key(:, order(f)))
+        if (any(a(:3) /= b(:3))) cycle
+        if ((mesh%ix(most_nodes, a(4)) > 0) .eqv. (mesh%ix(most_nodes, b(4)) > 0)) cycle
+        n = n + 1
+        if (first == 0) first = merge(a(4), b(4), mesh%ix(most_nodes, a(4)) > 0)
+      end associate
+    end do
+    if (n == 0) return
+    f = findloc(deck%mesh%command, 'tie ', dim=1)
+    call report_error(diagnostics, deck%mesh(f)%head%at, 'TIE joins '//count_noun(n, 'facet')// &
+      ' of ten-node elements to facets of four-node ones, the first is of element '// &
+      to_text(first), 'the nodes in the middle of its edges would hang there: give both bodies '// &
+      'TET4 or TET10, or join them by a PAIR')
+  end subroutine refuse_halves
+
+  !> The facets all of whose corners TIE has joined to others.
+  subroutine list_joined(mesh, key)
+    type(mesh_t), intent(in) :: mesh !! the mesh, tied
+    integer, allocatable, intent(out) :: key(:, :) !! (4, facets) corners, ascending, and element
+    integer, parameter :: corner(3, 4) = reshape([1, 2, 3, 1, 2, 4, 1, 3, 4, 2, 3, 4], [3, 4])
+    logical :: joined(mesh%nodes)
+    integer :: pass, e, f, n
+
+    joined = .false.
+    do n = 1, mesh%nodes
+      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
+    end do
+    do pass = 1, 2
+      n = 0
+      do e = 1, mesh%elements
+        if (count(joined(mesh%ix(:4, e))) < 3) cycle
+        do f = 1, 4
+          if (.not. all(joined(mesh%ix(corner(:, f), e)))) cycle
+          n = n + 1
+          if (pass == 2) key(:, n) = [ascending(mesh%ix(corner(:, f), e)), e]
+        end do
+      end do
+      if (pass == 1) allocate (key(4, n))
+    end do
+  end subroutine list_joined
 
   !> Gives a field of facets the nodes that are kept, in order again.
   pure subroutine tie_field(mesh, field)

@@ -11,7 +11,7 @@ module condensed_system
   use condensed_types, only: condensed_t, linear_sums_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, free_condensed
-  use live_candidates, only: widen_live, number_live
+  use live_candidates, only: widen_live, number_live, forget_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest
   use live_values, only: clear_values
@@ -85,8 +85,10 @@ contains
     associate (condensed => system%condensed)
       condensed%outer%factors = load_factors(model, time)
       condensed%goes_on = condensed%goes_on .and. .not. any(shifts_gap(model%pairs))
-      if (.not. condensed%goes_on .and. allocated(condensed%tangent%status)) &
-        deallocate (condensed%tangent%status)
+      if (.not. condensed%goes_on) then
+        if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+        call forget_live(condensed)
+      end if
       call load_candidates(condensed)
       if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, state)
     end associate

@@ -7,7 +7,7 @@ module live_candidates
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: widen_live, number_live, gather_compliance, apply_compliance
+  public :: widen_live, number_live, forget_live, gather_compliance, apply_compliance
 
   !> Live candidates over those that are needed.
   real(wp), parameter :: most_idle = 1.25_wp
@@ -78,6 +78,18 @@ contains
     condensed%alive%pushed = condensed%alive%right
     condensed%alive%yields = condensed%alive%right
   end subroutine number_live
+
+  !> None is live: those of the increment before must not decide which are, as a restart from there
+  !! does not know them. Their compliances stay at hand.
+  subroutine forget_live(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets live
+
+    if (.not. allocated(condensed%alive%live_place)) return
+    condensed%alive%live_place = 0
+    condensed%alive%live = [integer ::]
+    condensed%alive%n_live = 0
+    condensed%bodies%n_live = 0
+  end subroutine forget_live
 
   !> Compliance of the live candidates of each body, unless it is at hand.
   subroutine gather_compliance(condensed)
