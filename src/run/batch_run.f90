@@ -56,6 +56,7 @@ contains
     call ask_for_solver(context%system, solver_auto)
     if (states%step > 0) then
       run%states = states
+      run%goes_on = has_end_times(commands)
       run%position = look_for(states%step, states%time)
       call run_commands(commands, run, context, error)
       skip = end_times_to_pass(run%position)
@@ -65,6 +66,7 @@ contains
       call ask_for_solver(context%system, solver_auto)
     end if
     run%states = states
+    run%goes_on = has_end_times(commands)
     run%position%skip = skip
     context%monitor%began = wall_seconds()
     context%monitor%first_step = context%state%step
@@ -342,16 +344,26 @@ contains
     end do
   end function end_of_loop
 
+  !> The batch has commands that make end times.
+  pure logical function has_end_times(commands) result(has)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands
+
+    has = any(commands%command == 'time' .or. commands%command == 'step')
+  end function has_end_times
+
   !> Accepts the pending increment and writes its rows; one that has not converged is an error.
+  !! What TANG solves at time 0, where end times follow, is where these begin, and has no row.
   subroutine close_increment(run, context, error)
     type(run_state_t), intent(inout) :: run !! the pending increment
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! not converged, trouble with a file
+    logical :: counts
 
     if (.not. run%pending) return
     run%pending = .false.
+    counts = run%pending_time > 0.0_wp .or. .not. run%goes_on
     if (is_passing(run%position)) then
-      call pass_end_time(run%position, run%pending_time)
+      if (counts) call pass_end_time(run%position, run%pending_time)
       return
     end if
     if (.not. run%converged) then
@@ -362,6 +374,11 @@ contains
     end if
     call accept(context%model, context%system, context%state, run%pending_time)
     call context%monitor%accepted(context%model, context%system, context%state)
+    if (.not. counts) then
+      context%monitor%solves_before = context%monitor%solves
+      call audit_end_time(context, run%settings, error)
+      return
+    end if
     call pass_end_time(run%position, run%pending_time)
     call finish_step(run, wall_seconds(), context, error)
   end subroutine close_increment
