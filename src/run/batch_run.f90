@@ -24,7 +24,8 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
-  use sensitivity_table, only: write_sensitivities
+  use sensitivity_table, only: derivative_rows, write_sensitivities
+  use result_types, only: derivative_rows_t
   use kept_slopes, only: keep_slopes
   use model_types, only: state_none
   use run_progress, only: run_state_t
@@ -277,17 +278,20 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
+    type(derivative_rows_t), allocatable :: derivatives
 
     context%state%step = context%state%step + 1
     call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
     if (context%sensitivity%active .and. context%model%output%state /= state_none) &
       call keep_slopes(context%model, context%sensitivity, context%state)
+    if (context%sensitivity%active) derivatives = derivative_rows(context%model, &
+      context%sensitivity)
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
-      context%audit, error)
-    if (context%sensitivity%active .and. .not. allocated(error)) call write_sensitivities( &
-      context%derivatives, context%model, context%state, context%sensitivity, error)
+      context%audit, derivatives, error)
+    if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
+      context%derivatives, context%state, derivatives, error)
     call end_writing()
     context%system%inside_due = .true.
     context%system%condensed%goes_on = context%model%output%state == state_none .or. &
