@@ -11,6 +11,7 @@ module mesh_section
   use mesh_refusals, only: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
   use matching, only: match_t, match_record
   use deck_parameters, only: define_parameter, guess_parameter
+  use parameter_names, only: take_bare_names, report_hidden
   implicit none
   private
   public :: read_mesh_record, read_blank_line
@@ -30,6 +31,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     character(4), intent(out) :: command !! the command it starts, empty if none
     integer :: kind, number
+    logical :: hidden
 
     command = ''
     if (reading%in_parameters .and. reading%lines%equals) then
@@ -39,6 +41,11 @@ contains
     call classify(reading, record, kind, number)
     select case (kind)
     case (starts_command)
+      if (reading%open > 0) then
+        call report_hidden(reading%table%commands(reading%open), reading%table%commands(number), &
+          record, reading%parameters(:reading%n_parameters), diagnostics, hidden)
+        if (hidden) return
+      end if
       command = reading%table%commands(number)%key
       call start_command(reading, number, record, diagnostics)
     case (starts_word)
@@ -289,6 +296,7 @@ contains
         call refuse(reading, record, diagnostics)
         return
       end if
+      call take_bare_names(command, record)
       match%first = 1
       match%name = command%name
       call match_record(record, command%data, match, &

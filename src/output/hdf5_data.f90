@@ -180,7 +180,7 @@ contains
   subroutine series_shape(file, path, dims, rank)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
-    integer, intent(out) :: dims(max_rank) !! its dimensions, zeros behind the last
+    integer, intent(out) :: dims(:) !! its dimensions, zeros behind the last and if they are more
     integer, intent(out) :: rank !! number of dimensions, 0 if it is not there
     integer(hsize_t) :: extent(max_rank), limits(max_rank)
     integer(hid_t) :: data_set, space
@@ -193,7 +193,7 @@ contains
     call h5dget_space_f(data_set, space, status)
     call h5sget_simple_extent_ndims_f(space, rank, status)
     if (rank <= max_rank) call h5sget_simple_extent_dims_f(space, extent, limits, status)
-    if (rank <= max_rank .and. status >= 0) dims(:rank) = int(extent(:rank))
+    if (rank <= size(dims) .and. status >= 0) dims(:rank) = int(extent(:rank))
     call h5sclose_f(space, status)
   end subroutine series_shape
 

@@ -23,7 +23,7 @@ module hdf5_io
     find_data_set, ask_extent, max_rank
 
   !> Most dimensions that a data set of a results file has.
-  integer, parameter :: max_rank = 3
+  integer, parameter :: max_rank = 4
   !> Ending of a file that is not complete.
   character(*), parameter :: unfinished = '.new'
   !> What HDF5 itself may need for its lists when all data sets grow [byte].

@@ -7,7 +7,11 @@ module result_types
   use slope_state, only: kept_slopes_t
   implicit none
   private
-  public :: origin_t, end_row_t, contact_row_t, frame_t, pair_history_t, saved_state_t
+  public :: origin_t, end_row_t, contact_row_t, frame_t, pair_history_t, saved_state_t, &
+    derivative_rows_t, variant_row_t, parameter_length
+
+  !> Longest name of a derivative's parameter (mu1 of a pair, the way of a set).
+  integer, parameter :: parameter_length = 48
 
   !> What made the files of a run.
   type :: origin_t
@@ -16,7 +20,26 @@ module result_types
     character(:), allocatable :: settings !! name of the deck, command line and settings
     character(:), allocatable :: blas !! BLAS the program runs on
     integer :: end_times = 0 !! rows that its commands will write, foreseen
+    logical :: derivatives = .false. !! derivatives along the run are asked for
+    integer :: varied = 0 !! parameters that a study varies, 0 if there is none
   end type origin_t
+
+  !> The derivatives at one end time, one row a set or pair and parameter.
+  type :: derivative_rows_t
+    character(parameter_length), allocatable :: quantity(:) !! (rows) name of the set or pair
+    character(parameter_length), allocatable :: parameter(:) !! (rows) the parameter
+    integer, allocatable :: kinks(:) !! (rows) contact points between two states
+    real(wp), allocatable :: values(:, :) !! (4, rows) d1 d2 d3 [force/parameter], range [parameter]
+  end type derivative_rows_t
+
+  !> What a variant of a study has come to.
+  type :: variant_row_t
+    integer :: number = 0 !! of the variant
+    real(wp), allocatable :: values(:) !! (parameters) its values
+    integer :: code = 0 !! exit code
+    integer :: step = 0 !! its last end time
+    real(wp), allocatable :: reactions(:, :, :) !! (3, sets, end times), zero behind that [force]
+  end type variant_row_t
 
   !> One row of the contact table: sums over the points of one pair.
   type :: contact_row_t
@@ -41,6 +64,7 @@ module result_types
     type(contact_row_t), allocatable :: pairs(:) !! (pairs) sums over the points of each pair
     real(wp), allocatable :: rigid(:, :) !! (12, rigid bodies) motions and forces of constraints, if
     !! there are such bodies
+    type(derivative_rows_t), allocatable :: derivatives !! if they are asked for
   end type end_row_t
 
   !> Values of one field of the bodies.

@@ -9,7 +9,8 @@ module results_file
   use costs, only: cost_t, cost_names, n_costs
   use model_types, only: model_t, output_request_t, state_none
   use rigid_paths, only: count_rigid
-  use result_types, only: origin_t, end_row_t, frame_t, saved_state_t
+  use deck_types, only: name_length
+  use result_types, only: origin_t, end_row_t, frame_t, saved_state_t, variant_row_t
   use audit_types, only: audit_t
   use hdf5_index, only: begin_indexes, node_chunks
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
@@ -18,16 +19,21 @@ module results_file
     stored_real, stored_integer
   use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
   use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid
+  use results_study, only: create_derivatives_part, append_derivatives, create_study_part, &
+    begin_study_part, append_variant
   use results_points, only: create_contact_part, append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
   implicit none
   private
-  public :: results_t, create_results, append_results, append_picture, close_results, fields_due
+  public :: results_t, create_results, append_results, append_picture, close_results, fields_due, &
+    begin_variants, append_variant_row
 
   integer, parameter :: long = selected_int_kind(18)
   !> What the rows of one end time need at most [byte].
   integer(long), parameter :: bytes_of_rows = 65536_long
+  !> And each of their derivatives.
+  integer(long), parameter :: bytes_of_derivative = 160_long
 
   !> A results file open for writing.
   type :: results_t
@@ -72,6 +78,10 @@ contains
     call create_history_part(results%file, error)
     if (.not. allocated(error) .and. count_rigid(model) > 0) call create_rigid_part( &
       results%file, error)
+    if (.not. allocated(error) .and. origin%derivatives) call create_derivatives_part( &
+      results%file, error)
+    if (.not. allocated(error) .and. origin%varied > 0) call create_study_part(results%file, &
+      origin, size(model%output%reactions), error)
     if (allocated(error)) return
     call create_audit_part(results%file, bodies, error)
     if (allocated(error)) return
@@ -118,11 +128,15 @@ contains
 
     bytes = bytes_of_rows
     if (present(frame) .or. present(state)) bytes = bytes + bytes_of_fields(model)
+    if (allocated(row%derivatives)) bytes = bytes + bytes_of_derivative*size( &
+      row%derivatives%kinks, kind=long)
     call reserve_room(results%file, bytes, error)
     if (allocated(error)) return
     call append_history(results%file, model, row, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
       row, error)
+    if (.not. allocated(error) .and. allocated(row%derivatives)) call append_derivatives( &
+      results%file, row%step, row%time, row%derivatives, error)
     if (allocated(error)) return
     call append_audit(results%file, audit, error)
     if (allocated(error)) return
@@ -184,6 +198,29 @@ contains
     if (allocated(error) .or. .not. model%output%contact) return
     call append_contact(results%file, model, step, time, frame%pairs, error)
   end subroutine append_frame
+
+  !> Writes what a study varies, before its first variant.
+  subroutine begin_variants(results, parameters, sets, error)
+    type(results_t), intent(inout) :: results !! open file
+    character(name_length), intent(in) :: parameters(:) !! what is varied
+    character(name_length), intent(in) :: sets(:) !! sets of the reactions
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call reserve_room(results%file, bytes_of_rows, error)
+    if (.not. allocated(error)) call begin_study_part(results%file, parameters, sets, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+  end subroutine begin_variants
+
+  !> Writes what one variant has come to, and hands it to the system.
+  subroutine append_variant_row(results, row, error)
+    type(results_t), intent(inout) :: results !! open file
+    type(variant_row_t), intent(in) :: row !! the variant
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call reserve_room(results%file, bytes_of_rows + 8*size(row%reactions, kind=long), error)
+    if (.not. allocated(error)) call append_variant(results%file, row, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+  end subroutine append_variant_row
 
   !> Writes the cost table and closes the file; a file that is not open is left alone.
   subroutine close_results(results, costs, error)

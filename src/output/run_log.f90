@@ -273,26 +273,33 @@ contains
   end subroutine log_error
 
   !> Writes the cost table.
-  subroutine log_costs(log, costs, seconds, error)
+  subroutine log_costs(log, costs, seconds, variant, error)
     type(log_t), intent(inout) :: log !! the log
     type(cost_t), intent(in) :: costs !! counts and seconds
     real(wp), intent(in) :: seconds !! wall-clock time of the whole run [s]
+    real(wp), intent(in), optional :: variant(:) !! (n_costs+1) seconds of these and of all, per
+    !! variant of a study [s]
     type(error_t), allocatable, intent(out) :: error !! disk full
     character(80) :: line
     real(wp) :: processor
+    character(:), allocatable :: head
     integer :: i
 
+    head = ''
+    if (present(variant)) head = '  per variant'
     call log_line(log, new_line('a')//count_noun(log%increments, 'increment')//', '// &
       count_noun(log%iterations, 'iteration')//', '//count_noun(log%cuts, 'cut')//', '// &
       count_noun(log%warnings, 'warning')//new_line('a')//new_line('a')// &
-      'cost                                count      seconds', error)
+      'cost                                count      seconds'//head, error)
     do i = 1, n_costs
       if (allocated(error)) return
       write (line, '(a,i13,f13.3)') cost_names(i), costs%count(i), costs%seconds(i)
+      if (present(variant)) write (line(55:), '(f13.4)') variant(i)
       call log_line(log, line, error)
     end do
     if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'whole run', seconds
+    if (present(variant)) write (line(55:), '(f13.4)') variant(n_costs + 1)
     call log_line(log, line, error)
     if (allocated(error)) return
     call cpu_time(processor)

@@ -5,12 +5,12 @@ module table_columns
   implicit none
   private
   public :: column_t, reaction_columns, count_columns, contact_columns, rigid_columns, &
-    contact_counts, contact_values
+    derivative_columns, contact_counts, contact_values
 
   !> A column of numbers.
   type :: column_t
     character(16) :: name = '' !! its name, in the text tables and as a data set
-    character(12) :: unit = '' !! [1], [length] and so on
+    character(16) :: unit = '' !! [1], [length] and so on
   end type column_t
 
   !> Reactions of a set.
@@ -32,6 +32,10 @@ module table_columns
     column_t('ROT2', 'radian'), column_t('ROT3', 'radian'), column_t('F1', 'force'), &
     column_t('F2', 'force'), column_t('F3', 'force'), column_t('M1', 'force length'), &
     column_t('M2', 'force length'), column_t('M3', 'force length')]
+  !> Derivatives by a parameter, and the change of it for which they hold.
+  type(column_t), parameter :: derivative_columns(4) = [column_t('d1', &
+    'force/parameter'), column_t('d2', 'force/parameter'), column_t('d3', 'force/parameter'), &
+    column_t('range', 'parameter')]
 
 contains
 

@@ -24,7 +24,8 @@ module batch_run
   use saved_states, only: saved_states_t
   use run_monitor, only: step_text, time_left, foresee_end
   use run_context, only: context_t
-  use sensitivity_table, only: write_sensitivities
+  use sensitivity_table, only: derivative_rows, write_sensitivities
+  use result_types, only: derivative_rows_t
   use kept_slopes, only: keep_slopes
   use model_types, only: state_none
   use run_progress, only: run_state_t
@@ -56,6 +57,7 @@ contains
     call ask_for_solver(context%system, solver_auto)
     if (states%step > 0) then
       run%states = states
+      run%goes_on = has_end_times(commands)
       run%position = look_for(states%step, states%time)
       call run_commands(commands, run, context, error)
       skip = end_times_to_pass(run%position)
@@ -65,6 +67,7 @@ contains
       call ask_for_solver(context%system, solver_auto)
     end if
     run%states = states
+    run%goes_on = has_end_times(commands)
     run%position%skip = skip
     context%monitor%began = wall_seconds()
     context%monitor%first_step = context%state%step
@@ -275,17 +278,20 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! trouble with a file
     type(log_increment_t) :: line
+    type(derivative_rows_t), allocatable :: derivatives
 
     context%state%step = context%state%step + 1
     call audit_end_time(context, run%settings, error)
     if (allocated(error)) return
     if (context%sensitivity%active .and. context%model%output%state /= state_none) &
       call keep_slopes(context%model, context%sensitivity, context%state)
+    if (context%sensitivity%active) derivatives = derivative_rows(context%model, &
+      context%sensitivity)
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
-      context%audit, error)
-    if (context%sensitivity%active .and. .not. allocated(error)) call write_sensitivities( &
-      context%derivatives, context%model, context%state, context%sensitivity, error)
+      context%audit, derivatives, error)
+    if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
+      context%derivatives, context%state, derivatives, error)
     call end_writing()
     context%system%inside_due = .true.
     context%system%condensed%goes_on = context%model%output%state == state_none .or. &
@@ -342,16 +348,26 @@ contains
     end do
   end function end_of_loop
 
+  !> The batch has commands that make end times.
+  pure logical function has_end_times(commands) result(has)
+    type(batch_command_t), intent(in) :: commands(:) !! the commands
+
+    has = any(commands%command == 'time' .or. commands%command == 'step')
+  end function has_end_times
+
   !> Accepts the pending increment and writes its rows; one that has not converged is an error.
+  !! What TANG solves at time 0, where end times follow, is where these begin, and has no row.
   subroutine close_increment(run, context, error)
     type(run_state_t), intent(inout) :: run !! the pending increment
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! not converged, trouble with a file
+    logical :: counts
 
     if (.not. run%pending) return
     run%pending = .false.
+    counts = run%pending_time > 0.0_wp .or. .not. run%goes_on
     if (is_passing(run%position)) then
-      call pass_end_time(run%position, run%pending_time)
+      if (counts) call pass_end_time(run%position, run%pending_time)
       return
     end if
     if (.not. run%converged) then
@@ -362,6 +378,11 @@ contains
     end if
     call accept(context%model, context%system, context%state, run%pending_time)
     call context%monitor%accepted(context%model, context%system, context%state)
+    if (.not. counts) then
+      context%monitor%solves_before = context%monitor%solves
+      call audit_end_time(context, run%settings, error)
+      return
+    end if
     call pass_end_time(run%position, run%pending_time)
     call finish_step(run, wall_seconds(), context, error)
   end subroutine close_increment

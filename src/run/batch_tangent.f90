@@ -22,6 +22,9 @@ module batch_tangent
   private
   public :: prepare, run_tangent, run_form, run_back
 
+  !> Times that hosts follow an iterate in balance before another iteration is asked for.
+  integer, parameter :: most_passes = 10
+
 contains
 
   !> Marks an increment as begun; its first TANG sets it up.
@@ -91,14 +94,32 @@ contains
       call estimate_round_off(system, model%mesh%x)
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
-      call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
-      if (run%converged) call settle_touches(model, system, monitor, run%converged)
-      if (run%converged) return
-      call load_contact(model, system)
-      call couple(system)
-      call form_residual(system, model%mesh%x)
+      call settle_hosts(run, context)
     end associate
   end subroutine run_tangent
+
+  !> Hosts and first touches follow an iterate in balance. Where that changes them, it has converged
+  !! all the same if nothing is left of the residual then.
+  subroutine settle_hosts(run, context)
+    type(run_state_t), intent(inout) :: run !! the pending increment; gets converged
+    type(context_t), target, intent(inout) :: context !! what the run works on
+    integer :: pass
+
+    associate (model => context%model, system => context%system, monitor => context%monitor)
+      do pass = 1, most_passes
+        call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
+        if (run%converged) call settle_touches(model, system, monitor, run%converged)
+        if (run%converged) return
+        call load_contact(model, system)
+        call couple(system)
+        call form_residual(system, model%mesh%x)
+        run%progress%energy_met = .false.
+        run%progress%creeping = 0
+        call estimate_round_off(system, model%mesh%x)
+        if (.not. is_converged(system, run%settings, run%progress)) return
+      end do
+    end associate
+  end subroutine settle_hosts
 
   !> FORM: forms the residual of the pending increment, and tells its norm.
   subroutine run_form(run, context, error)

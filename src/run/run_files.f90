@@ -24,7 +24,8 @@ module run_files
     close_contact_file
   use ranks, only: this_rank
   use rigid_paths, only: count_rigid
-  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t
+  use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
+    derivative_rows_t
   use point_fields, only: point_fields_t
   use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
@@ -112,19 +113,21 @@ contains
   end subroutine create_points
 
   !> Writes and flushes the rows of an end time.
-  subroutine write_row(files, model, system, state, increment, audit, error)
+  subroutine write_row(files, model, system, state, increment, audit, derivatives, error)
     type(run_files_t), intent(inout) :: files !! open files, fields recovered
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
     type(audit_t), intent(in) :: audit !! its audit
+    type(derivative_rows_t), intent(in), optional :: derivatives !! if they are asked for
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(end_row_t) :: row
     integer :: k
 
     row%step = state%step
     row%time = state%time
+    if (present(derivatives)) row%derivatives = derivatives
     allocate (row%reactions(3, size(model%output%reactions)), row%pairs(size(model%pairs)))
     call begin_cost(system%costs, cost_output)
     do k = 1, size(model%output%reactions)

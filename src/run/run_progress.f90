@@ -23,5 +23,6 @@ module run_progress
     logical :: converged = .false. !! it has converged
     logical :: started = .false. !! its first solve has been prepared
     real(wp) :: pending_time = 0.0_wp !! its end time
+    logical :: goes_on = .false. !! the batch has end times: what is solved at time 0 is none
   end type run_state_t
 end module run_progress

@@ -1,5 +1,6 @@
 !> One run from the deck to its files.
 module session
+  use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
   use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
@@ -81,7 +82,8 @@ contains
       if (allocated(error)) return
       call print_check(commands, context)
       if (this_rank() == 0) call write_check_files(base_name(options), options%folder, &
-        context%model, origin_of(options, commands, deck_text), error)
+        context%model, origin_of(options, commands, deck_text, context%sensitivity%active, &
+        study), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
         base_name(options)//'.check.*')
       return
@@ -92,10 +94,12 @@ contains
   end subroutine run_session
 
   !> What makes the files of this run.
-  function origin_of(options, commands, deck_text) result(origin)
+  function origin_of(options, commands, deck_text, derivatives, study) result(origin)
     type(options_t), intent(in) :: options !! the command line
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: deck_text !! the deck as read
+    logical, intent(in) :: derivatives !! derivatives along the run are asked for
+    type(study_t), intent(in) :: study !! variants that are asked for
     type(origin_t) :: origin
 
     origin%program = 'mfec '//program_version
@@ -103,6 +107,8 @@ contains
     origin%settings = settings_text(options)
     origin%blas = blas_name()
     origin%end_times = count_steps(commands)
+    origin%derivatives = derivatives
+    if (study%active) origin%varied = size(study%varied)
   end function origin_of
 
   !> Deck to model; every error of the deck in one report.
@@ -154,6 +160,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
     type(error_t), allocatable :: trouble
     type(saved_states_t) :: states
+    real(wp), allocatable :: variant_seconds(:)
 
     call start_blas(error)
     if (allocated(error)) return
@@ -174,7 +181,7 @@ contains
       call begin_audit(model, system, context%state, context%audit)
       call begin_writing()
       call create_files(files, states%base, options%folder, model, system, &
-        origin_of(options, commands, deck_text), error)
+        origin_of(options, commands, deck_text, context%sensitivity%active, study), error)
       call end_writing()
       if (allocated(error)) return
       files%log%level = options%log_level
@@ -185,10 +192,10 @@ contains
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
-        states%base, study, context, error)
+        states%base, study, context, variant_seconds, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
-        wall_seconds() - system%costs%started(cost_reading), trouble)
+        wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
       call begin_writing()
       call close_files(files, system, trouble)
       if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)

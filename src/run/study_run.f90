@@ -4,8 +4,8 @@ module study_run
   use kinds, only: wp
   use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_deck, exit_done, exit_no_convergence
-  use costs, only: wall_seconds
-  use deck_types, only: override_t
+  use costs, only: wall_seconds, add_costs, n_costs
+  use deck_types, only: override_t, name_length
   use diagnostics, only: diagnostics_t, report_error, error_count
   use friction_return, only: has_friction
   use facets, only: facet_table_t, exterior_facets
@@ -30,6 +30,8 @@ module study_run
     plan_t, read_plan
   use study_monitor, only: study_monitor_t
   use terminal, only: print_line
+  use result_types, only: variant_row_t
+  use results_file, only: begin_variants, append_variant_row
   use signals, only: stop_requested
   use batch_types, only: batch_command_t
   use run_context, only: context_t
@@ -55,19 +57,21 @@ module study_run
 contains
 
   !> All variants; the context has made the run of the deck's own values.
-  subroutine run_study(options, commands, base, study, context, error)
+  subroutine run_study(options, commands, base, study, context, seconds, error)
     type(options_t), intent(in) :: options !! the command line
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     character(*), intent(in) :: base !! path of the files without ending
     type(study_t), intent(in) :: study !! the variants
     type(context_t), target, intent(inout) :: context !! its system is used
+    real(wp), allocatable, intent(out) :: seconds(:) !! (n_costs+1) what a variant costs: each kind
+    !! of work, and all of it; only if there is a study that has begun [s]
     type(error_t), allocatable, intent(out) :: error !! file trouble, variants that have failed
     type(shared_t) :: shared
     type(study_table_t) :: table
     type(result_t) :: result
     type(diagnostics_t) :: unheard
     integer :: k, failed
-    real(wp) :: began
+    real(wp) :: began, before(n_costs)
 
     call read_plan(commands, shared%plan, unheard)
     call read_variant(options%deck, options%overrides, shared%base, error)
@@ -81,17 +85,23 @@ contains
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
+    call begin_variants(context%files%results, names_of(study), sets_of(context%model), error)
+    if (allocated(error)) return
     call begin_starts(study, context%model, size(shared%plan%times), shared%common%step + 1, &
       shared%starts)
     allocate (shared%energy(size(shared%plan%times)), source=0.0_wp)
     failed = 0
     began = wall_seconds()
+    before = context%system%costs%seconds
     do k = 1, size(study%order)
       if (stop_requested()) exit
       call run_variant(options, study, study%order(k), shared, context, base, result, error)
       if (allocated(error)) return
       if (result%code /= exit_done) failed = failed + 1
       call write_variant(table, study, study%order(k), result, error)
+      if (.not. allocated(error)) call append_variant_row(context%files%results, variant_row_t( &
+        study%order(k), study%variants(:, study%order(k)), result%code, result%step, &
+        result%reactions), error)
       if (allocated(error)) return
       call print_line(context%terminal, 'variant '//to_text(k)//' of '// &
         to_text(size(study%order))//'  '//values_text(study, study%order(k))//'  '// &
@@ -99,13 +109,37 @@ contains
         'solve')//left_text(k, size(study%order), wall_seconds() - began))
     end do
     call close_study_table(table, error)
+    seconds = [context%system%costs%seconds - before, wall_seconds() - began]/ &
+      real(size(study%order), wp)
     call context%monitor%event('study '//study%name//': factor, compliance, influence: '// &
       'shared by '//to_text(shared%with_factors)//' of '//to_text(size(study%order))// &
-      '; '//to_text((wall_seconds() - began)/real(size(study%order), wp), 3)//' s a variant')
+      '; '//to_text(seconds(n_costs + 1), 3)//' s a variant')
     if (failed > 0 .and. .not. allocated(error)) call raise(error, exit_no_convergence, &
       'error: '//count_noun(failed, 'variant')//' of '//to_text(size(study%order))// &
       ' failed'//new_line('a')//'  '//base//'.study says which and how far they went')
   end subroutine run_study
+
+  !> Names of what a study varies.
+  pure function names_of(study) result(names)
+    type(study_t), intent(in) :: study !! parameters
+    character(name_length) :: names(size(study%varied))
+    integer :: i
+
+    do i = 1, size(names)
+      names(i) = study%varied(i)%name
+    end do
+  end function names_of
+
+  !> Names of the sets of the reactions.
+  pure function sets_of(model) result(names)
+    type(model_t), intent(in) :: model !! what it writes
+    character(name_length) :: names(size(model%output%reactions))
+    integer :: i
+
+    do i = 1, size(names)
+      names(i) = model%output%reactions(i)%s
+    end do
+  end function sets_of
 
   !> What a study asks of the run: commands that it knows, and up to FROM nothing that varies.
   !! Looked up before any file is touched.
@@ -233,6 +267,7 @@ contains
       own%whole%forced = context%system%whole%forced
       call build_system(variant%model, own, state)
       call solve_variant(variant%model, own, state, shared, .false., result, trouble)
+      call add_costs(context%system%costs, own%costs)
       call free_condensed(own)
       call free_solver(own%whole%solver)
     end if

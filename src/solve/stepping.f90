@@ -10,7 +10,8 @@ module stepping
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
     outcome_inverted
   use increments, only: solve_increment
-  use diagnosis, only: explain_failure, unrestrained_bodies, tell_free_bodies
+  use diagnosis, only: explain_failure, unrestrained_bodies
+  use free_bodies, only: tell_free_bodies
   use signals, only: stop_exit_code
   use system_types, only: system_t, state_t, settings_t
   implicit none

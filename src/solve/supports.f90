@@ -19,8 +19,8 @@ module supports
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
-  public :: grounding, free_motion, find_weak_bodies, find_grounded, ground_bodies, &
-    closing_length, drop_bodies
+  public :: grounding, free_motion, free_motions, model_extent, find_weak_bodies, find_grounded, &
+    ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -34,7 +34,7 @@ module supports
 contains
 
   !> Looks for a rigid motion of a body that no support resists (nor a closed contact point, if
-  !! they count): the null space of the supports' 6 x 6 Gram matrix.
+  !! they count).
   subroutine free_motion(x, system, body, with_contact, free, motion, tracks)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! the system
@@ -44,30 +44,59 @@ contains
     real(wp), intent(out) :: motion(6) !! translation, and rotation times the model's size
     logical, intent(in), optional :: tracks !! points that slip hold across their tracks, too
     logical :: across
-    real(wp) :: gram(6, 6), values(6), work(200), center(3), size_x
+    real(wp) :: motions(6, 6)
+    integer :: n
+
+    across = .false.
+    if (present(tracks)) across = tracks
+    call free_motions(x, system, body, with_contact, across, n, motions)
+    free = n > 0
+    motion = motions(:, 1)
+  end subroutine free_motion
+
+  !> All rigid motions of a body that nothing resists: the null space of the 6 x 6 Gram matrix of
+  !! what does.
+  subroutine free_motions(x, system, body, with_contact, tracks, n, motions)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: body !! the body
+    logical, intent(in) :: with_contact !! closed contact points hold, too
+    logical, intent(in) :: tracks !! points that slip hold across their tracks, too
+    integer, intent(out) :: n !! how many
+    real(wp), intent(out) :: motions(6, 6) !! (6, n) translation, and rotation times the model's
+    !! size, orthonormal; the others are resisted, the first the least
+    real(wp) :: values(6), work(200), center(3), size_x
     integer :: i, k, info, dofs
 
-    center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
-    size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
-    gram = 0.0_wp
+    call model_extent(x, center, size_x)
+    motions = 0.0_wp
     dofs = 0
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) /= body) cycle
       do k = 1, 3
         if (system%equation(k, i) > 0 .or. is_carried(system, i)) dofs = dofs + 1
         if (is_supported(system, k, i)) then
-          call add_support(gram, unit_vector(k), (x(:, i) - center)/size_x)
+          call add_support(motions, unit_vector(k), (x(:, i) - center)/size_x)
         end if
       end do
     end do
-    call add_points(system, body, center, size_x, gram)
-    across = .false.
-    if (present(tracks)) across = tracks
-    if (with_contact) call add_contact(x, system, body, center, size_x, across, gram)
-    call dsyev('V', 'U', 6, gram, 6, values, work, size(work), info)
-    motion = gram(:, 1)
-    free = dofs > 0 .and. (info /= 0 .or. values(1) <= free_tolerance*max(values(6), 1.0_wp))
-  end subroutine free_motion
+    call add_points(system, body, center, size_x, motions)
+    if (with_contact) call add_contact(x, system, body, center, size_x, tracks, motions)
+    call dsyev('V', 'U', 6, motions, 6, values, work, size(work), info)
+    n = count(values <= free_tolerance*max(values(6), 1.0_wp))
+    if (info /= 0) n = max(n, 1)
+    if (dofs == 0) n = 0
+  end subroutine free_motions
+
+  !> Where rotations of a free motion turn about, and the length that they are told by.
+  pure subroutine model_extent(x, center, size_x)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: center(3) !! middle of the model [length]
+    real(wp), intent(out) :: size_x !! its largest extent [length]
+
+    center = 0.5_wp*(maxval(x, 2) + minval(x, 2))
+    size_x = max(maxval(maxval(x, 2) - minval(x, 2)), tiny(1.0_wp))
+  end subroutine model_extent
 
   !> Adds what is prescribed of the points of rigid bodies.
   pure subroutine add_points(system, body, center, size_x, gram)

@@ -5,10 +5,11 @@ module sensitivity_table
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
   use model_types, only: model_t
   use system_types, only: state_t
+  use result_types, only: derivative_rows_t
   use sensitivity_types, only: sensitivity_t
   implicit none
   private
-  public :: sensitivity_table_t, create_sensitivity_table, write_sensitivities, &
+  public :: sensitivity_table_t, create_sensitivity_table, derivative_rows, write_sensitivities, &
     close_sensitivity_table
 
   !> The table, open for writing.
@@ -50,50 +51,64 @@ contains
     if (.not. allocated(error)) call flush_text_file(table%file, error)
   end subroutine create_sensitivity_table
 
-  !> Writes the rows of one end time.
-  subroutine write_sensitivities(table, model, state, s, error)
-    type(sensitivity_table_t), intent(inout) :: table !! open table
+  !> The derivatives at one end time, sets before pairs; a range without an end is 0.
+  function derivative_rows(model, s) result(rows)
     type(model_t), intent(in) :: model !! pairs
-    type(state_t), intent(in) :: state !! step and time
     type(sensitivity_t), intent(in) :: s !! derivatives
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i, j
+    type(derivative_rows_t) :: rows
+    integer :: i, j, n
 
+    n = (size(s%sets) + size(model%pairs))*s%shown
+    allocate (rows%quantity(n), rows%parameter(n), rows%kinks(n), rows%values(4, n))
+    n = 0
     do i = 1, size(s%sets)
       do j = 1, s%shown
-        call write_line(table%file, row(s%sets(i)%s, j, s%reaction(:, i, j), sum(s%kinks), &
-          minval(s%range(j, :))), error)
-        if (allocated(error)) return
+        call add(s%sets(i)%s, s%reaction(:, i, j), sum(s%kinks), minval(s%range(j, :)))
       end do
     end do
     do i = 1, size(model%pairs)
       do j = 1, s%shown
-        call write_line(table%file, row(model%pairs(i)%name, j, s%contact(:, i, j), s%kinks(i), &
-          s%range(j, i)), error)
-        if (allocated(error)) return
+        call add(model%pairs(i)%name, s%contact(:, i, j), s%kinks(i), s%range(j, i))
       end do
     end do
-    call flush_text_file(table%file, error)
 
   contains
 
-    !> One row; a range without an end is 0.
-    function row(quantity, j, d, kinks, range) result(line)
+    !> One more row.
+    subroutine add(quantity, d, kinks, range)
       character(*), intent(in) :: quantity !! name of the set or pair
-      integer, intent(in) :: j !! the parameter
       real(wp), intent(in) :: d(3) !! the derivative
       integer, intent(in) :: kinks !! points at a border
       real(wp), intent(in) :: range !! of the parameter
-      character(:), allocatable :: line
-      character(200) :: numbers
-      character(31) :: start
 
-      write (start, '(i8,2x,es21.12e3)') state%step, state%time
-      write (numbers, '(3(2x,es21.12e3),i8,2x,es21.12e3)') merge(0.0_wp, d, abs(d) <= 0.0_wp), &
-        kinks, merge(0.0_wp, range, range >= huge(1.0_wp))
-      line = start//'  '//padded(quantity, table%quantity)//'  '// &
-        padded(s%slopes(j)%name, table%parameter)//trim(numbers)
-    end function row
+      n = n + 1
+      rows%quantity(n) = quantity
+      rows%parameter(n) = s%slopes(j)%name
+      rows%kinks(n) = kinks
+      rows%values(:, n) = [merge(0.0_wp, d, abs(d) <= 0.0_wp), &
+        merge(0.0_wp, range, range >= huge(1.0_wp))]
+    end subroutine add
+  end function derivative_rows
+
+  !> Writes the rows of one end time.
+  subroutine write_sensitivities(table, state, rows, error)
+    type(sensitivity_table_t), intent(inout) :: table !! open table
+    type(state_t), intent(in) :: state !! step and time
+    type(derivative_rows_t), intent(in) :: rows !! derivatives
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(200) :: numbers
+    character(31) :: start
+    integer :: i
+
+    write (start, '(i8,2x,es21.12e3)') state%step, state%time
+    do i = 1, size(rows%kinks)
+      write (numbers, '(3(2x,es21.12e3),i8,2x,es21.12e3)') rows%values(1:3, i), rows%kinks(i), &
+        rows%values(4, i)
+      call write_line(table%file, start//'  '//padded(trim(rows%quantity(i)), table%quantity)// &
+        '  '//padded(trim(rows%parameter(i)), table%parameter)//trim(numbers), error)
+      if (allocated(error)) return
+    end do
+    call flush_text_file(table%file, error)
   end subroutine write_sensitivities
 
   !> Closes the table.

@@ -20,7 +20,8 @@ module diagnosis
   use system_types, only: system_t
   implicit none
   private
-  public :: explain_failure, unrestrained_bodies, check_supports, tell_free_bodies, body_name
+  public :: explain_failure, unrestrained_bodies, check_supports, body_name, &
+    named_motion, is_held
 
   !> Friction below this share of what there is cannot be used up, however it is pressed.
   real(wp), parameter :: least_used = 0.1_wp
@@ -217,34 +218,6 @@ contains
     t = 'move along x'//to_text(k)
     if (k > 3) t = 'turn about x'//to_text(k - 3)
   end function named_motion
-
-  !> Tells once of each body under load that a converged state leaves a motion that nothing resists:
-  !! its place is one of many, unless the deck holds it (doc/theory, "Bodies that contact holds").
-  subroutine tell_free_bodies(model, system, monitor)
-    type(model_t), intent(in) :: model !! mesh, HOLD
-    type(system_t), intent(inout) :: system !! converged; gets told
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-    character(:), allocatable :: what
-    real(wp) :: motion(6)
-    logical :: free
-    integer :: b
-
-    if (.not. any(system%body%weak)) return
-    do b = 1, system%body%bodies
-      if (.not. system%body%weak(b) .or. system%body%told(b)) cycle
-      call free_motion(model%mesh%x, system, b, .true., free, motion, tracks=.true.)
-      if (.not. free .or. closed_points(system, b) == 0) cycle
-      system%body%told(b) = .true.
-      what = body_name(model, system, b)//' can '//named_motion(maxloc(abs(motion), 1))// &
-        ' without resistance'
-      if (is_held(model, system, b)) then
-        call monitor%event('  HOLD: '//what//' and is held; the reaction of that is zero')
-      else
-        call monitor%warning(what//': the forces are in balance, but its place is not unique; '// &
-          'restrain it with BOUNdary, give the pair FRICtion, or write HOLD and its region')
-      end if
-    end do
-  end subroutine tell_free_bodies
 
   !> The deck holds a body (HOLD).
   pure logical function is_held(model, system, body) result(held)
