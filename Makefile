@@ -41,6 +41,7 @@ TESTED := -O0
 # unit tests are linked without that: it takes a minute.
 INLINED := $(notdir $(basename $(wildcard src/laws/*.f90 src/elements/*.f90 src/contact/*.f90))) \
   vectors assembly contact_sums
+INLINING := -flto -ffat-lto-objects
 LINK_release := -flto=auto
 # Local arrays whose size is known at run time alone go to the heap; in these modules, those of one
 # element or facet are so small that they need not.
@@ -132,7 +133,7 @@ PFUNIT_FLAGS = -fopenmp $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
 define MODE_RULES
 build/$(1)/flags: FORCE | build/setup.stamp
 	@mkdir -p $$(@D)
-	@echo '$(FC) $(STANDARD) $(FLAGS_$(1)) $(LINK_$(1))' > $$@.new
+	@echo '$(FC) $(STANDARD) $(FLAGS_$(1)) $(LINK_$(1)) $(INLINING)' > $$@.new
 	@if cmp -s $$@.new $$@; then rm $$@.new; else mv $$@.new $$@; fi
 
 OBJECTS_$(1) := $$(patsubst %,build/$(1)/%.o,$$(MODULES))
@@ -189,7 +190,7 @@ build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
-$(INLINED:%=build/release/%.o): private FLAGS_release += -flto -ffat-lto-objects
+$(INLINED:%=build/release/%.o): private FLAGS_release += $(INLINING)
 $(STACKED:%=build/release/%.o): private FLAGS_release += -fstack-arrays
 
 # ./mfec-petsc: the objects of ./mfec, but for the modules that src/engines/petsc has as well.
