@@ -30,10 +30,10 @@ FLAGS_release := -O3 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -O1 -g $(CHECKS)
 FLAGS_coverage := -O0 -g --coverage
 # Not what a null pointer or a pointer out of bounds does: the sanitiser of addresses finds these, and
-# the code for them takes two thirds of the time of the build.
+# the code for them takes half of the time of the build.
 FLAGS_sanitize := -O0 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
   -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined $(CHECKS)
-# Tests that are compiled quickly, whatever they test.
+# Unit tests take a moment to run: compiling them is what takes time.
 TESTED := -O0
 
 # The loops over contact points call small procedures of many modules: in the release they are put in
@@ -41,7 +41,7 @@ TESTED := -O0
 # unit tests are linked without that: it takes a minute.
 INLINED := $(notdir $(basename $(wildcard src/laws/*.f90 src/elements/*.f90 src/contact/*.f90))) \
   vectors assembly contact_sums
-INLINING := -flto -ffat-lto-objects
+INLINING_release := -flto -ffat-lto-objects
 LINK_release := -flto=auto
 # Local arrays whose size is known at run time alone go to the heap; in these modules, those of one
 # element or facet are so small that they need not.
@@ -133,7 +133,7 @@ PFUNIT_FLAGS = -fopenmp $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
 define MODE_RULES
 build/$(1)/flags: FORCE | build/setup.stamp
 	@mkdir -p $$(@D)
-	@echo '$(FC) $(STANDARD) $(FLAGS_$(1)) $(LINK_$(1)) $(INLINING)' > $$@.new
+	@echo '$(FC) $(STANDARD) $(FLAGS_$(1)) $(LINK_$(1)) $(INLINING_$(1))' > $$@.new
 	@if cmp -s $$@.new $$@; then rm $$@.new; else mv $$@.new $$@; fi
 
 OBJECTS_$(1) := $$(patsubst %,build/$(1)/%.o,$$(MODULES))
@@ -190,7 +190,7 @@ build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
-$(INLINED:%=build/release/%.o): private FLAGS_release += $(INLINING)
+$(INLINED:%=build/release/%.o): private FLAGS_release += $(INLINING_release)
 $(STACKED:%=build/release/%.o): private FLAGS_release += -fstack-arrays
 
 # ./mfec-petsc: the objects of ./mfec, but for the modules that src/engines/petsc has as well.

@@ -12,8 +12,8 @@ contains
   subroutine add_foreign_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
 
-    call add_ignored(t, table_mesh, 'INTEractive PLOT OPTImize DEBUg NOPArse PARSe TITLe '// &
-                     'REMArk MANUal COUNt NOCOunt KEEP NOKEep')
+    call add_ignored(t, table_mesh, 'INTEractive PLOT NOPRint PRINt OPTImize DEBUg NOPArse '// &
+                     'PARSe TITLe REMArk MANUal COUNt NOCOunt KEEP NOKEep')
     call add_ignored(t, table_batch, 'BATCh MACRo INTEractive PLOT NOPRint PRINt OPTImize '// &
                      'DIREct ITERative DEBUg COMMent SHOW MANUal HELP ECHO IDENtity')
     call refuse_coordinates(t)

@@ -26,8 +26,6 @@ contains
     call add_command(t, table_mesh, 'INCLude', 'f:file', 'reads on in another file')
     call explain(t, 'Anywhere, nested up to 9 deep, relative to the file that includes.')
     call explain(t, 'Example: INCLude meshes/plate.inc')
-    call add_command(t, table_mesh, 'PRINt', '', 'echo of the input on (read, without effect)')
-    call add_command(t, table_mesh, 'NOPRint', '', 'echo of the input off (read, without effect)')
     call add_command(t, table_mesh, 'END', '', 'ends the mesh commands (optional before BATCh)')
     call add_command(t, table_mesh, 'BATCh', '', 'starts the solution commands, up to END')
     call add_command(t, table_mesh, 'MACRo', '', 'the same as BATCh')

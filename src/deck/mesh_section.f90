@@ -5,7 +5,7 @@ module mesh_section
   use numbers, only: is_letter
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
-  use diagnostics, only: diagnostics_t, report_error, report_note
+  use diagnostics, only: diagnostics_t, report_error
   use command_tails, only: drop_tail
   use reading, only: reading_t, append_record, move_record, close_set, skip_data, lose
   use mesh_refusals, only: pass_foreign, is_misspelt_command, own_words_text, report_stray, refuse
@@ -161,8 +161,6 @@ contains
         call continue_contact(reading, record, diagnostics, good)
       case default
         if (command%key == 'cont') reading%contact = .true.
-        if (any(command%key == ['prin', 'nopr'])) call report_note(diagnostics, record%at, &
-          trim(command%name)//' is ignored')
         reading%set%command = command%key
         call move_record(record, reading%set%head)
       end select

@@ -4,7 +4,7 @@ module mesh_reader
   use deck_types, only: deck_t
   use deck_losses, only: is_whole, lost_names
   use text, only: to_text, count_noun
-  use cells, only: most_nodes
+  use cells, only: tet4, most_nodes
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use facets, only: facet_table_t, exterior_facets
   use key_sorting, only: sort_columns, ascending, unique_numbers
@@ -138,10 +138,7 @@ contains
     logical, allocatable :: joined(:)
     integer :: f, n
 
-    allocate (joined(mesh%nodes), source=.false.)
-    do n = 1, mesh%nodes
-      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
-    end do
+    joined = joined_nodes(mesh)
     call exterior_facets(mesh, table)
     n = 0
     do f = 1, table%count
@@ -189,27 +186,37 @@ contains
   subroutine list_joined(mesh, key)
     type(mesh_t), intent(in) :: mesh !! the mesh, tied
     integer, allocatable, intent(out) :: key(:, :) !! (4, facets) corners, ascending, and element
-    integer, parameter :: corner(3, 4) = reshape([1, 2, 3, 1, 2, 4, 1, 3, 4, 2, 3, 4], [3, 4])
     logical :: joined(mesh%nodes)
     integer :: pass, e, f, n
 
-    joined = .false.
-    do n = 1, mesh%nodes
-      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
-    end do
+    joined = joined_nodes(mesh)
     do pass = 1, 2
       n = 0
       do e = 1, mesh%elements
         if (count(joined(mesh%ix(:4, e))) < 3) cycle
         do f = 1, 4
-          if (.not. all(joined(mesh%ix(corner(:, f), e)))) cycle
-          n = n + 1
-          if (pass == 2) key(:, n) = [ascending(mesh%ix(corner(:, f), e)), e]
+          associate (corners => mesh%ix(tet4%facet(:3, f), e))
+            if (.not. all(joined(corners))) cycle
+            n = n + 1
+            if (pass == 2) key(:, n) = [ascending(corners), e]
+          end associate
         end do
       end do
       if (pass == 1) allocate (key(4, n))
     end do
   end subroutine list_joined
+
+  !> Nodes that TIE has joined others to.
+  pure function joined_nodes(mesh) result(joined)
+    type(mesh_t), intent(in) :: mesh !! the mesh, tied
+    logical :: joined(mesh%nodes)
+    integer :: n
+
+    joined = .false.
+    do n = 1, mesh%nodes
+      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
+    end do
+  end function joined_nodes
 
   !> Gives a field of facets the nodes that are kept, in order again.
   pure subroutine tie_field(mesh, field)

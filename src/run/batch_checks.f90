@@ -10,10 +10,9 @@ module batch_checks
   use batch_types, only: batch_command_t
   use printing, only: numbers_to_print
   use model_types, only: model_t
-  use rigid_paths, only: count_rigid
   use source, only: file_name
   use text_files, only: real_path
-  use run_files, only: contact_ending
+  use run_files, only: is_result
   use saved_states, only: file_of, folder_of
   implicit none
   private
@@ -84,10 +83,11 @@ contains
   end function last_part
 
   !> The deck and what it includes must not be overwritten by what the run writes.
-  subroutine spare_inputs(base, model, derives, diagnostics)
+  subroutine spare_inputs(base, model, derives, varies, diagnostics)
     character(*), intent(in) :: base !! path of the run's files without their endings
     type(model_t), intent(in) :: model !! what it writes
     logical, intent(in) :: derives !! derivatives are asked for
+    logical, intent(in) :: varies !! a study is asked for
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's files; gets errors
     character(:), allocatable :: here, name
     integer :: file
@@ -97,28 +97,12 @@ contains
     here = real_path(here)//'/'//last_part(base)
     do file = 1, diagnostics%source%count
       name = file_name(diagnostics%source, file)
-      if (.not. is_result(real_path(name), here, model, derives)) cycle
+      if (.not. is_result(real_path(name), here, model, derives, varies)) cycle
       call report_error(diagnostics, location_t(file, 1, 1), 'the run would write over '//name, &
         'its files have the name of the deck: rename this one, or choose a folder for them, '// &
         '--out DIR')
     end do
   end subroutine spare_inputs
-
-  !> A run writes a file of this name, by what its deck asks for.
-  pure logical function is_result(path, base, model, derives) result(yes)
-    character(*), intent(in) :: path !! the file
-    character(*), intent(in) :: base !! path of the run's files without their endings
-    type(model_t), intent(in) :: model !! what it writes
-    logical, intent(in) :: derives !! derivatives are asked for
-
-    yes = any(path == [character(len(base) + len(contact_ending)) :: base//'.log', &
-      base//'.rea', base//'.con', base//'.h5'])
-    yes = yes .or. (path == base//'.his' .and. size(model%output%history) > 0)
-    yes = yes .or. (path == base//'.pts' .and. size(model%output%points) > 0)
-    yes = yes .or. (path == base//contact_ending .and. model%output%contact)
-    yes = yes .or. (path == base//'.rig' .and. count_rigid(model) > 0)
-    yes = yes .or. (path == base//'.sen' .and. derives)
-  end function is_result
 
   !> DISP and REAC need at least one node to print, STRE an element or a node.
   subroutine check_nodes(deck, commands, mesh, diagnostics)

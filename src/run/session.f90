@@ -140,7 +140,7 @@ contains
       diagnostics, error)
     if (allocated(error)) return
     if (error_count(diagnostics) == 0) call spare_inputs(restart_base(base_name(options), &
-      options%restart), model, sensitivity%active, diagnostics)
+      options%restart), model, sensitivity%active, study%active, diagnostics)
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return
