@@ -30,9 +30,10 @@ FLAGS_release := -O3 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -O1 -g $(CHECKS)
 FLAGS_coverage := -O0 -g --coverage
 # Not what a null pointer or a pointer out of bounds does: the sanitiser of addresses finds these, and
-# the code for them takes half of the time of the build.
+# the code for them takes half of the time of the build. Integers that overflow: tests/decks.py.
 FLAGS_sanitize := -O0 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
-  -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined $(CHECKS)
+  -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined \
+  -fsanitize-recover=signed-integer-overflow $(CHECKS)
 # Unit tests take a moment to run: compiling them is what takes time.
 TESTED := -O0
 
