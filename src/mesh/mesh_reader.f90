@@ -135,7 +135,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(in) :: mesh !! the mesh, tied
     type(facet_table_t) :: table
-    logical, allocatable :: joined(:)
+    logical :: joined(mesh%nodes)
     integer :: f, n
 
     joined = joined_nodes(mesh)
