@@ -7,7 +7,8 @@ module libc
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
-  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, read_errno
+  public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, &
+    read_errno, c_memcpy
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -48,6 +49,16 @@ module libc
       type(c_ptr), value :: stream !! open stream
       integer(c_int) :: status
     end function c_fclose
+
+    !> Copies bytes; returns the place they went to.
+    function c_memcpy(to, from, bytes) result(place) bind(c, name='memcpy')
+      import :: c_ptr, c_size_t
+      implicit none
+      type(c_ptr), value :: to !! first byte that is written
+      type(c_ptr), value :: from !! first byte that is read; the two do not overlap
+      integer(c_size_t), value :: bytes !! how many
+      type(c_ptr) :: place
+    end function c_memcpy
 
     !> Makes a folder; 0 is success.
     function c_mkdir(path, mode) result(status) bind(c, name='mkdir')

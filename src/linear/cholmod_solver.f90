@@ -42,6 +42,7 @@ module cholmod_solver
     logical :: started = .false. !! common is in use
     logical :: definite = .false. !! the factor holds values
     real(sp), allocatable :: half(:) !! its values in single precision, in place of the others
+    real(sp), pointer, contiguous :: shrunk(:) => null() !! the same, where the others have been
   contains
     procedure :: analyse
     procedure :: is_analysed
@@ -87,6 +88,7 @@ contains
 
     solver%definite = .false.
     if (allocated(solver%half)) deallocate (solver%half)
+    nullify (solver%shrunk)
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
   end subroutine forget_pattern
@@ -98,6 +100,7 @@ contains
 
     solver%definite = .false.
     if (allocated(solver%half)) deallocate (solver%half)
+    nullify (solver%shrunk)
     if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
       1_c_int, 1_c_int, solver%factor, solver%common)
   end subroutine drop_factor

@@ -1,17 +1,24 @@
 !> The two halves of a solution with the factor of a lower triangle: down to the unknowns that are
 !! eliminated last, and up from these (doc/theory, "Condensed contact").
 module half_solves
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_ptr, c_char, c_loc, c_size_t, &
+    c_sizeof, c_f_pointer
   use kinds, only: wp, sp, long
+  use libc, only: c_memcpy
   use costs, only: cost_t, begin_cost, end_cost, cost_interior
   use lapack_interface, only: dgemm, dtrsm
   use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
     invert_blocks, reduce_single, complete_single
-  use cholmod_interface, only: cholmod_l_change_factor
+  use cholmod_interface, only: cholmod_l_change_factor, cholmod_l_realloc
   use cholmod_solver, only: cholmod_t
   implicit none
   private
-  public :: reduce_right, reduce_columns, complete_solution, halve_factor
+  public :: reduce_right, reduce_columns, complete_solution, halve_factor, &
+    shrink_factor
+
+  !> Values that are changed to single precision at a time, and bytes of one.
+  integer, parameter :: part_size = 4096
+  integer(long), parameter :: single_bytes = 4
 
 contains
 
@@ -24,7 +31,9 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
 
     call begin_cost(costs, cost_interior)
-    if (allocated(solver%half)) then
+    if (associated(solver%shrunk)) then
+      call reduce_single(supernodes_of(solver%factor), solver%shrunk, m, x)
+    else if (allocated(solver%half)) then
       call reduce_single(supernodes_of(solver%factor), solver%half, m, x)
     else
       call reduce_double(supernodes_of(solver%factor), m, x)
@@ -80,7 +89,9 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
 
     call begin_cost(costs, cost_interior)
-    if (allocated(solver%half)) then
+    if (associated(solver%shrunk)) then
+      call complete_single(supernodes_of(solver%factor), solver%shrunk, m, x)
+    else if (allocated(solver%half)) then
       call complete_single(supernodes_of(solver%factor), solver%half, m, x)
     else
       call complete_double(supernodes_of(solver%factor), m, x)
@@ -117,6 +128,59 @@ contains
       deallocate (solver%half)
     end if
   end subroutine halve_factor
+
+  !> The same without a test, in the memory that the factor has: no more is taken at any time. What
+  !! is answered with it must be mended (inside_refinement). A factor whose entries would not be
+  !! numbers stays.
+  subroutine shrink_factor(solver, m)
+    type(cholmod_t), intent(inout) :: solver !! its trailing block of m columns is gone
+    integer, intent(in) :: m !! unknowns at the end
+    type(supernodes_t) :: nodes
+    real(sp), target :: part(part_size)
+    integer(long) :: k, n, last
+    type(c_ptr) :: done
+
+    nodes = supernodes_of(solver%factor)
+    n = int(nodes%factor%xsize, long)
+    if (n == 0 .or. .not. c_associated(nodes%factor%x) .or. allocated(solver%half) .or. &
+      associated(solver%shrunk) .or. .not. fits_single(nodes, m)) return
+    do k = 0, n - 1, part_size
+      last = min(k + part_size, n)
+      part(:last - k) = real(nodes%x(k + 1:last), sp)
+      done = c_memcpy(byte_of(nodes%factor%x, single_bytes*k), c_loc(part), &
+        int(single_bytes*(last - k), c_size_t))
+    end do
+    nodes%factor%x = cholmod_l_realloc(int((n + 1)/2, c_size_t), c_sizeof(1.0_wp), &
+      nodes%factor%x, nodes%factor%xsize, solver%common)
+    call c_f_pointer(nodes%factor%x, solver%shrunk, [n])
+    call invert_blocks(nodes, m, solver%shrunk)
+  end subroutine shrink_factor
+
+  !> The entries of a factor are numbers in single precision, and so are the inverses of its pivots.
+  logical function fits_single(nodes, m) result(fits)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), parameter :: most = sqrt(real(huge(1.0_sp), wp))
+    integer(long) :: k, j, rows
+
+    fits = maxval(abs(nodes%x)) <= most
+    do k = 1, int(nodes%factor%nsuper, long)
+      rows = nodes%pi(k + 1) - nodes%pi(k)
+      do j = 0, min(nodes%super(k + 1), int(nodes%factor%n, long) - m) - nodes%super(k) - 1
+        if (nodes%x(nodes%px(k) + rows*j + j + 1) < 1.0_wp/most) fits = .false.
+      end do
+    end do
+  end function fits_single
+
+  !> The address of a byte of a block.
+  type(c_ptr) function byte_of(block, byte) result(address)
+    type(c_ptr), intent(in) :: block !! where it begins
+    integer(long), intent(in) :: byte !! from 0
+    character(kind=c_char), pointer :: bytes(:)
+
+    call c_f_pointer(block, bytes, [byte + 1])
+    address = c_loc(bytes(byte + 1))
+  end function byte_of
 
   !> The answer inside to a right-hand side while the last m unknowns are held, and the answer to
   !! that, in which soft motions stand out; both are scaled to length 1.

@@ -18,7 +18,7 @@ module audit
   use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
     has_finite_strain
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
-  use linear_sums, only: turn_rows
+  use sum_shares, only: turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &

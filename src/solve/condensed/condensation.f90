@@ -10,14 +10,14 @@ module condensation
   use back_ends, only: solver_done, solver_failed, solver_out_of_memory
   use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
     drop_trailing_block, factor_work
-  use half_solves, only: reduce_right, complete_solution, halve_factor
+  use half_solves, only: reduce_right, complete_solution, halve_factor, shrink_factor
   use rough_factor, only: factorise_roughly
   use condensed_types, only: condensed_body_t, near_compliance_t
   implicit none
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
-    solve_body, spread_body, reduce_body, complete_body, halve_body, body_work, drop_live, &
-    free_body
+    solve_body, spread_body, reduce_body, complete_body, halve_body, shrink_body, &
+    body_work, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
   real(wp), parameter :: near_enough = 1.0e-3_wp
@@ -68,7 +68,9 @@ contains
   end subroutine prepare_body
 
   !> The factor of a body that has been prepared; its matrix goes. One that only precedes an
-  !! iteration is made in single precision, if it stays near; L22 is beside it then.
+  !! iteration is made in single precision, if it stays near; L22 is beside it then. Its place is
+  !! taken before that of a factor in double precision: what the factor gives back when it shrinks
+  !! lies at the end of the heap and serves the next body.
   subroutine factorise_body(body, matrix, precedes, costs, outcome)
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
@@ -78,11 +80,9 @@ contains
     logical :: done
 
     done = precedes
-    if (precedes) then
-      allocate (body%trailing(body%m, body%m))
-      call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, done)
-      if (.not. done) deallocate (body%trailing)
-    end if
+    allocate (body%trailing(body%m, body%m))
+    if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
+      done)
     outcome = solver_done
     if (.not. done) call body%solver%factorise(matrix, costs, outcome)
     matrix = csc_matrix_t()
@@ -184,11 +184,9 @@ contains
     outcome = solver_done
     if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
-    if (associated(body%trailing)) then
-      body%compliance => body%trailing
-      nullify (body%trailing)
-    else
-      allocate (body%compliance(body%m, body%m))
+    body%compliance => body%trailing
+    nullify (body%trailing)
+    if (.not. allocated(body%solver%half)) then
       call trailing_block(body%solver, body%compliance)
       call drop_trailing_block(body%solver, body%m)
     end if
@@ -308,6 +306,14 @@ contains
 
     call halve_factor(body%solver, body%m, near_enough, costs)
   end subroutine halve_body
+
+  !> The factor of a body of which displacements inside are seldom asked for is kept in single
+  !! precision.
+  subroutine shrink_body(body)
+    type(condensed_body_t), intent(inout) :: body !! condensed
+
+    if (body%m > 0) call shrink_factor(body%solver, body%m)
+  end subroutine shrink_body
 
   !> Work of condensing a body, the inverse of its Schur complement with it, over that of one solve.
   real(wp) function body_work(body) result(solves)

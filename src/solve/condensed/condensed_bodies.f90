@@ -10,10 +10,12 @@ module condensed_bodies
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
   use back_ends, only: solver_done
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
-    drop_live, free_body
+    shrink_body, drop_live, free_body
+  use inside_refinement, only: settle_inside
+  use sum_shares, only: sums_pay, begin_shares, form_shares
   use candidate_queue, only: queue_candidates
   use system_types, only: system_t
   implicit none
@@ -30,7 +32,8 @@ contains
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer :: equation(3, size(system%body%node_body)), b, outcomes(system%body%bodies)
+    integer :: equation(3, size(system%body%node_body)), b, k, outcomes(system%body%bodies)
+    integer :: order(system%body%bodies)
     integer :: queue(size(system%body%node_body))
     type(csc_matrix_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
@@ -41,8 +44,12 @@ contains
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
-    do b = 1, system%body%bodies
+    if (present(model)) call begin_shares(model, system)
+    order = largest_first(system)
+    do k = 1, size(order)
+      b = order(k)
       if (.not. wanted(b)) cycle
+      if (allocated(system%condensed%sums%bodies)) system%condensed%sums%bodies(b) = body_sums_t()
       call number_equations(system, b, equation)
       if (all(equation == 0)) cycle
       call pin_body(system, b)
@@ -69,6 +76,24 @@ contains
     end do
     outcome = maxval(outcomes)
   end subroutine condense_all
+
+  !> The bodies in the order of their nodes, the one with the most first: what it gives back when it
+  !! is done serves the others.
+  pure function largest_first(system) result(order)
+    type(system_t), intent(in) :: system !! bodies
+    integer :: order(system%body%bodies)
+    integer :: nodes(system%body%bodies), b, k
+
+    nodes = 0
+    do k = 1, size(system%body%node_body)
+      b = system%body%node_body(k)
+      if (b > 0) nodes(b) = nodes(b) + 1
+    end do
+    do k = 1, size(order)
+      order(k) = maxloc(nodes, 1)
+      nodes(order(k)) = -1
+    end do
+  end function largest_first
 
   !> Numbers the free degrees of freedom of a body.
   pure subroutine number_equations(system, b, equation)
@@ -103,7 +128,35 @@ contains
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
+    if (outcome == solver_done .and. present(model)) then
+      if (asks_little(model, system)) then
+        call form_shares(model, system, b, costs)
+        call shrink_body(system%condensed%bodies(b))
+      end if
+    end if
   end subroutine finish_body
+
+  !> Displacements inside will seldom be asked for: sums do at most end times, as they do not where
+  !! contact may press on a support.
+  logical function asks_little(model, system) result(little)
+    type(model_t), intent(in) :: model !! output request, pairs
+    type(system_t), intent(in) :: system !! bodies, equations
+    logical :: meets(size(system%body%node_body))
+    integer :: k
+
+    little = system%bulk%linear
+    if (little) little = sums_pay(model, system)
+    if (.not. little) return
+    meets = .false.
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        meets(reshape(pair%points%point_nodes, [size(pair%points%point_nodes)])) = .true.
+        meets(reshape(pair%points%slave_facets, [size(pair%points%slave_facets)])) = .true.
+        meets(reshape(pair%surface%facets, [size(pair%surface%facets)])) = .true.
+      end associate
+    end do
+    little = .not. any(meets .and. any(system%equation == 0, 1))
+  end function asks_little
 
   !> Prescribed displacements for a unit of each proportional load, and what its forces do to the
   !! rigid motions.
@@ -273,6 +326,8 @@ contains
         if (.not. allocated(body%node)) cycle
         call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + &
           body%m), u, &
+          system%costs)
+        if (associated(body%solver%shrunk)) call settle_inside(system%whole%bulk_matrix, body, u, &
           system%costs)
       end associate
     end do

@@ -8,7 +8,7 @@ module condensed_system
   use contact_parameters, only: shifts_gap
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
-  use condensed_types, only: condensed_t, linear_sums_t
+  use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, find_equilibrium, fit_motions, spread_yield, free_condensed
   use live_candidates, only: widen_live, number_live, forget_live
@@ -316,7 +316,7 @@ contains
       condensed%failed = outcome
       if (outcome /= solver_done) return
       call number_candidates(system)
-      condensed%sums = linear_sums_t()
+      condensed%sums%known = .false.
       if (condensed%preconditions) return
       do i = 1, condensed%n
         condensed%bulk%force(i) = force(condensed%direction(i), condensed%node(i))

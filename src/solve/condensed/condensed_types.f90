@@ -8,7 +8,8 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
-    residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t
+    residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
+    body_sums_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -135,11 +136,17 @@ module condensed_types
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
   end type influence_t
 
+  !> What acts on a body and what it does to sums over supports and loads (sum_shares).
+  type :: body_sums_t
+    real(wp), allocatable :: by_load(:, :) !! (sums, loads) what a unit of a load does to each
+    real(wp), allocatable :: by_force(:, :) !! (m, sums) what a unit of a contact force does
+  end type body_sums_t
+
   !> Sums over supports and loads that are linear in the contact forces (linear_sums).
   type :: linear_sums_t
-    logical :: known = .false. !! the matrices are there
+    logical :: known = .false. !! by_load is that of all bodies
     real(wp), allocatable :: by_load(:, :) !! (sums, loads) what a unit of a load does to each
-    real(wp), allocatable :: by_force(:, :) !! (n, sums) what a unit of a contact force does
+    type(body_sums_t), allocatable :: bodies(:) !! what each body has to do with it
     real(wp), allocatable :: center(:, :) !! (3, bodies) where turns are measured about [length]
     real(wp), allocatable :: value(:) !! (sums) of the converged state, without displacements inside
   end type linear_sums_t

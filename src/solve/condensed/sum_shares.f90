@@ -1,0 +1,288 @@
+!> What contact forces at the candidates of a body, and loads, do to sums over supports and loads
+!! (doc/theory, "Condensed contact").
+!!
+!! The sums: forces of the sets of reactions (3 each), forces and moments of the supports on each
+!! body (6), work of the reactions on what each load prescribes, work of each load's forces, turns
+!! of each body (3).
+module sum_shares
+  use kinds, only: wp
+  use vectors, only: cross
+  use costs, only: cost_t
+  use lapack_interface, only: dsymm
+  use loads, only: add_displacement, add_force
+  use mesh_names, only: find_nodes
+  use model_types, only: model_t
+  use block_matrix, only: multiply_some
+  use half_solves, only: reduce_columns
+  use body_audit, only: measure_bodies
+  use condensed_types, only: body_sums_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: sums_pay, begin_shares, form_shares, find_unit, count_sums, body_rows, reaction_rows, &
+    load_rows, turn_rows
+
+  !> More sums than this are not worth it.
+  integer, parameter :: most_sums = 300
+  !> Sums of a body whose pulls go through its factor together.
+  integer, parameter :: most_together = 16
+  !> End times from which on sums pay, and sums for each further one: an end time saves a pass
+  !! through the factors, `most_together` sums cost about four.
+  integer, parameter :: least_spared = 4, sums_of_pass = 4
+
+  !> Pulls of sums on a body.
+  type :: pulls_t
+    integer :: n = 0 !! how many
+    integer, allocatable :: row(:) !! (most) the sum of each
+    real(wp), allocatable :: right(:, :) !! (equations, most) the pulls
+  end type pulls_t
+
+contains
+
+  !> Force and moment of the supports on a body.
+  pure function body_rows(model, body) result(rows)
+    type(model_t), intent(in) :: model !! output request
+    integer, intent(in) :: body !! the body
+    integer :: rows(2)
+
+    rows = 3*size(model%output%reactions) + [6*body - 5, 6*body]
+  end function body_rows
+
+  !> Works of the reactions on what a unit of each load prescribes.
+  pure function reaction_rows(model, system) result(rows)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! bodies
+    integer :: rows(2)
+
+    rows = 3*size(model%output%reactions) + 6*system%body%bodies + [1, size(model%conditions%loads)]
+  end function reaction_rows
+
+  !> Works of the forces of a unit of each load.
+  pure function load_rows(model, system) result(rows)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! bodies
+    integer :: rows(2)
+
+    rows = reaction_rows(model, system) + size(model%conditions%loads)
+  end function load_rows
+
+  !> Turns of a body: the sum of (x - center) x u over its nodes.
+  pure function turn_rows(model, system, body) result(rows)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! bodies
+    integer, intent(in) :: body !! the body
+    integer :: rows(2), before(2)
+
+    before = load_rows(model, system)
+    rows = before(2) + [3*body - 2, 3*body]
+  end function turn_rows
+
+  !> How many sums there are.
+  pure integer function count_sums(model, system) result(n)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! bodies
+    integer :: rows(2)
+
+    rows = turn_rows(model, system, system%body%bodies)
+    n = rows(2)
+  end function count_sums
+
+  !> Enough end times of the run can do without displacements inside for sums to pay. That depends
+  !! on deck and bodies alone, so that a restart gives the same rows.
+  logical function sums_pay(model, system) result(pay)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! supports, bodies
+    integer :: n
+
+    n = count_sums(model, system)
+    pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. &
+      system%condensed%rigid%modes == 0 .and. .not. any(system%body%weak) .and. &
+      system%tools%border%n == 0 .and. &
+      .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
+  end function sums_pay
+
+  !> Nothing is known yet of any body.
+  subroutine begin_shares(model, system)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! bodies; gets center and bodies of sums
+    real(wp), allocatable :: reach(:), inertia(:, :, :)
+    logical, allocatable :: moves(:)
+
+    associate (sums => system%condensed%sums)
+      if (allocated(sums%bodies)) return
+      call measure_bodies(model%mesh%x, system, sums%center, reach, inertia, moves)
+      allocate (sums%bodies(system%body%bodies))
+    end associate
+  end subroutine begin_shares
+
+  !> What contact forces on a body and loads do to each sum through that body.
+  subroutine form_shares(model, system, b, costs)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(inout) :: system !! factor, compliance, influence; gets the shares
+    integer, intent(in) :: b !! the body
+    type(cost_t), intent(inout) :: costs !! cost table
+    real(wp), dimension(3, model%mesh%nodes) :: unit, pull
+    logical :: own(model%mesh%nodes)
+    type(pulls_t) :: pulls
+    integer :: row, k, last(2)
+
+    own = system%body%node_body == b
+    last = reaction_rows(model, system)
+    associate (influence => system%condensed%outer%influence, &
+      shares => system%condensed%sums%bodies(b))
+      allocate (shares%by_load(count_sums(model, system), size(influence, 3)), &
+        shares%by_force(system%condensed%bodies(b)%m, count_sums(model, system)), source=0.0_wp)
+      pull = 0.0_wp
+      do row = 1, size(shares%by_load, 1)
+        if (all(owner_of(model, system, row) /= [0, b])) cycle
+        call find_unit(model, system, row, unit)
+        where (spread(.not. own, 1, 3)) unit = 0.0_wp
+        if (all(abs(unit) <= 0.0_wp)) cycle
+        if (row <= last(2)) then
+          call multiply_some(system%whole%bulk_matrix, own, unit, pull)
+        else
+          pull = unit
+        end if
+        do k = 1, size(influence, 3)
+          shares%by_load(row, k) = sum(pull*influence(:, :, k))
+        end do
+        call take_pull(system, b, row, pull, pulls, shares, costs)
+        pull = 0.0_wp
+      end do
+      call find_shares(system, b, pulls, shares, costs)
+    end associate
+  end subroutine form_shares
+
+  !> The body whose motion a sum is about, 0 if it is about none in particular.
+  pure integer function owner_of(model, system, row) result(owner)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! bodies
+    integer, intent(in) :: row !! the sum
+    integer :: first(2), last(2)
+
+    owner = 0
+    first = body_rows(model, 1)
+    last = body_rows(model, system%body%bodies)
+    if (row >= first(1) .and. row <= last(2)) owner = 1 + (row - first(1))/6
+    first = turn_rows(model, system, 1)
+    if (row >= first(1)) owner = 1 + (row - first(1))/3
+  end function owner_of
+
+  !> Keeps the pull of a sum on a body, if there is one, until there are enough of them.
+  subroutine take_pull(system, b, row, pull, pulls, shares, costs)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    integer, intent(in) :: b !! the body
+    integer, intent(in) :: row !! the sum
+    real(wp), intent(in) :: pull(:, :) !! (3, nodes) force [as the sum over a length]
+    type(pulls_t), intent(inout) :: pulls !! those of the body
+    type(body_sums_t), intent(inout) :: shares !! gets the shares of those that are due
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: i
+
+    associate (body => system%condensed%bodies(b))
+      if (body%m == 0) return
+      if (.not. allocated(pulls%right)) allocate (pulls%right(size(body%node), most_together), &
+        pulls%row(most_together))
+      associate (right => pulls%right(:, pulls%n + 1))
+        do i = 1, size(right)
+          right(i) = pull(body%direction(i), body%node(i))
+        end do
+        if (all(abs(right) <= 0.0_wp)) return
+      end associate
+      pulls%n = pulls%n + 1
+      pulls%row(pulls%n) = row
+      if (pulls%n == most_together) call find_shares(system, b, pulls, shares, costs)
+    end associate
+  end subroutine take_pull
+
+  !> What a unit of force at each candidate of a body does to the sums whose pulls are kept: the
+  !! work of a pull on what it moves.
+  subroutine find_shares(system, b, pulls, shares, costs)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    integer, intent(in) :: b !! the body
+    type(pulls_t), intent(inout) :: pulls !! those of the body; they go
+    type(body_sums_t), intent(inout) :: shares !! gets the shares
+    type(cost_t), intent(inout) :: costs !! cost table
+    real(wp), allocatable :: share(:, :)
+
+    if (pulls%n == 0) return
+    associate (body => system%condensed%bodies(b), last => size(pulls%right, 1))
+      call reduce_columns(body%solver, body%m, last, pulls%n, pulls%right, costs)
+      allocate (share(body%m, pulls%n))
+      call dsymm('L', 'L', body%m, pulls%n, -1.0_wp, body%compliance, body%m, &
+        pulls%right(last - body%m + 1:, :pulls%n), body%m, 0.0_wp, share, body%m)
+      shares%by_force(:, pulls%row(:pulls%n)) = share
+    end associate
+    pulls%n = 0
+  end subroutine find_shares
+
+  !> What a sum multiplies each reaction with, or each displacement.
+  subroutine find_unit(model, system, row, unit)
+    type(model_t), intent(in) :: model !! output request, loads
+    type(system_t), intent(in) :: system !! equations, bodies
+    integer, intent(in) :: row !! the sum
+    real(wp), intent(out) :: unit(:, :) !! (3, nodes)
+    integer :: sets, bodies, loads, k
+
+    sets = 3*size(model%output%reactions)
+    bodies = system%body%bodies
+    loads = size(model%conditions%loads)
+    unit = 0.0_wp
+    k = row
+    if (k <= sets) then
+      call add_set(model, (k + 2)/3, 1 + mod(k - 1, 3), unit)
+    else if (k <= sets + 6*bodies) then
+      k = k - sets - 1
+      call add_motion_of(model, system, 1 + k/6, 1 + mod(k, 6), unit)
+    else if (k <= sets + 6*bodies + loads) then
+      call add_displacement(model%conditions%loads(k - sets - 6*bodies), 1.0_wp, unit)
+    else if (k <= sets + 6*bodies + 2*loads) then
+      call add_force(model%conditions%loads(k - sets - 6*bodies - loads), 1.0_wp, unit)
+      return
+    else
+      k = k - sets - 6*bodies - 2*loads - 1
+      call add_motion_of(model, system, 1 + k/3, 4 + mod(k, 3), unit)
+      return
+    end if
+    where (system%equation > 0) unit = 0.0_wp
+  end subroutine find_unit
+
+  !> The nodes of a set of reactions in a direction.
+  subroutine add_set(model, set, direction, unit)
+    type(model_t), intent(in) :: model !! mesh, output request
+    integer, intent(in) :: set !! its number in the request
+    integer, intent(in) :: direction !! 1, 2 or 3
+    real(wp), intent(inout) :: unit(:, :) !! (3, nodes)
+    integer, allocatable :: nodes(:)
+    integer :: i
+    logical :: found
+
+    call find_nodes(model%mesh, model%output%reactions(set)%s, nodes, found)
+    do i = 1, size(nodes)
+      unit(direction, nodes(i)) = unit(direction, nodes(i)) + 1.0_wp
+    end do
+  end subroutine add_set
+
+  !> A rigid motion of a body: along an axis, or about one through its center.
+  subroutine add_motion_of(model, system, body, motion, unit)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(in) :: system !! bodies
+    integer, intent(in) :: body !! the body
+    integer, intent(in) :: motion !! 1 to 3 along, 4 to 6 about
+    real(wp), intent(inout) :: unit(:, :) !! (3, nodes)
+    real(wp) :: axis(3)
+    integer :: i
+
+    axis = 0.0_wp
+    axis(1 + mod(motion - 1, 3)) = 1.0_wp
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) /= body) cycle
+      if (motion <= 3) then
+        unit(:, i) = axis
+      else
+        unit(:, i) = cross(axis, model%mesh%x(:, i) - &
+          system%condensed%sums%center(:, body))
+      end if
+    end do
+  end subroutine add_motion_of
+end module sum_shares
