@@ -1,6 +1,7 @@
 !> Reads the solution commands, and the tables that follow their END.
 module batch_section
-  use deck_types, only: record_t, data_set_t, location_t, item_word
+  use text, only: to_text, lower
+  use deck_types, only: record_t, data_set_t, item_word
   use records, only: item_count
   use hints, only: word_list_t, did_you_mean
   use keyword_types, only: keyword_t, find_keyword, list_keywords, table_mesh, table_batch
@@ -142,11 +143,11 @@ contains
     end do
   end function any_table
 
-  !> Checks that LOOP and NEXT match.
+  !> Checks that LOOP and NEXT match, and that no NEXT names a loop around the one that it ends.
   subroutine check_loops(reading, diagnostics)
     type(reading_t), intent(in) :: reading !! holds the solution commands
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(location_t), allocatable :: starts(:)
+    integer, allocatable :: starts(:)
     integer :: i, depth
 
     allocate (starts(reading%batch%count))
@@ -155,16 +156,52 @@ contains
       associate (set => reading%batch%sets(i))
         if (set%command == 'loop') then
           depth = depth + 1
-          starts(depth) = set%head%at
+          starts(depth) = i
         else if (set%command == 'next') then
           if (depth == 0) call report_error(diagnostics, set%head%at, 'NEXT without LOOP', &
                                             'write LOOP,,n before it')
+          call check_name(reading, starts(:depth), set%head, diagnostics)
           depth = max(depth - 1, 0)
         end if
       end associate
     end do
     do i = 1, depth
-      call report_error(diagnostics, starts(i), 'LOOP without NEXT', 'write NEXT behind it')
+      call report_error(diagnostics, reading%batch%sets(starts(i))%head%at, 'LOOP without NEXT', &
+                        'write NEXT behind it')
     end do
   end subroutine check_loops
+
+  !> Reports a NEXT with the name of a loop that is not the innermost: loops would cross.
+  subroutine check_name(reading, starts, next, diagnostics)
+    type(reading_t), intent(in) :: reading !! holds the solution commands
+    integer, intent(in) :: starts(:) !! the commands LOOP that are open, the innermost last
+    type(record_t), intent(in) :: next !! the record of NEXT
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors
+    character(:), allocatable :: name, inner
+    integer :: k, depth
+
+    depth = size(starts)
+    name = loop_name(next)
+    if (len(name) == 0 .or. depth < 2) return
+    inner = loop_name(reading%batch%sets(starts(depth))%head)
+    if (lower(inner) == lower(name)) return
+    do k = 1, depth - 1
+      if (lower(loop_name(reading%batch%sets(starts(k))%head)) == lower(name)) exit
+    end do
+    if (k == depth) return
+    call report_error(diagnostics, next%items(2)%at, 'NEXT '//name//' crosses the LOOP'// &
+      trim(' '//inner)//' of line '//to_text(reading%batch%sets(starts(depth))%head%at%line)// &
+      ', which is still open', 'a loop ends within the one around it: write NEXT'// &
+      trim(' '//inner)//' before NEXT '//name)
+  end subroutine check_name
+
+  !> Name that a record of LOOP or NEXT gives its loop, empty for none.
+  function loop_name(record) result(name)
+    type(record_t), intent(in) :: record !! its record
+    character(:), allocatable :: name
+
+    name = ''
+    if (item_count(record) < 2) return
+    if (record%items(2)%kind == item_word) name = record%items(2)%text
+  end function loop_name
 end module batch_section

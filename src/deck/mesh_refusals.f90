@@ -91,8 +91,8 @@ contains
     end if
   end subroutine report_stray
 
-  !> Whether a record that begins with an unknown word continues a set that a blank line has ended:
-  !! with an own word of it, or with a name.
+  !> Whether a record that begins with an unknown word continues a set that a blank line has ended,
+  !! with a name.
   logical function is_stray_name(reading, record, commands) result(stray)
     type(reading_t), intent(in) :: reading !! where reading stands
     type(record_t), intent(in) :: record !! the record
@@ -101,8 +101,7 @@ contains
     stray = .false.
     if (reading%open > 0 .or. reading%closed == 0) return
     associate (command => reading%table%commands(reading%closed))
-      stray = find_word(command, record%items(1)) > 0
-      if (stray .or. .not. may_continue(reading, record)) return
+      if (.not. may_continue(reading, record)) return
       ! a name and as many numbers as its records have, however like a command the name is
       stray = fits_data(command, item_count(record)) .and. &
         scan(record%items(2)%text(:1), '0123456789.+-(') > 0
@@ -120,6 +119,27 @@ contains
     if (reading%open > 0 .or. reading%closed == 0 .or. item_count(record) < 2) return
     may_continue = takes_names(reading%table%commands(reading%closed))
   end function may_continue
+
+  !> Whether a record begins with an own word of the set that a blank line has ended: own words go
+  !! before commands.
+  logical function continues_closed(reading, record)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+
+    continues_closed = .false.
+    if (reading%open > 0 .or. reading%closed == 0) return
+    continues_closed = find_word(reading%table%commands(reading%closed), record%items(1)) > 0
+  end function continues_closed
+
+  !> Whether a record begins with a solution command, and not with a mesh command of the same four
+  !! letters that is misspelt behind them.
+  logical function is_solution_command(reading, record)
+    type(reading_t), intent(in) :: reading !! holds the table
+    type(record_t), intent(in) :: record !! the record
+
+    is_solution_command = find_keyword(reading%table, table_batch, record%items(1)) > 0 .and. &
+      find_keyword(reading%table, table_mesh, record%items(1)) == 0
+  end function is_solution_command
 
   !> Reports a record that begins with an unknown word.
   subroutine refuse(reading, record, diagnostics)
@@ -140,7 +160,12 @@ contains
       call report_error(diagnostics, record%at, '''='' is missing after '''//word//'''', remedy)
       return
     end if
-    if (find_keyword(reading%table, table_batch, record%items(1)) > 0) then
+    if (continues_closed(reading, record)) then
+      if (.not. reading%skipping) call report_stray(reading, record, diagnostics)
+      reading%skipping = .true.
+      return
+    end if
+    if (is_solution_command(reading, record)) then
       call report_error(diagnostics, record%at, ''''//word//''' is a solution command', &
                         'solution commands stand between BATCh and END')
       call skip_data(reading)

@@ -216,6 +216,13 @@ contains
         to_text(audit%allowed*merge(1.0_wp, audit%fixed%reach(body), audit%component <= 3), 3)// &
         ' is allowed; the force scale is '//to_text(audit%scale, 4)//nl
     end if
+    if (body > 0 .and. audit%lacking <= audit%noise) then
+      t = t//'  this is round-off of material that is far stiffer than what carries the '// &
+        'forces: make'//nl//'  it rigid (MATErial RIGId), lower its modulus, or let what is '// &
+        'soft move and what is'//nl//'  stiff stand still'//nl//'  everything up to time '// &
+        to_text(before, 12)//' is on disk'
+      return
+    end if
     t = t//'  this is no solution: ask for more by TOL,RESI,1e-10, or for another SOLVer; see '// &
       'that supports, friction or a closed contact hold the body'//nl// &
       '  everything up to time '//to_text(before, 12)//' is on disk'

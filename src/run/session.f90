@@ -79,6 +79,7 @@ contains
     call end_cost(context%system%costs, cost_reading)
     if (options%check) then
       call check_derivatives(context%model, context%sensitivity, diagnostics, error)
+      if (.not. allocated(error)) call check_restart(options, context%model, error)
       if (allocated(error)) return
       call print_check(commands, context)
       if (this_rank() == 0) call write_check_files(base_name(options), options%folder, &
@@ -221,6 +222,27 @@ contains
     call check_slopes(scene, system, sensitivity, diagnostics)
     call diagnostics_to_error(diagnostics, error)
   end subroutine check_derivatives
+
+  !> Reports what keeps a run from going on from the state of --restart, on a copy of the scene.
+  subroutine check_restart(options, model, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! no such file or state, another mesh
+    type(model_t) :: scene
+    type(system_t) :: system
+    type(state_t) :: state
+    type(saved_states_t) :: states
+
+    if (len(options%restart) == 0) return
+    call start_blas(error)
+    if (allocated(error)) return
+    scene = model
+    call drop_middles(scene%mesh)
+    call build_system(scene, system, state)
+    states%base = base_name(options)
+    call go_on(options, scene, system, state, states, error)
+    call free_solver(system%whole%solver)
+  end subroutine check_restart
 
   !> SENSitivity: the state before the first increment, and the table.
   subroutine start_derivatives(options, states, context, error)

@@ -144,39 +144,58 @@ contains
     end if
   end subroutine fill_cells
 
-  !> Adds the members that a request gives by number: of many numbers those that the file has.
+  !> Adds the members that a request gives by number; each of them must be in the file.
   subroutine add_numbers(request, places, assembly, file, cursor)
     type(request_t), intent(in) :: request !! first to last number
     type(tag_table_t), intent(in) :: places !! places of the numbers
     type(assembly_t), intent(in) :: assembly !! highest numbers
     type(file_mesh_t), intent(inout) :: file !! takes the members
     type(cursor_t), intent(inout) :: cursor !! takes the fault
-    character(7), parameter :: what(2) = [character(7) :: 'node', 'element']
-    integer :: place, tag, end
+    integer :: place, tag, end, missing(2)
 
+    missing = 0
     end = request%last
     if (request%first < end) end = min(end, assembly%scope(request%scope)%top(request%items))
-    place = 0
     do tag = request%first, end, request%step
       place = find_tag(places, tag)
       if (place > 0) call add_member(file%group(request%group), place, request%face)
+      if (place > 0 .and. missing(1) > 0) exit
+      if (place > 0) cycle
+      if (missing(1) == 0) missing(1) = tag
+      missing(2) = tag
     end do
-    if (place == 0 .and. request%first == request%last) call fail(cursor, request%at, &
-      'there is no '//trim(what(request%items))//' '//number_text(request, assembly), &
-      'a set takes '//trim(what(request%items))//'s of this file')
+    ! beyond the highest number there is none
+    if (tag > end .and. tag <= request%last) then
+      if (missing(1) == 0) missing(1) = tag
+      missing(2) = request%last - mod(request%last - request%first, request%step)
+    end if
+    if (missing(1) > 0) call refuse_numbers(request, missing, assembly, cursor)
   end subroutine add_numbers
 
-  !> The number of a request as the file has it.
-  function number_text(request, assembly) result(t)
-    type(request_t), intent(in) :: request !! for one number
+  !> Reports the first nodes or elements of a request that the file does not have.
+  subroutine refuse_numbers(request, missing, assembly, cursor)
+    type(request_t), intent(in) :: request !! first to last number
+    integer, intent(in) :: missing(2) !! the first and the last of them
     type(assembly_t), intent(in) :: assembly !! instances
-    character(:), allocatable :: t
+    type(cursor_t), intent(inout) :: cursor !! takes the fault
+    character(7), parameter :: names(2) = [character(7) :: 'node', 'element']
+    character(:), allocatable :: what, range, remedy
 
-    associate (scope => assembly%scope(request%scope))
-      t = to_text(request%first - scope%shift(request%items))
-      if (request%scope > 0 .and. assembly%instances > 1) t = t//' in '//scope%name
+    what = trim(names(request%items))
+    associate (shift => assembly%scope(request%scope)%shift(request%items))
+      range = 'there is no '//what//' '//to_text(missing(1) - shift)
+      if (missing(2) > missing(1)) range = 'there are no '//what//'s '// &
+        to_text(missing(1) - shift)//' to '//to_text(missing(2) - shift)
+      if (request%step > 1 .and. missing(2) > missing(1)) range = range//' by '// &
+        to_text(request%step)
     end associate
-  end function number_text
+    if (request%scope > 0 .and. assembly%instances > 1) range = range//' in '// &
+      assembly%scope(request%scope)%name
+    remedy = 'a set takes '//what//'s of this file'
+    if (request%last > request%first) remedy = remedy//': end the range before a gap of the '// &
+      'numbers, and go on in another line'
+    call fail(cursor, request%at, range, remedy)
+  end subroutine refuse_numbers
 
   !> Adds the members that another group has.
   subroutine join_group(text, request, kind, assembly, file, cursor)

@@ -36,9 +36,55 @@ contains
     else
       call read_words(text, file, cursor)
     end if
-    if (.not. cursor%failed .and. file%cells == 0) call fail(cursor, 1, 'the file has no '// &
-      'triangles', 'an STL file has lines of facet, vertex, endfacet, or is binary')
+    if (cursor%failed .or. file%cells > 0) return
+    if (looks_binary(text)) then
+      call refuse_length(text, cursor)
+    else
+      call fail(cursor, 1, 'the file has no triangles', &
+        'an STL file has lines of facet, vertex, endfacet, or is binary')
+    end if
   end subroutine read_stl
+
+  !> Some byte of the file is none of a text: lines have no zeros and no other signs of control.
+  pure logical function looks_binary(text)
+    character(*), intent(in) :: text !! the file
+    integer :: i
+
+    looks_binary = .false.
+    do i = 1, len(text)
+      select case (iachar(text(i:i)))
+      case (0:8, 14:25, 27:31)
+        looks_binary = .true.
+        return
+      end select
+    end do
+  end function looks_binary
+
+  !> Reports a binary file that has not the length that its count of triangles asks for.
+  subroutine refuse_length(text, cursor)
+    character(*), intent(in) :: text !! the file
+    type(cursor_t), intent(inout) :: cursor !! takes the fault
+    character(*), parameter :: remedy = 'is the file complete? write it again'
+    character(:), allocatable :: counts
+    integer(int64) :: wanted, there
+
+    if (len(text) < head_bytes + count_bytes) then
+      call fail(cursor, 1, 'a binary STL file is cut short: it has '//to_text(len(text))// &
+        ' bytes, and its head alone takes '//to_text(head_bytes + count_bytes), remedy)
+      return
+    end if
+    wanted = modulo(triangles_of(text), 2_int64**32)
+    there = (len(text, int64) - head_bytes - count_bytes)/triangle_bytes
+    counts = to_text(real(wanted, wp))//' triangles are announced, and there are bytes for '// &
+      to_text(int(there))
+    if (wanted == 0 .and. there == 0) then
+      call fail(cursor, 1, 'the file has no triangles: its head says 0', remedy)
+    else if (wanted > there) then
+      call fail(cursor, 1, 'a binary STL file is cut short: '//counts, remedy)
+    else
+      call fail(cursor, 1, 'a binary STL file is longer than it says: '//counts, remedy)
+    end if
+  end subroutine refuse_length
 
   !> A binary file is as long as its count of triangles says.
   pure logical function is_binary(text)

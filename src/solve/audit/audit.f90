@@ -1,10 +1,8 @@
 !> The audit of an end time: whether each body is in balance, and how far the state lies within what
 !! small strain, penalty and mesh can bear (doc/theory, "The audit").
 module audit
-  use kinds, only: wp, machine_epsilon
+  use kinds, only: wp
   use element_types, only: status_open
-  use elmlib, only: routine_none
-  use elmt03, only: d03_epsilon
   use contact_points, only: used_points, point_position
   use contact_overlap, only: overlap_of, withheld_gap
   use smooth_normals, only: project_on_master
@@ -15,32 +13,20 @@ module audit
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
+  use balance_audit, only: judge_balance
   use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
     has_finite_strain
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
   use sum_shares, only: turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
-  use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_balance, &
-    check_work, check_strain, check_rotation, check_turning, check_penetration, &
+  use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
+    check_strain, check_rotation, check_turning, check_penetration, &
     check_elastic_slip, check_room
   implicit none
   private
   public :: begin_audit, audit_state
 
-  !> What a body's balance may lack over the force scale; with AUGMent, whose multipliers converge
-  !! by themselves; and over the residual that was asked for.
-  real(wp), parameter :: balance_tolerance = 1.0e-8_wp
-  real(wp), parameter :: augmented_tolerance = 1.0e-6_wp
-  real(wp), parameter :: over_asked = 10.0_wp
-  !> The relative residual that goes with an energy tolerance v is this times sqrt(v).
-  real(wp), parameter :: residual_share = 1.0e-3_wp
-  !> The sums of a body are round-off below this many times the estimate for the residual.
-  real(wp), parameter :: round_off_factor = 64.0_wp
-  !> Round-off beyond this share of the forces is none, unless strains are below the second number.
-  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
-  !> Displacements beyond this many sizes of the model, and beyond what is prescribed, are none.
-  real(wp), parameter :: most_sizes = 10.0_wp
   !> Limits beyond which a check warns: what of the work is not found again over the largest energy
   !! so far; penetration and elastic slip over a facet.
   real(wp), parameter :: most_lost = 0.2_wp
@@ -144,107 +130,6 @@ contains
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
   end subroutine audit_state
-
-  !> Whether each body is in balance.
-  subroutine judge_balance(model, system, state, settings, audit)
-    type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! forces as accepted
-    type(state_t), intent(in) :: state !! the converged state
-    type(settings_t), intent(in) :: settings !! tolerances asked for
-    type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed, lacking
-    real(wp) :: now, sane, lack, noise
-    integer :: b, i
-
-    now = norm2([norm2(system%loads%external), norm2(state%reaction), norm2(system%contact_force)])
-    sane = sane_share(audit, system%equation, state%u)
-    audit%scale = max(norm2(system%loads%external), audit%sum%force_before)
-    if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
-    audit%sum%force_before = audit%scale
-    if (sane >= 1.0_wp) audit%sum%force_before = now
-    noise = round_off_factor*(sane*system%scale%round_off + place_noise(system, &
-      audit%fixed%model_size) &
-      + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*maxval(abs(state%u)))
-    audit%allowed = max(tolerance(model, settings)*audit%scale, min(noise, &
-      max(most_round_off*audit%scale, no_strain*system%scale%stiffest*audit%fixed%model_size)))
-    audit%lacking = 0.0_wp
-    audit%component = 0
-    audit%worst(check_balance) = 0
-    do b = 1, system%body%bodies
-      do i = 1, 6
-        lack = abs(audit%balance(i, b))
-        if (i > 3) lack = lack/max(audit%fixed%reach(b), tiny(1.0_wp))
-        if (lack <= audit%lacking) cycle
-        audit%lacking = lack
-        audit%component = i
-        audit%worst(check_balance) = b
-      end do
-    end do
-    audit%value(check_balance) = 0.0_wp
-    if (audit%scale > 0.0_wp) audit%value(check_balance) = audit%lacking/audit%scale
-    audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, &
-      audit%lacking <= audit%allowed)
-  end subroutine judge_balance
-
-  !> Largest Young's modulus of what deforms.
-  pure real(wp) function stiffest(model)
-    type(model_t), intent(in) :: model !! materials
-    integer :: m
-
-    stiffest = 0.0_wp
-    do m = 1, size(model%materials)
-      if (.not. model%materials(m)%rigid) stiffest = max(stiffest, &
-        model%materials(m)%youngs_modulus)
-    end do
-  end function stiffest
-
-  !> What the round-off of a place within the model makes of a gap, as a force of its penalty.
-  pure real(wp) function place_noise(system, model_size) result(noise)
-    type(system_t), intent(in) :: system !! contact elements
-    real(wp), intent(in) :: model_size !! diagonal of the box around all nodes [length]
-    integer :: k
-
-    noise = 0.0_wp
-    do k = 1, system%contact%n
-      if (system%contact%routine(k) /= routine_none) noise = max(noise, &
-        system%contact%d(d03_epsilon, k))
-    end do
-    noise = machine_epsilon*model_size*noise
-  end function place_noise
-
-  !> What the balance of a body may lack over the force scale.
-  pure real(wp) function tolerance(model, settings)
-    type(model_t), intent(in) :: model !! pairs
-    type(settings_t), intent(in) :: settings !! tolerances asked for
-    real(wp) :: asked
-
-    asked = residual_share*sqrt(settings%energy_tolerance)
-    if (settings%residual_tolerance > 0.0_wp) asked = settings%residual_tolerance
-    tolerance = balance_tolerance
-    if (any(model%pairs%augmented)) tolerance = augmented_tolerance
-    tolerance = max(tolerance, over_asked*asked)
-  end function tolerance
-
-  !> 1 where no displacement is larger than most_sizes of the model beyond what is prescribed, else
-  !! the share that this would be: a body that has flown away makes no round-off and no scale.
-  pure real(wp) function sane_share(audit, equation, u) result(share)
-    type(audit_t), intent(in) :: audit !! size of the model
-    integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    real(wp) :: most, allowed
-    integer :: i, k
-
-    most = 0.0_wp
-    allowed = 0.0_wp
-    do i = 1, size(u, 2)
-      do k = 1, 3
-        most = max(most, abs(u(k, i)))
-        if (equation(k, i) == 0) allowed = max(allowed, abs(u(k, i)))
-      end do
-    end do
-    allowed = allowed + most_sizes*audit%fixed%model_size
-    share = 1.0_wp
-    if (most > allowed) share = allowed/most
-  end function sane_share
 
   !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
   !! The strain energy of a linear bulk is half the work of all forces on it.

@@ -62,8 +62,9 @@ module audit_types
     integer :: step = 0 !! the end time, 0 before the first
     real(wp) :: time = 0.0_wp !! its time
     real(wp) :: scale = 0.0_wp !! force scale [force]
-    real(wp) :: allowed = 0.0_wp !! force that a body may lack [force]
+    real(wp) :: allowed = 0.0_wp !! force that the worst body may lack [force]
     real(wp), allocatable :: balance(:, :) !! (6, bodies) sum of forces and of moments
+    real(wp) :: noise = 0.0_wp !! what round-off may make of it, allowed or not [force]
     real(wp) :: lacking = 0.0_wp !! largest of these over what is allowed
     integer :: component = 0 !! which one: 1 to 3 force, 4 to 6 moment
     real(wp) :: strain_energy = 0.0_wp !! of the bulk [force length]

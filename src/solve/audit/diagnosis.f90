@@ -3,6 +3,7 @@ module diagnosis
   use kinds, only: wp
   use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_no_convergence
+  use contact_types, only: form_node_to_surface
   use contact_points, only: count_points
   use contact_parameters, only: shifts_gap, stiffest_plain
   use supports, only: free_motion
@@ -12,7 +13,7 @@ module diagnosis
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
     outcome_inverted
   use contact_report, only: worst_contact, restless_point, closed_points, all_slip, has_friction
-  use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried
+  use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried, statics_tips
   use statics_report, only: motion_text, reserve_text
   use remedies, only: what_may_help, settle_advice
   use residuals, only: find_worst
@@ -76,6 +77,7 @@ contains
     end if
     if (verdict%kind > statics_carried) text = text//nl// &
       motion_text(body_name(model, system, verdict%body), verdict)
+    if (verdict%kind == statics_tips) text = text//rim_advice(model, system, verdict%body)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
       text = text//nl//describe_body(model, system, body, verdict%kind)
@@ -141,18 +143,57 @@ contains
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
     integer, intent(in) :: body !! the body
-    integer :: k, f, p
+    integer :: k
 
     yes = .false.
     do k = 1, size(model%pairs)
-      do p = 1, count_points(model%pairs(k))
-        if (system%body%node_body(model%pairs(k)%points%point_nodes(1, p)) == body) yes = .true.
-      end do
-      do f = 1, size(model%pairs(k)%surface%facets, 2)
-        if (system%body%node_body(model%pairs(k)%surface%facets(1, f)) == body) yes = .true.
-      end do
+      yes = yes .or. is_of_pair(model, system, k, body)
     end do
   end function in_a_pair
+
+  !> Contact points or master facets of a pair are on the body.
+  pure logical function is_of_pair(model, system, k, body) result(yes)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: k !! the pair
+    integer, intent(in) :: body !! the body
+    integer :: f, p
+
+    yes = .false.
+    do p = 1, count_points(model%pairs(k))
+      if (system%body%node_body(model%pairs(k)%points%point_nodes(1, p)) == body) yes = .true.
+    end do
+    do f = 1, size(model%pairs(k)%surface%facets, 2)
+      if (system%body%node_body(model%pairs(k)%surface%facets(1, f)) == body) yes = .true.
+    end do
+  end function is_of_pair
+
+  !> What may help a body that tips over a rim which its pairs do not reach: their points carry it
+  !! nowhere else, and most of them lie inside of the rim. A line for each such pair.
+  function rim_advice(model, system, body) result(t)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! bodies
+    integer, intent(in) :: body !! the body that tips
+    character(:), allocatable :: t
+    integer :: k
+
+    t = ''
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (pair%segmented) cycle
+        if (.not. is_of_pair(model, system, k, body)) cycle
+        t = t//new_line('a')//'  pair '//pair%name
+        if (pair%form == form_node_to_surface) then
+          t = t//' carries it at nodes of the slave alone: if the load passes just inside of '// &
+            'the rim, write GTOS with SEGMent'
+        else
+          t = t//' carries it at '//count_noun(pair%facet_points, 'point')//' a facet, which '// &
+            'end short of the rim: if the load passes just inside of that, write SEGMent or '// &
+            'more points'
+        end if
+      end associate
+    end do
+  end function rim_advice
 
   !> The first body that neither supports nor closed contact points hold; 0 if all are held.
   integer function unrestrained_bodies(model, system) result(body)
