@@ -53,9 +53,24 @@ contains
       do k = 1, size(model%pairs)
         if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, held, k)
       end do
-      if (any(touch%waits)) touch%stage = touch_waits
+      if (any([(waits_somewhere(model%pairs(k), system, k), k=1, size(model%pairs))])) &
+        touch%stage = touch_waits
     end associate
   end subroutine begin_touch
+
+  !> A slave body of a pair waits for its first touch. Bodies without points in it have none: where
+  !! there are no others a first pass without friction would be the second one.
+  pure logical function waits_somewhere(pair, system, k) result(waits)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! waits of touch
+    integer, intent(in) :: k !! number of the pair
+
+    if (pair%segmented) then
+      waits = any(system%touch%waits(system%body%node_body(pair%points%slave_facets(1, :)), k))
+    else
+      waits = any(system%touch%waits(system%body%node_body(pair%points%point_nodes(1, :)), k))
+    end if
+  end function waits_somewhere
 
   !> A pair with friction.
   pure logical function rubs(pair)

@@ -21,6 +21,7 @@ module increments
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
+  use soft_penalties, only: may_soften, solve_from_soft
   use lost_contact, only: has_thrown
   use coarse_start, only: start_coarsely
   use monitors, only: monitor_t
@@ -132,6 +133,10 @@ contains
       call start_again(model, system, stayed, monitor)
       progress = newton_t()
       call solve_from_start(model, system, time, settings, monitor, progress)
+      call look_for_thrown(model, system, progress, monitor, thrown)
+    end if
+    if (may_soften(model) .and. any(progress%outcome == [outcome_stalled, outcome_too_many])) then
+      call solve_from_soft(model, system, time, settings, monitor, progress)
       call look_for_thrown(model, system, progress, monitor, thrown)
     end if
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &

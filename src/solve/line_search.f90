@@ -5,7 +5,7 @@ module line_search
   use rigid_bodies, only: take_rigid
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
-  use live_values, only: take_condensed, take_live, direction_norm
+  use live_values, only: take_condensed, take_live, direction_norm, direction_work
   use condensed_direction, only: next_condensed_length
   use bulk_preconditioner, only: solve_roughly
   use system_types, only: system_t
@@ -21,6 +21,12 @@ module line_search
   real(wp), parameter :: rough = 1.0e-2_wp
   !> The shortest step is 2^-8.
   integer, parameter :: most_halvings = 8
+  !> Where there is an energy, it is least along the direction where its slope is this share of that
+  !! at the iterate, after so many trials at most,
+  real(wp), parameter :: flat = 0.1_wp
+  integer, parameter :: most_trials = 12
+  !> each of which leaves at least this share of the interval out on either side.
+  real(wp), parameter :: least_part = 0.05_wp
 
 contains
 
@@ -70,13 +76,14 @@ contains
     logical, intent(in) :: natural !! the length of the next direction counts as well
     real(wp), intent(in) :: longest !! share of du to begin with, at most 1
     real(wp), intent(out) :: length !! accepted share of du
-    real(wp) :: next, best, best_length, du
+    real(wp) :: next, best, best_length, du, work
     integer :: halving
 
     best = huge(1.0_wp)
     best_length = longest
     length = longest
     du = direction_norm(system)
+    work = direction_work(system)
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
@@ -87,6 +94,14 @@ contains
         best = next
         best_length = length
       end if
+      if (halving == 0) then
+        if (has_energy(system) .and. work > 0.0_wp .and. &
+          start > round_off_factor*system%scale%round_off) then
+          call search_energy(system, x, longest, work, length)
+          call take_trial(system, length)
+          return
+        end if
+      end if
       length = 0.5_wp*length
     end do
     if (halving > most_halvings) then
@@ -96,6 +111,52 @@ contains
     end if
     call take_trial(system, length)
   end subroutine search_line
+
+  !> The equations are those of a least energy, by the tangent at hand: a direction leads down.
+  pure logical function has_energy(system) result(has)
+    type(system_t), intent(in) :: system !! tangent formed
+
+    has = system%whole%symmetric .and. .not. (system%condensed%active .or. &
+      system%condensed%preconditions .or. system%motion%active) .and. system%tools%border%n == 0
+  end function has_energy
+
+  !> Goes to where the energy is least along the direction, nearly: its slope, the work of the
+  !! residual on the direction, is found zero by halving and the rule of false position (Illinois).
+  subroutine search_energy(system, x, longest, work, length)
+    type(system_t), intent(inout) :: system !! the trial at `longest` is formed; out: that at length
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: longest !! share of du that it may go
+    real(wp), intent(in) :: work !! of the residual on du at the iterate [force length]
+    real(wp), intent(out) :: length !! share of du
+    real(wp) :: low, high, work_low, work_high, now
+    integer :: i, side
+
+    low = 0.0_wp
+    high = longest
+    work_low = work
+    length = longest
+    work_high = direction_work(system)
+    side = 0
+    if (work_high >= -flat*work) return
+    do i = 1, most_trials
+      length = (low*work_high - high*work_low)/(work_high - work_low)
+      length = min(max(length, low + least_part*(high - low)), high - least_part*(high - low))
+      call form_trial(system, x, length)
+      now = direction_work(system)
+      if (abs(now) <= flat*abs(work)) exit
+      if (now > 0.0_wp) then
+        low = length
+        work_low = now
+        if (side == 1) work_high = 0.5_wp*work_high
+        side = 1
+      else
+        high = length
+        work_high = now
+        if (side == -1) work_low = 0.5_wp*work_low
+        side = -1
+      end if
+    end do
+  end subroutine search_energy
 
   !> Energy of the residual after a full step with the direction that the present factor gives.
   real(wp) function next_energy(system) result(energy)
