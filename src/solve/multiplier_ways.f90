@@ -8,7 +8,7 @@ module multiplier_ways
   use first_touch, only: begin_touch_again
   use drag, only: let_free, drag_patience
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular, outcome_gaps
+    outcome_restless, outcome_singular, outcome_gaps, outcome_inverted
   use contact_parameters, only: shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
@@ -91,7 +91,7 @@ contains
     type(newton_t), intent(in) :: progress !! how it ended
 
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
-      outcome_singular, outcome_gaps])
+      outcome_singular, outcome_gaps, outcome_inverted])
   end function has_failed
 
   !> Multipliers rest until it is known which points stick, slip and are open, or with a drag until
