@@ -141,6 +141,7 @@ contains
 
     pair%history%new = pair%history%old
     pair%history%cells = pair%history%old_cells
+    pair%history%returned = .true.
     call show_cells(pair)
   end subroutine begin_cells
 
@@ -153,17 +154,19 @@ contains
 
   !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed. New
   !! points get their history from the old ones of their facet. The first cells of an increment do
-  !! not depend on where it starts from: they are cut once.
+  !! not depend on where it starts from: they are cut once. After rough solves cells stay, and with
+  !! them the points and the multipliers that these have got so far.
   subroutine follow_cells(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! 0 at the start of an increment, else after a solve
+    real(wp), intent(in) :: tolerance !! 0 at the start of an increment and after rough solves
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
     type(contact_point_t), allocatable :: moved(:)
 
     if (count_points(pair) == 0) return
     if (tolerance <= 0.0_wp .and. pair%history%begun) then
+      if (.not. pair%history%returned) return
       pair%history%cells = pair%history%first_cells
       pair%history%new = pair%history%first
       call show_cells(pair)
@@ -177,6 +180,7 @@ contains
       call find_tips(pair, pair%history%new, x, moved)
       call renew_cells(pair, after_solve, moved, x_old, x, changes)
     end if
+    pair%history%returned = .false.
   end subroutine follow_cells
 
   !> Cuts the facets that have just touched anew, where their points have met the surface: that is

@@ -148,6 +148,7 @@ module contact_types
     logical :: begun = .false. !! if segmented: the first cells of this increment are known
     type(cell_t), allocatable :: first_cells(:) !! (points) these
     type(contact_point_t), allocatable :: first(:) !! (points) `new` with them
+    logical :: returned = .true. !! `new` is that of the last state, not yet of this increment
     integer :: cuts = 0 !! if segmented: facets cut to cells that are yet to be counted
   end type point_history_t
 

@@ -103,11 +103,12 @@ contains
   subroutine settle_hosts(run, context)
     type(run_state_t), intent(inout) :: run !! the pending increment; gets converged
     type(context_t), target, intent(inout) :: context !! what the run works on
-    integer :: pass
+    integer :: pass, changes
 
     associate (model => context%model, system => context%system, monitor => context%monitor)
       do pass = 1, most_passes
-        call follow_solution(model, system, run%settings, monitor, run%renewals, run%converged)
+        call follow_solution(model, system, run%settings, monitor, run%renewals, changes, &
+          run%converged)
         if (run%converged) call settle_touches(model, system, monitor, run%converged)
         if (run%converged) return
         call load_contact(model, system)

@@ -52,9 +52,6 @@ contains
     integer :: k
 
     if (any(saved%scene(1:2) /= mark_scene(model, system, saved%time))) return
-    ! here the residual of the state alone is up to 1e-2 of the forces although a restart repeats
-    ! the run to the byte (tests/restart/run, slider): form_state lacks something, not the state
-    if (any(model%pairs%segmented .and. model%pairs%smooth .and. model%pairs%augmented)) return
     active = system%condensed%active
     system%condensed%active = .false.
     call form_state(model, system, state)

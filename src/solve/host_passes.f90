@@ -20,8 +20,9 @@ module host_passes
 
   !> A smooth surface whose height has changed by less than this share of a facet has its shape.
   real(wp), parameter :: patch_tolerance = 1.0e-12_wp
-  !> Changes of the shape of smooth surfaces after which an increment is solved once more.
-  integer, parameter :: most_renewals = 16
+  !> Changes of the shape of smooth surfaces after which an increment is solved once more, and those
+  !! of them after rough solves: these may go to and fro between two shapes.
+  integer, parameter :: most_renewals = 24, most_rough = 12
   !> Energy tolerance of the first solve where surfaces are smooth.
   real(wp), parameter :: rough_energy = 1.0e-2_wp
 
@@ -38,7 +39,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
     type(settings_t) :: settings, budget
-    integer :: pass, renewals, before
+    integer :: pass, renewals, before, changes
     logical :: settled, rough
 
     settings = given
@@ -58,21 +59,21 @@ contains
         progress%outcome = outcome_converged
       end if
       if (progress%outcome == outcome_hosts) then
-        call follow_solution(model, system, settings, monitor, renewals, settled)
+        call follow_solution(model, system, settings, monitor, renewals, changes, settled)
         progress%looks = .not. settled
         system%inner%known = .true.
         pass = pass + 1
         cycle
       end if
       if (progress%outcome == outcome_adrift) then
-        call follow_solution(model, system, settings, monitor, renewals, settled)
+        call follow_solution(model, system, settings, monitor, renewals, changes, settled)
         cycle
       end if
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
       if (rough) rough = .not. is_fine(system, settings, progress)
       if (.not. rough) budget = settings
       before = renewals
-      call follow_solution(model, system, budget, monitor, renewals, settled)
+      call follow_solution(model, system, budget, monitor, renewals, changes, settled)
       if (settled .and. .not. rough) then
         if (given%roughly) return
         call settle_touches(model, system, monitor, settled)
@@ -84,12 +85,27 @@ contains
         settings%most_solves = progress%solves + given%most_solves
         cycle
       end if
-      rough = rough .and. renewals > before
-      if (renewals == before) pass = pass + 1
+      rough = rough .and. renewals > before .and. renewals < most_rough
+      if (begins_anew(renewals, changes, rough)) then
+        renewals = 0
+        pass = pass + 1
+      else if (renewals == before) then
+        pass = pass + 1
+      end if
     end do
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
   end subroutine solve_with_hosts
+
+  !> Changes of shape are counted anew: most of them were made before hosts changed for which shapes
+  !! have to settle once more.
+  pure logical function begins_anew(renewals, changes, rough) result(anew)
+    integer, intent(in) :: renewals !! changes of shape so far
+    integer, intent(in) :: changes !! points with a new host
+    logical, intent(in) :: rough !! the next solve is rough
+
+    anew = changes > 0 .and. .not. rough .and. renewals > most_rough/2
+  end function begins_anew
 
   !> Settings of a rough solve: few digits at first, then a single iteration for each new shape.
   !! A host that a point leaves in between may take it back.
@@ -118,14 +134,14 @@ contains
   end function is_fine
 
   !> After a solve: hosts follow the tips, and smooth surfaces take the shape of their facets.
-  subroutine follow_solution(model, system, settings, monitor, renewals, settled)
+  subroutine follow_solution(model, system, settings, monitor, renewals, changes, settled)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
     type(system_t), intent(inout) :: system !! converged with the hosts and patches so far
     type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
     class(monitor_t), intent(inout) :: monitor !! hears of changes
     integer, intent(inout) :: renewals !! changes of shape in this increment that counted
+    integer, intent(out) :: changes !! points with a new host
     logical, intent(out) :: settled !! nothing has changed; else it is to be solved again
-    integer :: changes
 
     if (system%condensed%active) call refresh_candidates(system)
     system%position%x_now = model%mesh%x + system%u

@@ -8,7 +8,7 @@ module multiplier_ways
   use first_touch, only: begin_touch_again
   use drag, only: let_free, drag_patience
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular, outcome_gaps
+    outcome_restless, outcome_singular, outcome_gaps, outcome_inverted
   use contact_parameters, only: shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
@@ -91,7 +91,7 @@ contains
     type(newton_t), intent(in) :: progress !! how it ended
 
     failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
-      outcome_singular, outcome_gaps])
+      outcome_singular, outcome_gaps, outcome_inverted])
   end function has_failed
 
   !> Multipliers rest until it is known which points stick, slip and are open, or with a drag until
@@ -179,14 +179,14 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! counts on
     type(settings_t) :: budget
-    integer :: renewals, k
+    integer :: renewals, changes, k
     logical :: settled
 
     do k = 1, size(model%pairs)
       if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
     end do
     renewals = 0
-    call follow_solution(model, system, settings, monitor, renewals, settled)
+    call follow_solution(model, system, settings, monitor, renewals, changes, settled)
     if (settled) return
     budget = settings
     budget%most_solves = progress%solves + settings%most_solves
