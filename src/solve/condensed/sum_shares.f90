@@ -94,6 +94,8 @@ contains
     type(system_t), intent(in) :: system !! supports, bodies
     integer :: n
 
+    pay = system%spared >= least_spared
+    if (.not. pay) return
     n = count_sums(model, system)
     pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. &
       system%condensed%rigid%modes == 0 .and. .not. any(system%body%weak) .and. &
