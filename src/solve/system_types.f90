@@ -175,5 +175,6 @@ module system_types
     type(scales_t) :: scale !! forces and lengths to compare with
     logical :: inside_due = .true. !! displacements inside are asked for at the end time
     integer :: spared = 0 !! end times of the run at which they are not
+    logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
   end type system_t
 end module system_types

@@ -144,14 +144,16 @@ contains
     logical :: meets(size(system%body%node_body))
     integer :: k
 
-    little = system%bulk%linear
+    little = system%bulk%linear .and. .not. system%whole_factors
     if (little) little = sums_pay(model, system)
     if (.not. little) return
     meets = .false.
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
-        meets(reshape(pair%points%point_nodes, [size(pair%points%point_nodes)])) = .true.
-        meets(reshape(pair%points%slave_facets, [size(pair%points%slave_facets)])) = .true.
+        if (allocated(pair%points%point_nodes)) meets(reshape(pair%points%point_nodes, &
+          [size(pair%points%point_nodes)])) = .true.
+        if (allocated(pair%points%slave_facets)) meets(reshape(pair%points%slave_facets, &
+          [size(pair%points%slave_facets)])) = .true.
         meets(reshape(pair%surface%facets, [size(pair%surface%facets)])) = .true.
       end associate
     end do
