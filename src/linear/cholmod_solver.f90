@@ -18,7 +18,7 @@ module cholmod_solver
   implicit none
   private
   public :: cholmod_t, solve_symmetric, factor_order, trailing_block, drop_trailing_block, &
-    factor_work, cholmod_words
+    forget_half, factor_work, cholmod_words
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
@@ -41,8 +41,9 @@ module cholmod_solver
     type(c_ptr) :: y = c_null_ptr, e = c_null_ptr !! work space of the solution
     logical :: started = .false. !! common is in use
     logical :: definite = .false. !! the factor holds values
-    real(sp), allocatable :: half(:) !! its values in single precision, in place of the others
-    real(sp), pointer, contiguous :: shrunk(:) => null() !! the same, where the others have been
+    real(sp), pointer, contiguous :: half(:) => null() !! its values in single precision, in place
+    !! of the others
+    logical :: half_inside = .false. !! they lie where the others were, in CHOLMOD's memory
   contains
     procedure :: analyse
     procedure :: is_analysed
@@ -81,14 +82,22 @@ contains
     end associate
   end subroutine start
 
+  !> Forgets the values in single precision; CHOLMOD frees what lies in its memory.
+  subroutine forget_half(solver)
+    class(cholmod_t), intent(inout) :: solver !! handles
+
+    if (associated(solver%half) .and. .not. solver%half_inside) deallocate (solver%half)
+    nullify (solver%half)
+    solver%half_inside = .false.
+  end subroutine forget_half
+
   !> Drops analysis and factor: the pattern has changed.
   subroutine forget_pattern(solver)
     class(cholmod_t), intent(inout) :: solver !! handles
     integer(c_int) :: status
 
     solver%definite = .false.
-    if (allocated(solver%half)) deallocate (solver%half)
-    nullify (solver%shrunk)
+    call forget_half(solver)
     if (c_associated(solver%factor)) status = cholmod_l_free_factor(solver%factor, solver%common)
     solver%factor = c_null_ptr
   end subroutine forget_pattern
@@ -99,8 +108,7 @@ contains
     integer(c_int) :: status
 
     solver%definite = .false.
-    if (allocated(solver%half)) deallocate (solver%half)
-    nullify (solver%shrunk)
+    call forget_half(solver)
     if (c_associated(solver%factor)) status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, &
       1_c_int, 1_c_int, solver%factor, solver%common)
   end subroutine drop_factor
@@ -159,7 +167,7 @@ contains
       call solver%analyse(a, costs, outcome)
       if (outcome /= solver_done) return
     end if
-    if (allocated(solver%half)) deallocate (solver%half)
+    call forget_half(solver)
     call view_of(a, view)
     call begin_cost(costs, cost_symmetric_factor)
     status = cholmod_l_factorize(view, solver%factor, solver%common)

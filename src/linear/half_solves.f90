@@ -10,10 +10,10 @@ module half_solves
   use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
     invert_blocks, reduce_single, complete_single
   use cholmod_interface, only: cholmod_l_change_factor, cholmod_l_realloc
-  use cholmod_solver, only: cholmod_t
+  use cholmod_solver, only: cholmod_t, forget_half
   implicit none
   private
-  public :: reduce_right, reduce_columns, complete_solution, halve_factor, &
+  public :: reduce_right, reduce_columns, complete_solution, solve_inside, halve_factor, &
     shrink_factor
 
   !> Values that are changed to single precision at a time, and bytes of one.
@@ -31,9 +31,7 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
 
     call begin_cost(costs, cost_interior)
-    if (associated(solver%shrunk)) then
-      call reduce_single(supernodes_of(solver%factor), solver%shrunk, m, x)
-    else if (allocated(solver%half)) then
+    if (associated(solver%half)) then
       call reduce_single(supernodes_of(solver%factor), solver%half, m, x)
     else
       call reduce_double(supernodes_of(solver%factor), m, x)
@@ -89,9 +87,7 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
 
     call begin_cost(costs, cost_interior)
-    if (associated(solver%shrunk)) then
-      call complete_single(supernodes_of(solver%factor), solver%shrunk, m, x)
-    else if (allocated(solver%half)) then
+    if (associated(solver%half)) then
       call complete_single(supernodes_of(solver%factor), solver%half, m, x)
     else
       call complete_double(supernodes_of(solver%factor), m, x)
@@ -111,21 +107,21 @@ contains
     real(wp), allocatable :: x(:), y(:)
     integer(c_int) :: status
 
-    if (allocated(solver%half)) return
+    if (associated(solver%half)) return
     nodes = supernodes_of(solver%factor)
     if (nodes%factor%xsize == 0 .or. .not. c_associated(nodes%factor%x)) return
     if (maxval(abs(nodes%x)) > sqrt(real(huge(1.0_sp), wp))) return
     allocate (x(nodes%factor%n), source=1.0_wp)
     y = x
-    call answer_inside(solver, m, x, costs)
-    solver%half = real(nodes%x, sp)
+    call answer_twice(solver, m, x, costs)
+    allocate (solver%half, source=real(nodes%x, sp))
     call invert_blocks(nodes, m, solver%half)
-    call answer_inside(solver, m, y, costs)
+    call answer_twice(solver, m, y, costs)
     if (norm2(x - y) <= share*norm2(x)) then
       status = cholmod_l_change_factor(0_c_int, 1_c_int, 1_c_int, 1_c_int, 1_c_int, &
         solver%factor, solver%common)
     else
-      deallocate (solver%half)
+      call forget_half(solver)
     end if
   end subroutine halve_factor
 
@@ -142,8 +138,8 @@ contains
 
     nodes = supernodes_of(solver%factor)
     n = int(nodes%factor%xsize, long)
-    if (n == 0 .or. .not. c_associated(nodes%factor%x) .or. allocated(solver%half) .or. &
-      associated(solver%shrunk) .or. .not. fits_single(nodes, m)) return
+    if (n == 0 .or. .not. c_associated(nodes%factor%x) .or. associated(solver%half)) return
+    if (.not. fits_single(nodes, m)) return
     do k = 0, n - 1, part_size
       last = min(k + part_size, n)
       part(:last - k) = real(nodes%x(k + 1:last), sp)
@@ -152,8 +148,9 @@ contains
     end do
     nodes%factor%x = cholmod_l_realloc(int((n + 1)/2, c_size_t), c_sizeof(1.0_wp), &
       nodes%factor%x, nodes%factor%xsize, solver%common)
-    call c_f_pointer(nodes%factor%x, solver%shrunk, [n])
-    call invert_blocks(nodes, m, solver%shrunk)
+    call c_f_pointer(nodes%factor%x, solver%half, [n])
+    solver%half_inside = .true.
+    call invert_blocks(nodes, m, solver%half)
   end subroutine shrink_factor
 
   !> The entries of a factor are numbers in single precision, and so are the inverses of its pivots.
@@ -182,9 +179,20 @@ contains
     address = c_loc(bytes(byte + 1))
   end function byte_of
 
-  !> The answer inside to a right-hand side while the last m unknowns are held, and the answer to
-  !! that, in which soft motions stand out; both are scaled to length 1.
-  subroutine answer_inside(solver, m, x, costs)
+  !> The answer inside to a right-hand side while the last m unknowns are held.
+  subroutine solve_inside(solver, m, x, costs)
+    type(cholmod_t), intent(in) :: solver !! its trailing block of m columns may be gone
+    integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(inout), contiguous :: x(:) !! (n) in: right-hand side; out: answer, then 0
+    type(cost_t), intent(inout) :: costs !! cost table
+
+    call reduce_right(solver, m, x, costs)
+    x(size(x) - m + 1:) = 0.0_wp
+    call complete_solution(solver, m, x, costs)
+  end subroutine solve_inside
+
+  !> That answer, and the answer to it, in which soft motions stand out; both scaled to length 1.
+  subroutine answer_twice(solver, m, x, costs)
     type(cholmod_t), intent(in) :: solver !! its trailing block of m columns is gone
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: right-hand side; out: the second answer
@@ -192,10 +200,8 @@ contains
     integer :: time
 
     do time = 1, 2
-      call reduce_right(solver, m, x, costs)
-      x(size(x) - m + 1:) = 0.0_wp
-      call complete_solution(solver, m, x, costs)
+      call solve_inside(solver, m, x, costs)
       x = x/max(norm2(x), tiny(1.0_wp))
     end do
-  end subroutine answer_inside
+  end subroutine answer_twice
 end module half_solves

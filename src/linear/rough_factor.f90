@@ -8,7 +8,7 @@ module rough_factor
   use supernodes, only: supernodes_t, supernodes_of, values_before, place_last, invert_blocks, &
     reduce_single, complete_single
   use single_factor, only: factorise_single
-  use cholmod_solver, only: cholmod_t
+  use cholmod_solver, only: cholmod_t, forget_half
   implicit none
   private
   public :: factorise_roughly
@@ -46,7 +46,7 @@ contains
       rest = right - multiplied(a, x)
       call solve_roughly(nodes, solver%half, block, rest)
       done = norm2(rest) <= share*norm2(x)
-      if (.not. done) deallocate (solver%half)
+      if (.not. done) call forget_half(solver)
     end if
     call end_cost(costs, cost_symmetric_factor)
   end subroutine factorise_roughly

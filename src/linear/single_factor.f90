@@ -23,7 +23,7 @@ contains
   subroutine factorise_single(nodes, a, half, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
     type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
-    real(sp), allocatable, intent(out) :: half(:) !! values; not allocated if not definite
+    real(sp), pointer, contiguous, intent(out) :: half(:) !! values; none if not definite
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
     integer :: place(a%n), k, d, after, w, rows, info
@@ -56,7 +56,10 @@ contains
       waiting%from(k) = w + 1
       call wait_for_next(nodes, k, waiting)
     end do
-    if (.not. definite) deallocate (half)
+    if (.not. definite) then
+      deallocate (half)
+      nullify (half)
+    end if
   end subroutine factorise_single
 
   !> No supernode waits for another one.

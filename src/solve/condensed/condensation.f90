@@ -186,7 +186,7 @@ contains
     call begin_cost(costs, cost_compliance)
     body%compliance => body%trailing
     nullify (body%trailing)
-    if (.not. allocated(body%solver%half)) then
+    if (.not. associated(body%solver%half)) then
       call trailing_block(body%solver, body%compliance)
       call drop_trailing_block(body%solver, body%m)
     end if

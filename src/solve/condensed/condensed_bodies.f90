@@ -37,14 +37,16 @@ contains
     integer :: queue(size(system%body%node_body))
     type(csc_matrix_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
-    logical :: ready(system%body%bodies)
+    logical :: ready(system%body%bodies), little
     real(wp) :: promised
 
     outcome = solver_done
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
-    if (present(model)) call begin_shares(model, system)
+    little = .false.
+    if (present(model)) little = asks_little(model, system)
+    if (little) call begin_shares(model, system)
     order = largest_first(system)
     do k = 1, size(order)
       b = order(k)
@@ -61,14 +63,15 @@ contains
       ready(b) = .true.
       if (count_threads() > 1) cycle
       promised = 0.0_wp
-      call finish_body(system, b, matrices(b), system%costs, outcome, model)
+      call finish_body(system, b, matrices(b), little, system%costs, outcome, model)
       if (outcome /= solver_done) return
     end do
     if (count_threads() == 1) return
     !$omp parallel do schedule(dynamic) default(none) private(b) &
-    !$omp& shared(system, ready, matrices, own, outcomes, model)
+    !$omp& shared(system, ready, matrices, little, own, outcomes, model)
     do b = 1, system%body%bodies
-      if (ready(b)) call finish_body(system, b, matrices(b), own(b), outcomes(b), model)
+      if (ready(b)) call finish_body(system, b, matrices(b), little, own(b), &
+        outcomes(b), model)
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
@@ -115,10 +118,11 @@ contains
   end subroutine number_equations
 
   !> Factor, influence of the loads and compliance of a body.
-  subroutine finish_body(system, b, matrix, costs, outcome, model)
+  subroutine finish_body(system, b, matrix, little, costs, outcome, model)
     type(system_t), intent(inout) :: system !! its body of condensed is prepared
     integer, intent(in) :: b !! the body
     type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
+    logical, intent(in) :: little !! displacements inside will seldom be asked for
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
@@ -128,11 +132,9 @@ contains
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
-    if (outcome == solver_done .and. present(model)) then
-      if (asks_little(model, system)) then
-        call form_shares(model, system, b, costs)
-        call shrink_body(system%condensed%bodies(b))
-      end if
+    if (outcome == solver_done .and. little) then
+      call form_shares(model, system, b, costs)
+      call shrink_body(system%condensed%bodies(b))
     end if
   end subroutine finish_body
 
@@ -329,7 +331,7 @@ contains
         call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + &
           body%m), u, &
           system%costs)
-        if (associated(body%solver%shrunk)) call settle_inside(system%whole%bulk_matrix, body, u, &
+        if (body%solver%half_inside) call settle_inside(system%whole%bulk_matrix, body, u, &
           system%costs)
       end associate
     end do

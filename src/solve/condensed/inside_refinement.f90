@@ -4,7 +4,7 @@ module inside_refinement
   use kinds, only: wp
   use costs, only: cost_t
   use block_matrix, only: block_matrix_t, multiply_some
-  use half_solves, only: reduce_right, complete_solution
+  use half_solves, only: solve_inside
   use condensed_types, only: condensed_body_t
   implicit none
   private
@@ -67,9 +67,7 @@ contains
     scale = norm2(forces)
     x = 0.0_wp
     x(:size(forces)) = forces/scale
-    call reduce_right(body%solver, body%m, x, costs)
-    x(size(forces) + 1:) = 0.0_wp
-    call complete_solution(body%solver, body%m, x, costs)
+    call solve_inside(body%solver, body%m, x, costs)
     answer = scale*x(:size(forces))
   end subroutine answer_inside
 
