@@ -11,6 +11,7 @@ program mfec
   use libraries, only: version_text
   use process, only: end_process, catch_lack_of_memory, open_standard_files, wait_passively, &
     start_again
+  use blas_info, only: rest_blas_threads
   use blas_kernels, only: choose_kernels
   implicit none
   type(options_t) :: options
@@ -38,6 +39,7 @@ program mfec
       if (options%threads > 1) call wait_passively(again)
       call choose_kernels(again)
       if (again) call start_again()
+      call rest_blas_threads()
       call start_parallel(error)
       if (.not. allocated(error)) then
         call run_session(options, error)

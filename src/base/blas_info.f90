@@ -9,7 +9,8 @@ module blas_info
   use lapack_interface, only: dsymv
   implicit none
   private
-  public :: blas_name, blas_core, is_reference_blas, set_blas_threads, blas_threads, start_blas
+  public :: blas_name, blas_core, is_reference_blas, set_blas_threads, blas_threads, start_blas, &
+    rest_blas_threads
 
   !> What OpenBLAS takes for itself at its first call, and never asks whether it got it: it tries
   !! for ever. A little is left for what follows [byte].
@@ -38,7 +39,7 @@ module blas_info
       integer(c_int), value :: n !! number of threads
     end subroutine set_i
 
-    !> openblas_get_num_threads
+    !> openblas_get_num_threads, blas_thread_shutdown_
     function get_i() bind(c) result(n)
       import :: c_int
       implicit none
@@ -120,11 +121,30 @@ contains
     procedure(set_i), pointer :: set_threads
     type(c_funptr) :: address
 
+    if (blas_threads() == n) return
     address = symbol('openblas_set_num_threads')
     if (.not. c_associated(address)) return
     call c_f_procpointer(address, set_threads)
     call set_threads(int(n, c_int))
   end subroutine set_blas_threads
+
+  !> Ends the threads that OpenBLAS starts before the first statement of a program, one a core: each
+  !! spins for 2**28 ticks, a tenth of a second, before it sleeps. They start anew where more than
+  !! one is asked for. Where memory is short they still wait for theirs, and are left alone.
+  subroutine rest_blas_threads()
+    procedure(get_i), pointer :: end_threads
+    type(c_funptr) :: address
+    integer(c_int) :: ignored
+    integer :: n
+
+    n = blas_threads()
+    address = symbol('blas_thread_shutdown_')
+    if (n == 1 .or. .not. c_associated(address)) return
+    if (memory_left() < n*blas_bytes) return
+    call set_blas_threads(1)
+    call c_f_procpointer(address, end_threads)
+    ignored = end_threads()
+  end subroutine rest_blas_threads
 
   !> Lets OpenBLAS take its memory now, if there is enough.
   subroutine start_blas(error)
