@@ -1,9 +1,10 @@
 !> Which BLAS the program really runs on, asked at run time: the linker may have taken another one
 !! than the one it was built with, and reference BLAS is 10 to 20 times slower than OpenBLAS.
 module blas_info
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_funptr, c_int, c_char, c_size_t, c_null_char, &
-    c_null_ptr, c_associated, c_f_pointer, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_funptr, c_int, c_char, c_size_t, &
+    c_associated, c_f_pointer, c_f_procpointer
   use kinds, only: wp
+  use loaded_symbols, only: symbol
   use errors, only: error_t, raise, exit_resources
   use memory, only: memory_left, memory_text
   use lapack_interface, only: dsymv
@@ -48,15 +49,6 @@ module blas_info
   end interface
 
   interface
-    !> C's dlsym: the address of a symbol, null if no library has it.
-    function c_dlsym(handle, name) bind(c, name='dlsym') result(address)
-      import :: c_ptr, c_funptr, c_char
-      implicit none
-      type(c_ptr), value :: handle !! null: all libraries
-      character(kind=c_char), intent(in) :: name(*) !! the symbol
-      type(c_funptr) :: address
-    end function c_dlsym
-
     !> C's dladdr: the library that holds an address; 0 if none does.
     function c_dladdr(address, symbol) bind(c, name='dladdr') result(found)
       import :: c_funptr, c_int, symbol_t
@@ -178,13 +170,6 @@ contains
     n = get_threads()
   end function blas_threads
 
-  !> Address of a symbol, null if no loaded library has it.
-  type(c_funptr) function symbol(name) result(address)
-    character(*), intent(in) :: name !! the symbol
-
-    address = c_dlsym(c_null_ptr, c_text(name))
-  end function symbol
-
   !> Path of the library that holds a symbol, empty if there is none.
   function library_of(name) result(path)
     character(*), intent(in) :: name !! the symbol
@@ -198,18 +183,6 @@ contains
     if (c_dladdr(address, place) == 0_c_int) return
     if (c_associated(place%file)) path = fortran_text(place%file)
   end function library_of
-
-  !> A Fortran string as C wants it.
-  pure function c_text(text) result(chars)
-    character(*), intent(in) :: text !! any text
-    character(kind=c_char) :: chars(len(text) + 1)
-    integer :: i
-
-    do i = 1, len(text)
-      chars(i) = text(i:i)
-    end do
-    chars(len(text) + 1) = c_null_char
-  end function c_text
 
   !> A C string as Fortran has it.
   function fortran_text(chars) result(text)

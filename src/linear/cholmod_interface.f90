@@ -5,8 +5,8 @@ module cholmod_interface
   implicit none
   private
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
-  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
-    cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
     cholmod_l_free_dense, cholmod_l_realloc, cholmod_l_version
 
   !> cholmod_common: what is set or read has a name, the rest is room.
@@ -106,6 +106,17 @@ module cholmod_interface
       type(cholmod_sparse_t), intent(in) :: a
       type(cholmod_common_t), intent(inout) :: common
     end function cholmod_l_analyze
+
+    !> The same with an ordering that is given, where that is what the settings say.
+    type(c_ptr) function cholmod_l_analyze_p(a, order, set, size_of_set, common) &
+      bind(c, name='cholmod_l_analyze_p')
+      import :: c_ptr, c_size_t, cholmod_sparse_t, cholmod_common_t
+      implicit none
+      type(cholmod_sparse_t), intent(in) :: a
+      type(c_ptr), value :: order, set
+      integer(c_size_t), value :: size_of_set
+      type(cholmod_common_t), intent(inout) :: common
+    end function cholmod_l_analyze_p
 
     !> Numeric factorisation.
     integer(c_int) function cholmod_l_factorize(a, factor, common) &

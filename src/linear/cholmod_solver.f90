@@ -12,13 +12,13 @@ module cholmod_solver
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
-    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_factorize, &
-    cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
-    cholmod_l_free_dense, cholmod_l_realloc
+    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, &
+    cholmod_l_analyze_p, cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, &
+    cholmod_l_free_factor, cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
-  public :: cholmod_t, solve_symmetric, factor_order, trailing_block, drop_trailing_block, &
-    forget_half, factor_work, cholmod_words
+  public :: cholmod_t, analyse_in_order, solve_symmetric, factor_order, trailing_block, &
+    drop_trailing_block, forget_half, factor_work, cholmod_words
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
@@ -135,6 +135,29 @@ contains
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
     if (outcome /= solver_done) call solver%forget_pattern()
   end subroutine analyse
+
+  !> Analyses a pattern in an order that is given, but for its postorder.
+  subroutine analyse_in_order(solver, a, order, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
+    integer(long), intent(in), target :: order(:) !! (n) the column at each place, 0-based
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+    type(cholmod_sparse_t) :: view
+
+    call start(solver, outcome)
+    if (outcome /= solver_done) return
+    call solver%forget_pattern()
+    call begin_cost(costs, cost_symbolic)
+    call view_of(a, view)
+    solver%common%ordering = ordering_given
+    solver%common%postorder = 1_c_int
+    solver%factor = cholmod_l_analyze_p(view, c_loc(order), c_null_ptr, 0_c_size_t, solver%common)
+    call end_cost(costs, cost_symbolic)
+    outcome = outcome_of(solver)
+    if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
+    if (outcome /= solver_done) call solver%forget_pattern()
+  end subroutine analyse_in_order
 
   !> The pattern has been analysed.
   logical function is_analysed(solver)

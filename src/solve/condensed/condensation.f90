@@ -8,8 +8,8 @@ module condensation
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
   use back_ends, only: solver_done, solver_failed, solver_out_of_memory
-  use cholmod_solver, only: cholmod_t, solve_symmetric, factor_order, trailing_block, &
-    drop_trailing_block, factor_work
+  use cholmod_solver, only: solve_symmetric, trailing_block, drop_trailing_block, factor_work
+  use elimination_order, only: order_equations
   use half_solves, only: reduce_right, complete_solution, halve_factor, shrink_factor
   use rough_factor, only: factorise_roughly
   use condensed_types, only: condensed_body_t, near_compliance_t
@@ -113,65 +113,6 @@ contains
 
     bytes = body%solver%factor_bytes() + 8.0_wp*real(body%m, wp)**2
   end subroutine estimate_bytes
-
-  !> The equations in the order of elimination: the graph of the other nodes by METIS, their
-  !! equations together; then the candidates in their queue.
-  subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
-    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
-    integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
-    type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
-    integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
-    type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in back_ends
-    integer, allocatable :: vertex(:, :), inner(:), outer(:)
-    type(csc_matrix_t) :: graph
-    type(cholmod_t) :: orderer
-    integer :: i, filled
-
-    outcome = solver_done
-    allocate (vertex(3, size(equation, 2)), source=0)
-    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. queue == 0)
-    outer = pack([(i, i=1, size(equation, 2))], queue > 0)
-    outer(queue(outer)) = outer
-    vertex(1, inner) = [(i, i=1, size(inner))]
-    if (size(inner) > 0) then
-      call build_pattern(blocks, vertex, graph)
-      graph%val = 1.0_wp
-      call orderer%analyse(graph, costs, outcome)
-      if (outcome /= solver_done) return
-      inner = inner(factor_order(orderer) + 1)
-      call orderer%free()
-    end if
-    body%node = spread(0, 1, count(equation > 0))
-    body%direction = body%node
-    ordered = 0
-    filled = 0
-    call number_nodes(inner, equation, body, ordered, filled)
-    body%m = size(body%node) - filled
-    body%equation = [(filled + i, i=1, body%m)]
-    call number_nodes(outer, equation, body, ordered, filled)
-  end subroutine order_equations
-
-  !> Numbers the equations of a list of nodes.
-  pure subroutine number_nodes(nodes, equation, body, ordered, filled)
-    integer, intent(in) :: nodes(:) !! the list
-    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of the body, 0 elsewhere
-    type(condensed_body_t), intent(inout) :: body !! gets node and direction
-    integer, intent(inout) :: ordered(:, :) !! (3, nodes) gets the numbers
-    integer, intent(inout) :: filled !! numbers that are given
-    integer :: i, k
-
-    do i = 1, size(nodes)
-      do k = 1, 3
-        if (equation(k, nodes(i)) == 0) cycle
-        filled = filled + 1
-        ordered(k, nodes(i)) = filled
-        body%node(filled) = nodes(i)
-        body%direction(filled) = k
-      end do
-    end do
-  end subroutine number_nodes
 
   !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
   !! completed from its candidates.

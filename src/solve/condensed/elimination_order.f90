@@ -1,0 +1,115 @@
+!> The order in which the equations of a condensed body are eliminated (doc/theory, "Condensed
+!! contact").
+module elimination_order
+  use kinds, only: wp, long
+  use costs, only: cost_t, begin_cost, end_cost, cost_symbolic
+  use block_matrix, only: block_matrix_t
+  use csc_matrix, only: csc_matrix_t, build_pattern
+  use back_ends, only: solver_done
+  use nested_dissection, only: dissect
+  use cholmod_solver, only: cholmod_t, analyse_in_order, factor_order
+  use condensed_types, only: condensed_body_t
+  implicit none
+  private
+  public :: order_equations
+
+  !> Weight of a node next to a candidate beside that of one far away, and the distance from where
+  !! on nothing of it is left.
+  integer, parameter :: next_to_candidates = 30, farthest = 6
+
+contains
+
+  !> The equations in the order of elimination: the graph of the other nodes by nested dissection,
+  !! their equations together; then the candidates in their queue.
+  subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
+    integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
+    type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
+    integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in back_ends
+    integer, allocatable :: vertex(:, :), inner(:), outer(:)
+    integer(long), allocatable :: order(:)
+    logical :: found
+    type(csc_matrix_t) :: graph
+    type(cholmod_t) :: orderer
+    integer :: i, filled
+
+    outcome = solver_done
+    allocate (vertex(3, size(equation, 2)), source=0)
+    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. queue == 0)
+    outer = pack([(i, i=1, size(equation, 2))], queue > 0)
+    outer(queue(outer)) = outer
+    vertex(1, inner) = [(i, i=1, size(inner))]
+    if (size(inner) > 0) then
+      call build_pattern(blocks, vertex, graph)
+      graph%val = 1.0_wp
+      call begin_cost(costs, cost_symbolic)
+      call dissect(graph, weights(blocks, queue, inner), order, found)
+      call end_cost(costs, cost_symbolic)
+      if (found) then
+        call analyse_in_order(orderer, graph, order, costs, outcome)
+      else
+        call orderer%analyse(graph, costs, outcome)
+      end if
+      if (outcome /= solver_done) return
+      inner = inner(factor_order(orderer) + 1)
+      call orderer%free()
+    end if
+    body%node = spread(0, 1, count(equation > 0))
+    body%direction = body%node
+    ordered = 0
+    filled = 0
+    call number_nodes(inner, equation, body, ordered, filled)
+    body%m = size(body%node) - filled
+    body%equation = [(filled + i, i=1, body%m)]
+    call number_nodes(outer, equation, body, ordered, filled)
+  end subroutine order_equations
+
+  !> Weights of the other nodes for their dissection. The rows of the candidates fill the columns of
+  !! what is near them: both halves shall have their share of these.
+  function weights(blocks, queue, inner) result(weight)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: queue(:) !! (nodes) place among the candidates of this body, or 0
+    integer, intent(in) :: inner(:) !! the other nodes of this body
+    integer :: weight(size(inner))
+    integer :: distance(size(queue)), step, i
+    integer, allocatable :: front(:)
+    logical :: fresh(size(queue))
+
+    distance = merge(0, farthest, queue > 0)
+    front = pack([(i, i=1, size(queue))], queue > 0)
+    do step = 1, farthest - 1
+      fresh = .false.
+      do i = 1, size(front)
+        associate (near => blocks%row(blocks%ptr(front(i)):blocks%ptr(front(i) + 1) - 1))
+          fresh(near) = fresh(near) .or. distance(near) > step
+        end associate
+      end do
+      where (fresh) distance = step
+      front = pack([(i, i=1, size(queue))], fresh)
+    end do
+    weight = 1 + next_to_candidates/distance(inner)**2
+  end function weights
+
+  !> Numbers the equations of a list of nodes.
+  pure subroutine number_nodes(nodes, equation, body, ordered, filled)
+    integer, intent(in) :: nodes(:) !! the list
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equations of the body, 0 elsewhere
+    type(condensed_body_t), intent(inout) :: body !! gets node and direction
+    integer, intent(inout) :: ordered(:, :) !! (3, nodes) gets the numbers
+    integer, intent(inout) :: filled !! numbers that are given
+    integer :: i, k
+
+    do i = 1, size(nodes)
+      do k = 1, 3
+        if (equation(k, nodes(i)) == 0) cycle
+        filled = filled + 1
+        ordered(k, nodes(i)) = filled
+        body%node(filled) = nodes(i)
+        body%direction(filled) = k
+      end do
+    end do
+  end subroutine number_nodes
+end module elimination_order
