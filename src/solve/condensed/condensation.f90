@@ -33,27 +33,28 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(csc_matrix_t) :: matrix
-    real(wp) :: promised
+    real(wp) :: needed
 
-    promised = 0.0_wp
-    call prepare_body(blocks, equation, queue, body, matrix, promised, costs, outcome)
+    call prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
+    if (outcome /= solver_done) return
+    if (needed > memory_left()) outcome = solver_out_of_memory
     if (outcome == solver_done) call factorise_body(body, matrix, .false., costs, outcome)
   end subroutine condense_body
 
-  !> Orders the equations of a body, forms and analyses its matrix, and looks whether the factor
-  !! fits into the memory. METIS draws from one series of random numbers: one body at a time.
-  subroutine prepare_body(blocks, equation, queue, body, matrix, promised, costs, outcome)
+  !> Orders the equations of a body, forms and analyses its matrix. METIS draws from one series of
+  !! random numbers: one body at a time.
+  subroutine prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
     type(csc_matrix_t), intent(out) :: matrix !! its lower triangle in the order of elimination
-    real(wp), intent(inout) :: promised !! memory of factors that are still to be made [byte]
+    real(wp), intent(out) :: needed !! memory that factor and compliance will take [byte]
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     integer :: ordered(3, size(equation, 2))
-    real(wp) :: needed
 
+    needed = 0.0_wp
     call drop_compliance(body)
     call order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     if (outcome /= solver_done) return
@@ -63,8 +64,6 @@ contains
     call body%solver%analyse(matrix, costs, outcome)
     if (outcome /= solver_done) return
     call estimate_bytes(body, needed)
-    promised = promised + needed
-    if (promised > memory_left()) outcome = solver_out_of_memory
   end subroutine prepare_body
 
   !> The factor of a body that has been prepared; its matrix goes. One that only precedes an

@@ -3,13 +3,14 @@
 module condensed_bodies
   use kinds, only: wp
   use lapack_interface, only: dsymv, dgelss
+  use memory, only: memory_left
   use threads, only: count_threads
   use costs, only: cost_t, add_costs
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: multiply
-  use back_ends, only: solver_done
+  use back_ends, only: solver_done, solver_out_of_memory
   use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
@@ -26,21 +27,19 @@ module condensed_bodies
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
-  !! done before the next one has its own. With several threads all have their factors at once.
+  !! done before the next one has its own. With several threads bodies are still ordered one after
+  !! the other, but the next one while the factor of the last is made.
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer :: equation(3, size(system%body%node_body)), b, k, outcomes(system%body%bodies)
-    integer :: order(system%body%bodies)
-    integer :: queue(size(system%body%node_body))
+    integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies)
     type(csc_matrix_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies), little
-    real(wp) :: promised
+    real(wp) :: promised, needed
 
-    outcome = solver_done
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
@@ -48,30 +47,19 @@ contains
     if (present(model)) little = asks_little(model, system)
     if (little) call begin_shares(model, system)
     order = largest_first(system)
+    !$omp parallel do ordered schedule(dynamic, 1) default(none) private(b, needed) &
+    !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model) &
+    !$omp& if(count_threads() > 1)
     do k = 1, size(order)
       b = order(k)
-      if (.not. wanted(b)) cycle
-      if (allocated(system%condensed%sums%bodies)) system%condensed%sums%bodies(b) = body_sums_t()
-      call number_equations(system, b, equation)
-      if (all(equation == 0)) cycle
-      call pin_body(system, b)
-      call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
-        any(equation > 0, 1), queue)
-      call prepare_body(system%whole%bulk_matrix, equation, queue, system%condensed%bodies(b), &
-        matrices(b), promised, system%costs, outcome)
-      if (outcome /= solver_done) return
-      ready(b) = .true.
-      if (count_threads() > 1) cycle
-      promised = 0.0_wp
-      call finish_body(system, b, matrices(b), little, system%costs, outcome, model)
-      if (outcome /= solver_done) return
-    end do
-    if (count_threads() == 1) return
-    !$omp parallel do schedule(dynamic) default(none) private(b) &
-    !$omp& shared(system, ready, matrices, little, own, outcomes, model)
-    do b = 1, system%body%bodies
-      if (ready(b)) call finish_body(system, b, matrices(b), little, own(b), &
-        outcomes(b), model)
+      needed = 0.0_wp
+      !$omp ordered
+      if (wanted(b) .and. all(outcomes == solver_done)) call begin_body(system, b, matrices(b), &
+        promised, needed, ready(b), outcomes(b))
+      !$omp end ordered
+      if (ready(b)) call finish_body(system, b, matrices(b), little, own(b), outcomes(b), model)
+      !$omp atomic
+      promised = promised - needed
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
@@ -79,6 +67,40 @@ contains
     end do
     outcome = maxval(outcomes)
   end subroutine condense_all
+
+  !> Numbers and orders the equations of a body, analyses its matrix, and looks whether the factor
+  !! fits into the memory.
+  subroutine begin_body(system, b, matrix, promised, needed, ready, outcome)
+    type(system_t), intent(inout) :: system !! gets a body of condensed
+    integer, intent(in) :: b !! the body
+    type(csc_matrix_t), intent(inout) :: matrix !! gets its lower triangle
+    real(wp), intent(inout) :: promised !! memory of all factors that are being made [byte]
+    real(wp), intent(out) :: needed !! of this one [byte]
+    logical, intent(out) :: ready !! there is something to factorise
+    integer, intent(out) :: outcome !! as in back_ends
+    integer :: equation(3, size(system%body%node_body)), queue(size(system%body%node_body))
+    real(wp) :: in_all
+
+    outcome = solver_done
+    needed = 0.0_wp
+    if (allocated(system%condensed%sums%bodies)) system%condensed%sums%bodies(b) = body_sums_t()
+    call number_equations(system, b, equation)
+    ready = any(equation /= 0)
+    if (.not. ready) return
+    call pin_body(system, b)
+    call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
+      any(equation > 0, 1), queue)
+    call prepare_body(system%whole%bulk_matrix, equation, queue, system%condensed%bodies(b), &
+      matrix, needed, system%costs, outcome)
+    !$omp atomic capture
+    promised = promised + needed
+    in_all = promised
+    !$omp end atomic
+    if (outcome == solver_done) then
+      if (in_all > memory_left()) outcome = solver_out_of_memory
+    end if
+    ready = outcome == solver_done
+  end subroutine begin_body
 
   !> The bodies in the order of their nodes, the one with the most first: what it gives back when it
   !! is done serves the others.
