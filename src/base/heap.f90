@@ -13,6 +13,7 @@ module heap
   integer(c_int), parameter :: top_pad = -2_c_int
   integer(c_int), parameter :: mmap_threshold = -3_c_int
   integer(c_int), parameter :: mmap_max = -4_c_int
+  integer(c_int), parameter :: arena_max = -8_c_int
   !> Blocks up to this size come from the heap, and so much of it is kept when it is free [bytes].
   integer(c_int), parameter :: kept_bytes = 1073741824_c_int
   !> The heap grows by this much at a time [bytes], by less where little is left.
@@ -70,11 +71,13 @@ module heap
 contains
 
   !> Keeps freed memory for the next factorisation instead of giving it back to the system, which
-  !! costs a quarter of the time of a run with many large factors.
+  !! costs a quarter of the time of a run with many large factors. All threads share one heap: one
+  !! of their own would have small pages, and would not serve the others.
   subroutine keep_memory()
     integer(c_int) :: taken, growth
 
     growth = int(min(real(growth_bytes, wp), growth_share*memory_left()), c_int)
+    taken = c_mallopt(arena_max, 1_c_int)
     taken = c_mallopt(mmap_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(trim_threshold, kept_bytes)
     if (taken == 1_c_int) taken = c_mallopt(top_pad, growth)

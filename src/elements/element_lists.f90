@@ -16,7 +16,7 @@ module element_lists
   !> The same with several threads, which are called together for each batch.
   integer, parameter :: large_batch = 1024
   !> Lists that are worth more than one thread.
-  integer, parameter :: long_list = 256
+  integer, parameter :: long_list = 2000
 
   !> Elements with their routine and nodes: what the graph of a matrix asks for.
   type :: node_list_t

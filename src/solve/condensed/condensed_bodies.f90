@@ -1,8 +1,7 @@
-!> The bodies of a condensed system: all of them condensed, numbered, loaded and solved
-!! (doc/theory, "Condensed contact").
+!> The bodies of a condensed system: all of them condensed, numbered and loaded (doc/theory,
+!! "Condensed contact").
 module condensed_bodies
   use kinds, only: wp
-  use lapack_interface, only: dsymv, dgelss
   use memory, only: memory_left
   use threads, only: count_threads
   use costs, only: cost_t, add_costs
@@ -12,17 +11,15 @@ module condensed_bodies
   use block_matrix, only: multiply
   use back_ends, only: solver_done, solver_out_of_memory
   use condensed_types, only: condensed_t, body_sums_t
-  use condensed_motions, only: pin_body, push_bodies, place_modes, add_motion
-  use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, spread_body, &
-    shrink_body, drop_live, free_body
-  use inside_refinement, only: settle_inside
+  use condensed_motions, only: pin_body, push_bodies, place_modes
+  use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
+    drop_live, free_body
   use sum_shares, only: sums_pay, begin_shares, form_shares
   use candidate_queue, only: queue_candidates
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_all, begin_influence, number_candidates, load_candidates, &
-    find_equilibrium, fit_motions, spread_yield, free_condensed
+  public :: condense_all, begin_influence, number_candidates, load_candidates, free_condensed
 
 contains
 
@@ -39,7 +36,9 @@ contains
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies), little
     real(wp) :: promised, needed
+    logical :: threaded
 
+    threaded = count_threads() > 1
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
@@ -47,16 +46,16 @@ contains
     if (present(model)) little = asks_little(model, system)
     if (little) call begin_shares(model, system)
     order = largest_first(system)
-    !$omp parallel do ordered schedule(dynamic, 1) default(none) private(b, needed) &
+    !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed) &
     !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model) &
-    !$omp& if(count_threads() > 1)
+    !$omp& if(threaded)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
-      !$omp ordered
+      !$omp critical (order_bodies)
       if (wanted(b) .and. all(outcomes == solver_done)) call begin_body(system, b, matrices(b), &
         promised, needed, ready(b), outcomes(b))
-      !$omp end ordered
+      !$omp end critical (order_bodies)
       if (ready(b)) call finish_body(system, b, matrices(b), little, own(b), outcomes(b), model)
       !$omp atomic
       promised = promised - needed
@@ -284,80 +283,6 @@ contains
         condensed%outer%influence(condensed%direction(i), condensed%node(i), :))
     end do
   end subroutine load_candidates
-
-  !> Displacements of all candidates in equilibrium with the forces of the iterate.
-  subroutine find_equilibrium(condensed, u)
-    type(condensed_t), intent(inout) :: condensed !! loaded and force given
-    real(wp), intent(out) :: u(:) !! (n) [length]
-
-    call find_yield(condensed)
-    u = condensed%outer%loaded - condensed%bulk%yielded
-    call add_motion(condensed, condensed%rigid%alpha, u)
-  end subroutine find_equilibrium
-
-  !> The rigid motions with which the equilibrium under the forces of the iterate comes closest to
-  !! given displacements.
-  subroutine fit_motions(condensed, u)
-    type(condensed_t), intent(inout) :: condensed !! loaded and force given; gets alpha
-    real(wp), intent(in) :: u(:) !! (n) displacements of the candidates [length]
-    real(wp) :: normal(6, 6), right(6, 1), values(6), work(200)
-    integer :: b, rank, info
-
-    if (condensed%rigid%modes == 0) return
-    call find_yield(condensed)
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), n => condensed%bodies(b)%motions%n)
-        if (n == 0 .or. body%m == 0) cycle
-        associate (first => body%first + 1, last => body%first + body%m)
-          right(:n, 1) = matmul(u(first:last) - condensed%outer%loaded(first:last) &
-            + condensed%bulk%yielded(first:last), body%modes)
-        end associate
-        normal(:n, :n) = matmul(transpose(body%modes), body%modes)
-        call dgelss(n, n, 1, normal, 6, right, 6, values, 1.0e-12_wp, rank, work, size(work), info)
-        condensed%rigid%alpha(body%first_mode + 1:body%first_mode + n) = right(:n, 1)
-      end associate
-    end do
-  end subroutine fit_motions
-
-  !> C times the forces of the iterate, unless they are those of the last time.
-  subroutine find_yield(condensed)
-    type(condensed_t), intent(inout) :: condensed !! force given; gets yielded
-    integer :: b
-
-    if (allocated(condensed%bulk%yielded_to)) then
-      if (all(abs(condensed%bulk%force - condensed%bulk%yielded_to) <= 0.0_wp)) return
-    end if
-    condensed%bulk%yielded = spread(0.0_wp, 1, condensed%n)
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%m == 0) cycle
-        call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
-          condensed%bulk%force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
-          condensed%bulk%yielded(body%first + 1:body%first + body%m), 1)
-      end associate
-    end do
-    condensed%bulk%yielded_to = condensed%bulk%force
-  end subroutine find_yield
-
-  !> Displacements of all nodes under the contact forces of the iterate alone.
-  subroutine spread_yield(system, u)
-    type(system_t), intent(inout) :: system !! bodies and force of condensed
-    real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
-    integer :: b
-
-    u = 0.0_wp
-    call find_yield(system%condensed)
-    do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
-        if (.not. allocated(body%node)) cycle
-        call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + &
-          body%m), u, &
-          system%costs)
-        if (body%solver%half_inside) call settle_inside(system%whole%bulk_matrix, body, u, &
-          system%costs)
-      end associate
-    end do
-  end subroutine spread_yield
 
   !> Releases all factors.
   subroutine free_condensed(system)

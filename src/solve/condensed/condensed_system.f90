@@ -10,7 +10,8 @@ module condensed_system
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
-    load_candidates, find_equilibrium, fit_motions, spread_yield, free_condensed
+    load_candidates, free_condensed
+  use condensed_yield, only: find_equilibrium, fit_motions, spread_yield
   use live_candidates, only: widen_live, number_live, forget_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest

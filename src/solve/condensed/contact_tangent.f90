@@ -2,10 +2,11 @@
 !! the factor of I + V^T C U (doc/theory, "Condensed contact").
 module contact_tangent
   use kinds, only: wp
+  use threads, only: pays_threads
   use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor
   use element_types, only: task_tangent, status_open
   use elmlib, only: routine_none
-  use lapack_interface, only: dgetrf, dgetrs, dgemv
+  use lapack_interface, only: dgetrf, dgetrs
   use low_rank, only: peel, largest_weighed
   use assembly, only: assemble
   use back_ends, only: solver_done, solver_singular
@@ -21,7 +22,7 @@ module contact_tangent
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
   use condensed_ground, only: hold_motions
-  use whole_tangent, only: is_better_whole, form_whole, make_small, combine
+  use whole_tangent, only: is_better_whole, form_whole, make_small, combine, take_columns
   use system_types, only: system_t
   implicit none
   private
@@ -179,16 +180,23 @@ contains
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(inout) :: tangent !! gets cu, small, pivot
     integer :: j
+    logical :: pays
 
     call make_small(tangent%rank + tangent%modes, condensed%alive%n_live, tangent)
+    pays = pays_threads(real(tangent%rank, wp)*size(tangent%dofs, 1)*condensed%alive%n_live)
+    !$omp parallel do schedule(static) default(none) shared(condensed, tangent) if(pays)
     do j = 1, tangent%rank
       call add_columns(condensed, tangent%dofs(:, tangent%owner(j)), tangent%u(:, j), &
         tangent%cu(:, j))
     end do
+    !$omp end parallel do
     if (tangent%modes > 0) call border_with_motions(condensed, tangent)
+    pays = pays_threads(real(tangent%rank, wp)**2*size(tangent%dofs, 1))
+    !$omp parallel do schedule(static) default(none) shared(tangent) if(pays)
     do j = 1, tangent%rank + tangent%modes, block
       call multiply_rows(tangent, j, min(block, tangent%rank + tangent%modes - j + 1))
     end do
+    !$omp end parallel do
   end subroutine form_small
 
   !> The border of the small matrix: -R beside C U, and below them R^T U, which balances the forces
@@ -373,7 +381,7 @@ contains
         t = d - t
         if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
       else
-        call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
+        call take_columns(size(d), n, tangent%cu, z, t)
       end if
     end associate
   end subroutine answer_leading

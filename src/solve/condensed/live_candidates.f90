@@ -3,6 +3,7 @@
 module live_candidates
   use kinds, only: wp
   use lapack_interface, only: dsymv
+  use threads, only: pays_threads
   use condensation, only: drop_live
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
@@ -158,15 +159,25 @@ contains
     real(wp), intent(in) :: x(:) !! (n_live) [force]
     real(wp), intent(inout) :: y(:) !! (n_live) [length]
     integer :: b
+    logical :: pays
 
+    pays = pays_threads(sum(real(condensed%bodies%n_live, wp)**2))
+    !$omp parallel do schedule(dynamic, 1) default(none) shared(condensed, x, y) if(pays)
     do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b))
-        if (body%n_live == 0) cycle
-        call apply_part(size(body%live, 1), body%skipped, body%n_live, body%live, &
-          x(body%first_live + 1:), y(body%first_live + 1:))
-      end associate
+      if (condensed%bodies(b)%n_live > 0) call apply_body(condensed%bodies(b), x, y)
     end do
+    !$omp end parallel do
   end subroutine apply_compliance
+
+  !> The same on those of one body.
+  subroutine apply_body(body, x, y)
+    type(condensed_body_t), intent(in) :: body !! live compliance
+    real(wp), intent(in) :: x(:) !! (n_live) [force]
+    real(wp), intent(inout) :: y(:) !! (n_live) gets the part of the body [length]
+
+    call apply_part(size(body%live, 1), body%skipped, body%n_live, body%live, &
+      x(body%first_live + 1:), y(body%first_live + 1:))
+  end subroutine apply_body
 
   !> The same for one body.
   subroutine apply_part(rows, skipped, n, c, x, y)

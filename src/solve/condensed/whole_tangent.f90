@@ -3,15 +3,19 @@
 !! "Condensed contact").
 module whole_tangent
   use kinds, only: wp
+  use threads, only: count_threads, pays_threads
+  use lapack_interface, only: dgemv
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use condensed_motions, only: push_live, add_live_motion
   use contact_sums, only: take_held
   implicit none
   private
-  public :: is_better_whole, form_whole, make_small, combine
+  public :: is_better_whole, form_whole, make_small, combine, take_columns
 
   !> Rows that a closed point gives, mostly.
   integer, parameter :: rows_of_point = 3
+  !> Rows that a product takes at once.
+  integer, parameter :: strip = 64
   !> Largest entry times compliance with which forces may be differences of displacements.
   real(wp), parameter :: stiffest_whole = 1.0e4_wp
 
@@ -190,4 +194,25 @@ contains
       end do
     end associate
   end subroutine combine
+
+  !> t = t - C U z, some strips of rows at a time where there are threads: each row is added up as
+  !! it is in one thread.
+  subroutine take_columns(rows, columns, cu, z, t)
+    integer, intent(in) :: rows, columns !! of C U
+    real(wp), intent(in) :: cu(rows, *) !! C U, perhaps with room for more columns
+    real(wp), intent(in) :: z(columns) !! shares of the columns
+    real(wp), intent(inout) :: t(rows) !! [length]
+    integer :: part, parts, first, n
+
+    parts = 1
+    if (pays_threads(real(rows, wp)*real(columns, wp))) parts = count_threads()
+    !$omp parallel do schedule(static) default(none) private(first, n) &
+    !$omp& shared(rows, columns, cu, z, t, parts) if(parts > 1)
+    do part = 1, parts
+      first = 1 + rows/strip*(part - 1)/parts*strip
+      n = merge(rows, rows/strip*part/parts*strip, part == parts) + 1 - first
+      call dgemv('N', n, columns, -1.0_wp, cu(first, 1), rows, z, 1, 1.0_wp, t(first), 1)
+    end do
+    !$omp end parallel do
+  end subroutine take_columns
 end module whole_tangent
