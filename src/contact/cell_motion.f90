@@ -73,17 +73,16 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
     integer, intent(in) :: host(:) !! and their hosts
-    real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
-                                      !! [shape functions]; the latter for the cover if one does
+    real(wp), intent(in) :: limits(3) !! for points that slip or are open, for those that stick
+                                      !! [shape functions], and for the cover [share of the facet]
     real(wp) :: xi(2), gap
     integer :: p
 
     stay = size(cells) > 0
     if (.not. stay) return
-    if (would_stay(cells, moved, fresh, host, limits)) return
-    stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(merge(2, 1, &
-      any(moved%status == status_stick))))*pair%points%slave_area(f) &
-      .and. (any(moved%host > 0) .eqv. any(host > 0))
+    if (would_stay(cells, moved, fresh, host, min(limits(:2), limits(3)))) return
+    stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(3))* &
+      pair%points%slave_area(f) .and. (any(moved%host > 0) .eqv. any(host > 0))
     do p = 1, size(cells)
       if (.not. stay) return
       if (moved(p)%host == 0) cycle
@@ -104,7 +103,8 @@ contains
     type(contact_point_t), intent(in) :: moved(:) !! their state
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
     integer, intent(in) :: host(:) !! and their hosts
-    real(wp), intent(in) :: limits(2) !! as in have_stayed [shape functions]
+    real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
+                                      !! [shape functions]
     real(wp) :: limit
     integer :: p
 

@@ -35,18 +35,17 @@ module contact_cells
   !> The same for points that slip, after a solve or beside points that stick: they were expected
   !! to, and what is handed on where both are in a facet is not what it was.
   real(wp), parameter :: slipped = 0.05_wp
+  !> Cover of a facet that carries something, after a solve without friction: a rim's force.
+  real(wp), parameter :: covered = 1.0e-4_wp
   !> The same where points have just touched: there is nothing yet to be kept.
   real(wp), parameter :: exactly = 1.0e-9_wp
   !> When facets are cut: before an increment, when it is known where points have touched in it, and
   !! after a solve.
-  integer, parameter :: at_start = 1
-  integer, parameter :: at_touch = 2
-  integer, parameter :: after_solve = 3
+  integer, parameter :: at_start = 1, at_touch = 2, after_solve = 3
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
   !> Room over the number of points at the start, and over the bound for any position.
-  real(wp), parameter :: reserve = 1.6_wp
-  real(wp), parameter :: spare = 1.3_wp
+  real(wp), parameter :: reserve = 1.6_wp, spare = 1.3_wp
 
 contains
 
@@ -210,7 +209,7 @@ contains
     type(contact_point_t), allocatable :: points(:)
     type(fresh_t) :: fresh
     integer :: f, n, first, last, room
-    real(wp) :: limits(2)
+    real(wp) :: limits(3)
     logical :: stays
 
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
@@ -225,7 +224,7 @@ contains
         x, fresh)
       limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
         merge(followed, unmoved, are_level(pair, x, [moved(first:last)%host, &
-        fresh%host(:fresh%n)])))
+        fresh%host(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
                           fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
       if (when == after_solve) stays = stays .or. has_moved_enough(pair, f, fresh)
@@ -275,24 +274,27 @@ contains
   end function has_moved_enough
 
   !> How far the tips of a facet may have moved while its cells stay, in shape functions: those that
-  !! slip or are open, and those that stick.
-  pure function ways_allowed(when, status, expected, least) result(limits)
+  !! slip or are open, and those that stick; and by which share of it its cover may have changed.
+  pure function ways_allowed(when, status, expected, least, forgets) result(limits)
     integer, intent(in) :: when !! at_start, at_touch or after_solve
     integer, intent(in) :: status(:) !! (points of the facet)
     logical, intent(in) :: expected !! to slip
     real(wp), intent(in) :: least !! for points that slip where none sticks
-    real(wp) :: limits(2)
+    logical, intent(in) :: forgets !! there is no friction, and no history that a cut could blur
+    real(wp) :: limits(3)
     logical :: sticks
 
     sticks = any(status == status_stick)
     select case (when)
     case (at_start)
-      limits = [merge(slipped, least, sticks), unmoved]
+      limits(:2) = [merge(slipped, least, sticks), unmoved]
     case (at_touch)
-      limits = merge(exactly, huge(exactly), sticks)
+      limits(:2) = merge(exactly, huge(exactly), sticks)
     case default
-      limits = [merge(slipped, least, sticks .or. expected), unmoved]
+      limits(:2) = [merge(slipped, least, sticks .or. expected), unmoved]
     end select
+    limits(3) = limits(merge(2, 1, sticks))
+    if (when == after_solve .and. forgets .and. any(status > status_open)) limits(3) = covered
   end function ways_allowed
 
   !> The facets of the master that hold points of a slave facet, before and after a cut, are in one
