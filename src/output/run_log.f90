@@ -225,10 +225,11 @@ contains
 
     log%iterations = log%iterations + 1
     if (log%level == log_brief) return
-    write (line, '(a,i6,a,es12.5,a,i3,a,es12.5,a,es12.5,a,f7.4,3(a,i6),2a,f9.3,a)') 'step', &
-      it%step, ' time ', it%time, ' iteration', it%iteration, '  Residual norm = ', it%residual, &
-      '  Energy convergence test = ', it%energy, '  line search', it%line_search, '  active', &
-      it%active, ' stick', it%stick, ' slip', it%slip, '  ', it%solver, it%seconds, ' s'
+    write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,f9.3,a)') 'step '//padded(it%step, 5), &
+      ' time ', it%time, ' iteration ', padded(it%iteration, 2), '  Residual norm = ', it%residual, &
+      '  Energy convergence test = ', it%energy, '  line search', it%line_search, '  active ', &
+      padded(it%active, 5), ' stick ', padded(it%stick, 5), ' slip ', padded(it%slip, 5), '  ', &
+      it%solver, it%seconds, ' s'
     call log_line(log, line, error)
   end subroutine log_iteration
 
@@ -241,12 +242,22 @@ contains
 
     log%increments = log%increments + 1
     if (log%level == log_brief) return
-    write (line, '(a,i6,a,i5,a,es12.5,a,es12.5,a,i3,a,es12.5,a,f9.3,a)') 'step', increment%step, &
-      ' increment', increment%increment, ' converged: time ', increment%time, ' size ', &
-      increment%size, ' solves', increment%iterations, ' residual ', increment%residual, '  ', &
-      increment%seconds, ' s'
+    write (line, '(5a,es12.5,a,es12.5,3a,es12.5,a,f9.3,a)') 'step ', padded(increment%step, 5), &
+      ' increment ', padded(increment%increment, 4), ' converged: time ', increment%time, ' size ', &
+      increment%size, ' solves ', padded(increment%iterations, 2), ' residual ', &
+      increment%residual, '  ', increment%seconds, ' s'
     call log_line(log, line, error)
   end subroutine log_increment
+
+  !> A number in so many places, or in as many as it needs.
+  pure function padded(n, width) result(text)
+    integer, intent(in) :: n !! the number
+    integer, intent(in) :: width !! places at least
+    character(:), allocatable :: text
+
+    text = to_text(n)
+    text = repeat(' ', max(0, width - len(text)))//text
+  end function padded
 
   !> Writes the line of a cut.
   subroutine log_cut(log, step, time, old_size, new_size, reason, error)
