@@ -226,10 +226,10 @@ contains
     log%iterations = log%iterations + 1
     if (log%level == log_brief) return
     write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,f9.3,a)') 'step '//padded(it%step, 5), &
-      ' time ', it%time, ' iteration ', padded(it%iteration, 2), '  Residual norm = ', it%residual, &
-      '  Energy convergence test = ', it%energy, '  line search', it%line_search, '  active ', &
-      padded(it%active, 5), ' stick ', padded(it%stick, 5), ' slip ', padded(it%slip, 5), '  ', &
-      it%solver, it%seconds, ' s'
+      ' time ', it%time, ' iteration ', padded(it%iteration, 2), '  Residual norm = ', &
+      it%residual, '  Energy convergence test = ', it%energy, '  line search', it%line_search, &
+      '  active ', padded(it%active, 5), ' stick ', padded(it%stick, 5), ' slip ', &
+      padded(it%slip, 5), '  ', it%solver, it%seconds, ' s'
     call log_line(log, line, error)
   end subroutine log_iteration
 
@@ -243,8 +243,8 @@ contains
     log%increments = log%increments + 1
     if (log%level == log_brief) return
     write (line, '(5a,es12.5,a,es12.5,3a,es12.5,a,f9.3,a)') 'step ', padded(increment%step, 5), &
-      ' increment ', padded(increment%increment, 4), ' converged: time ', increment%time, ' size ', &
-      increment%size, ' solves ', padded(increment%iterations, 2), ' residual ', &
+      ' increment ', padded(increment%increment, 4), ' converged: time ', increment%time, &
+      ' size ', increment%size, ' solves ', padded(increment%iterations, 2), ' residual ', &
       increment%residual, '  ', increment%seconds, ' s'
     call log_line(log, line, error)
   end subroutine log_increment
