@@ -1,0 +1,55 @@
+"""What mechanics says of bodies that one increment leads deep into others: tests of
+tests/properties/run, which mixes this class in.
+"""
+import os
+
+DECKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'decks')
+
+
+class EntryLaws:
+    """Tests of large increments; self.run, self.edited, self.near, self.true, self.agree: from
+    Suite."""
+
+    def in_parts(self, name, old, form, parts, *arguments):
+        """A deck of one increment with another form of contact, and in so many increments."""
+        deck = self.edited(name, *old(form), ('DT,,1', f'DT,,1/{parts}'),
+                           ('STEP,,1', f'STEP,,{parts}'), source=DECKS)
+        out = f'{name}{form.replace(" ", "")}{parts}'
+        return self.run(deck, *arguments, out=out), out
+
+    @staticmethod
+    def bent(form):
+        """Changes of bent_plate.inp."""
+        return [(f'GTOS {slave} {master} SEGMent', form.replace('S M', f'{slave} {master}'))
+                for slave, master in (('sole', 'face'), ('back', 'leftseat'), ('back', 'rightseat'))]
+
+    @staticmethod
+    def slid(form):
+        """Changes of over_the_rim.inp."""
+        return [('GTOS under face SEGMent', form.replace('S M', 'under face'))]
+
+    def test_a_punch_does_not_pass_through_a_plate(self):
+        """The way of the punch in one increment is 0.4 to 5 times the thickness of the plate: the
+        supports carry what it presses, as in ten increments."""
+        for thick in (0.6, 0.1, 0.05):
+            runs = [self.in_parts('bent_plate', self.bent, 'GTOS S M SEGMent', n, '--set',
+                                  f'thick={thick}')[0] for n in (1, 10)]
+            forces = [-r.rea[n]['top'][2] for r, n in zip(runs, (1, 10))]
+            self.true(f'thickness {thick}: the punch presses by {forces[0]}', forces[0] > 0.1)
+            self.near(f'thickness {thick}: in one increment over in ten', forces[0]/forces[1], 1, 0.02)
+            self.near(f'thickness {thick}: the supports', runs[0].rea[1]['low'][2]/forces[0], 1, 1e-8)
+
+    def test_a_punch_is_met_again_after_a_restart(self):
+        deck, out = self.in_parts('bent_plate', self.bent, 'GTOS S M SEGMent', 2)
+        again = self.run(os.path.join(self.folder, 'edited.inp'), '--restart',
+                         os.path.join(self.folder, out, 'edited.h5'), '--step', '1', out='again')
+        self.true('the second increment, to the bit', again.rea[2] == deck.rea[2]
+                  and again.con[2] == deck.con[2] and deck.con[2]['above']['Fn'] > 1.0)
+
+    def test_a_block_does_not_pass_through_the_rim(self):
+        """A block that was beside a plate, and over no facet of it, comes in over its rim."""
+        for form in ('GTOS S M SEGMent', 'GTOS S M 6', 'NTOS S M'):
+            runs = [self.in_parts('over_the_rim', self.slid, form, n)[0] for n in (1, 8)]
+            forces = [-r.rea[n]['top'][2] for r, n in zip(runs, (1, 8))]
+            self.near(f'{form}: in one increment over in eight', forces[0]/forces[1], 1, 0.2)
+            self.near(f'{form}: the plate', runs[0].rea[1]['low'][2]/forces[0], 1, 1e-8)
