@@ -14,8 +14,9 @@ module increments
   use condensed_system, only: refresh_candidates, recover_interior, keep_forces
   use linear_sums, only: can_do_without, form_sums, take_sums
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular
+    outcome_restless, outcome_singular, outcome_through
   use contact_parameters, only: is_stiff, shifts_gap
+  use contact_entries, only: has_gone_through
   use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, &
     come_along, has_failed
   use follower_pressure, only: take_pressure_force
@@ -29,7 +30,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, accept
+  public :: solve_increment, accept, look_for_through
 
   !> With a drag a body first goes this share of a facet in an iteration.
   real(wp), parameter :: drag_way = 0.05_wp
@@ -61,6 +62,7 @@ contains
     call solve_grown(model, system, state, time, settings, monitor, progress, done)
     if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
     if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+    if (progress%outcome == outcome_converged) call look_for_through(model, system, progress)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
@@ -161,6 +163,19 @@ contains
     if (thrown) call monitor%detail('  bodies have flown out of contact, which has no force '// &
       'left: not taken for the solution')
   end subroutine look_for_thrown
+
+  !> What has converged with a slave that has gone through a master is no solution.
+  subroutine look_for_through(model, system, progress)
+    type(model_t), intent(inout) :: model !! pairs with their hosts; trees are fitted
+    type(system_t), intent(in) :: system !! converged
+    type(newton_t), intent(inout) :: progress !! gets outcome
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
+        progress%outcome = outcome_through
+    end do
+  end subroutine look_for_through
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").
