@@ -25,6 +25,7 @@ module increments
   use soft_penalties, only: may_soften, solve_from_soft
   use lost_contact, only: has_thrown
   use coarse_start, only: start_coarsely
+  use late_look, only: look_inside
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -39,6 +40,8 @@ module increments
   integer, parameter :: most_in_vain = 2
   !> A start from grown loads that is one leads to the end in so many linear solves.
   integer, parameter :: most_grown = 20
+  !> An increment is solved so often with nodes that touch where nobody foresaw it.
+  integer, parameter :: most_looks = 8
 
 contains
 
@@ -51,17 +54,24 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: done
+    logical :: done, known, missed
+    integer :: look
 
     call choose_solver(model, system, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u
     call take_overlaps(model, time)
-    call begin_at(model, system, state, time)
-    call choose_start(model, system, state, time, monitor)
-    call solve_grown(model, system, state, time, settings, monitor, progress, done)
-    if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
-    if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+    do look = 1, most_looks
+      call begin_at(model, system, state, time)
+      call choose_start(model, system, state, time, monitor)
+      call solve_grown(model, system, state, time, settings, monitor, progress, done)
+      if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
+      if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+      if (progress%outcome /= outcome_converged) return
+      call look_inside(model, system, settings, monitor, known, missed)
+      if (.not. missed) exit
+      progress%outcome = outcome_restless
+    end do
     if (progress%outcome == outcome_converged) call look_for_through(model, system, progress)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
@@ -69,7 +79,7 @@ contains
     if (has_thrown(model, system)) call monitor%warning('bodies have flown out of contact, '// &
       'which has no force left, from each start that was tried: look whether that is meant, '// &
       'and compare with half of DT')
-    call accept(model, system, state, time)
+    call accept(model, system, state, time, known)
   end subroutine solve_increment
 
   !> Solves from the last state times the growth of the loads, where the residual is smaller there.
@@ -241,11 +251,13 @@ contains
   end subroutine tell_crowded
 
   !> Takes the converged iterate as the new state.
-  subroutine accept(model, system, state, time)
+  subroutine accept(model, system, state, time, known)
     type(model_t), intent(inout) :: model !! history is committed
     type(system_t), intent(inout) :: system !! converged
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
+    logical, intent(in), optional :: known !! the displacements inside are known
+    logical :: recover
 
     if (can_do_without(model, system)) then
       state%whole = system%inside_due
@@ -254,7 +266,9 @@ contains
       state%whole = .true.
     end if
     if (system%condensed%active) then
-      if (state%whole) call recover_interior(system)
+      recover = state%whole
+      if (present(known)) recover = recover .and. .not. known
+      if (recover) call recover_interior(system)
       if (.not. state%whole) call refresh_candidates(system)
       call keep_forces(system%condensed)
     end if

@@ -48,8 +48,39 @@ class EntryLaws:
 
     def test_a_block_does_not_pass_through_the_rim(self):
         """A block that was beside a plate, and over no facet of it, comes in over its rim."""
-        for form in ('GTOS S M SEGMent', 'GTOS S M 6', 'NTOS S M'):
+        for form in ('GTOS S M SEGMent', 'GTOS S M 3', 'GTOS S M 6', 'NTOS S M'):
             runs = [self.in_parts('over_the_rim', self.slid, form, n)[0] for n in (1, 8)]
             forces = [-r.rea[n]['top'][2] for r, n in zip(runs, (1, 8))]
             self.near(f'{form}: in one increment over in eight', forces[0]/forces[1], 1, 0.2)
             self.near(f'{form}: the plate', runs[0].rea[1]['low'][2]/forces[0], 1, 1e-8)
+
+    def test_what_nobody_foresaw_touches_in_the_condensed_form(self):
+        """A beam bends far beyond what its supports carry it: the floor carries the same with each
+        solver, in one increment and in four."""
+        for form in ('GTOS lower track SEGMent', 'GTOS lower track 6', 'NTOS lower track'):
+            for load in (1, 3):
+                forces = []
+                for solver, parts in (('UMFPack', 4), ('UMFPack', 1), ('REDUced', 1), ('REDUced', 4)):
+                    deck = self.edited('bending_beam', ('GTOS lower track SEGMent', form),
+                                       ('DT,,1', f'DT,,1/{parts}'), ('STEP,,1', f'STEP,,{parts}'),
+                                       source=DECKS)
+                    r = self.run(deck, '--solver', solver, '--set', f'load={load}', out=f'{solver}{parts}')
+                    rows = r.rea[parts]
+                    forces.append(rows['ground'][2])
+                    self.near(f'{form}, {solver}: balance', rows['ground'][2] + rows['fix'][2],
+                              0.4*load, 1e-8)
+                self.true(f'{form}: the floor carries {forces[0]}', forces[0] > 0.1)
+                for k in (1, 2, 3):
+                    self.near(f'{form}, load {load}, run {k}', forces[k]/forces[0], 1, 1e-3)
+
+    def test_plates_that_fall_far_are_carried(self):
+        """Plates that contact alone holds are taken along by an increment, far through the air."""
+        for form in ('NTOS low high', 'GTOS low high', 'GTOS low high SEGMent'):
+            for gap, parts in ((0.8, 1), (1.5, 1), (1.5, 3)):
+                for solver in ('UMFPack', 'REDUced'):
+                    deck = self.edited('thin_plates', ('GTOS low high', form), ('STEP,,4', f'STEP,,{parts}'),
+                                       ('DT,,0.25', f'DT,,1/{parts}'), source=DECKS)
+                    r = self.run(deck, '--solver', solver, '--set', f'gap={gap}', out=f'{solver}{parts}')
+                    foot, joints = r.con[parts]['foot']['Fn'], r.con[parts]['joints']['Fn']
+                    self.true(f'{form}, {gap}, {solver}: the floor carries {foot}', foot > 1.0)
+                    self.near(f'{form}, {gap}, {solver}: two joints', joints, 2.0*foot, 1e-3*foot)
