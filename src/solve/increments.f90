@@ -68,7 +68,7 @@ contains
       if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
       if (progress%outcome /= outcome_converged) return
-      call look_inside(model, system, settings, monitor, known, missed)
+      call look_inside(model, system, state, settings, monitor, known, missed)
       if (.not. missed) exit
       progress%outcome = outcome_restless
     end do

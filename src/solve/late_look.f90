@@ -9,16 +9,18 @@ module late_look
   use contact_tips, only: touches
   use contact_hosts, only: follow_tips
   use contact_system, only: load_contact, couple
-  use condensed_system, only: recover_interior
+  use condensed_system, only: refresh_candidates, recover_interior
   use linear_sums, only: can_do_without
+  use loads, only: load_factors
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use system_types, only: system_t, state_t, settings_t
   use text, only: count_noun
   implicit none
   private
   public :: look_inside, has_flown
 
-  !> A body that contact alone holds has flown if it has moved by more than this share of a facet.
+  !> A body that contact alone holds has flown, and a node has strayed, if it has moved by more than
+  !! this share of a facet.
   real(wp), parameter :: far = 0.5_wp
 
 contains
@@ -42,26 +44,37 @@ contains
     end do
   end function has_flown
 
-  !> Finds the displacements of all nodes, if they are due, and the points that touch although the
+  !> Finds the displacements of all nodes, if they are due or may be far from where they were seen
+  !! last, and the points that touch although the
   !! condensed form has not watched one of their nodes; with these it is extended.
-  subroutine look_inside(model, system, settings, monitor, known, missed)
+  subroutine look_inside(model, system, state, settings, monitor, known, missed)
     type(model_t), intent(inout) :: model !! pairs: hosts of the points, if some are missed
     type(system_t), intent(inout) :: system !! converged; u of all nodes, condensed may grow
+    type(state_t), intent(in) :: state !! last converged state
     type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
     class(monitor_t), intent(inout) :: monitor !! hears of missed points
     logical, intent(out) :: known !! the displacements inside are known now
     logical, intent(out) :: missed !! it is to be solved once more
-    logical :: watched(size(system%u, 2))
+    logical :: watched(size(system%u, 2)), strayed
     integer :: k, n
 
     missed = .false.
     known = .false.
     if (.not. system%condensed%active .or. system%condensed%surface_only) return
     if (.not. system%inside_due) then
-      if (can_do_without(model, system)) return
+      if (can_do_without(model, system)) then
+        call refresh_candidates(system)
+        call follow_nodes(model, system, state, strayed)
+        if (.not. strayed) return
+      end if
     end if
     known = .true.
     call recover_interior(system)
+    associate (seen => system%condensed%outer%seen)
+      seen%factors = system%condensed%outer%factors
+      seen%u = system%u
+      seen%carried = 0.0_wp*system%u
+    end associate
     system%position%x_now = model%mesh%x + system%u
     watched = system%condensed%candidate .or. .not. any(system%equation > 0, 1)
     n = 0
@@ -75,6 +88,40 @@ contains
     call load_contact(model, system)
     call couple(system)
   end subroutine look_inside
+
+  !> Nodes may have strayed from where they were seen last, other than by the rigid ways that were
+  !! foreseen: candidates have, or the loads alone would take another node there.
+  subroutine follow_nodes(model, system, state, strayed)
+    type(model_t), intent(in) :: model !! loads, mesh
+    type(system_t), intent(inout) :: system !! converged; gets carried of seen
+    type(state_t), intent(in) :: state !! last converged state
+    logical, intent(out) :: strayed !! by more than a share of a facet
+    real(wp) :: way(3)
+    integer :: i, k
+
+    associate (outer => system%condensed%outer, seen => system%condensed%outer%seen)
+      if (.not. allocated(seen%u)) then
+        seen%u = state%u
+        seen%carried = 0.0_wp*state%u
+        seen%factors = load_factors(model, state%time)
+      end if
+      seen%carried = seen%carried + system%position%x_ahead - model%mesh%x - state%u
+      strayed = .false.
+      do i = 1, size(seen%u, 2)
+        if (system%condensed%candidate(i)) then
+          way = system%u(:, i) - seen%u(:, i)
+        else
+          way = 0.0_wp
+          do k = 1, size(outer%factors)
+            way = way + (outer%factors(k) - seen%factors(k))*outer%influence(:, i, k)
+          end do
+        end if
+        way = merge(way - seen%carried(:, i), 0.0_wp, system%equation(:, i) > 0)
+        strayed = norm2(way) > far*system%scale%facet_size
+        if (strayed) return
+      end do
+    end associate
+  end subroutine follow_nodes
 
   !> Counts the points of a pair that touch and have a node that was not watched. If there are none
   !! the pair stays as it was.

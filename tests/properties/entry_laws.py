@@ -84,3 +84,16 @@ class EntryLaws:
                     foot, joints = r.con[parts]['foot']['Fn'], r.con[parts]['joints']['Fn']
                     self.true(f'{form}, {gap}, {solver}: the floor carries {foot}', foot > 1.0)
                     self.near(f'{form}, {gap}, {solver}: two joints', joints, 2.0*foot, 1e-3*foot)
+
+    def test_what_nobody_foresaw_touches_without_fields(self):
+        """The same where displacements inside are not written, and so not found, for long."""
+        forces = []
+        for solver in ('UMFPack', 'REDUced'):
+            deck = self.edited('bending_beam', ('DT,,1', 'DT,,1/20'), ('STEP,,1', 'STEP,,20'),
+                               ('REACtions fix ground', 'REACtions fix ground\n  FIELds NONE\n'
+                                '  STATe NONE\n  EVERy 100'), source=DECKS)
+            r = self.run(deck, '--solver', solver, out=solver)
+            forces.append([r.rea[step]['ground'][2] for step in range(1, 21)])
+        self.true('the floor carries', forces[0][9] > 0.1)
+        for step, (right, force) in enumerate(zip(*forces), 1):
+            self.near(f'step {step}', force, right, 1e-6)
