@@ -372,7 +372,7 @@ contains
         call apply_compliance(condensed, force, t)
         t = d - t
         if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
-      else
+      else if (size(d) > 0) then
         call dgemv('N', size(d), n, -1.0_wp, tangent%cu, size(d), z, 1, 1.0_wp, t, 1)
       end if
     end associate
