@@ -7,8 +7,11 @@ module cell_cutting
   use facet_geometry, only: project_points, facet_normal, plane_t, plane_of, &
     project_corners, corners_of => corners
   use contact_points, only: is_too_deep
+  use contact_entries, only: master_way_t, measure_way, way_past, may_enter, has_entered, &
+    was_held, held_reach
   use master_facets, only: is_quadratic, field_on_facet
-  use slave_places, only: is_bent, place_of, project_into, share_of_area, slave_lift
+  use slave_places, only: is_bent, place_of, project_into, share_of_area, slave_lift, &
+    slave_positions
   use smooth_normals, only: project_on_master
   use facet_tree, only: facets_near
   implicit none
@@ -28,40 +31,62 @@ module cell_cutting
     type(cell_t), allocatable :: cell(:) !! where they are
     integer, allocatable :: host(:) !! their master facets
     integer, allocatable :: near(:) !! master facets close to the facet
+    type(master_way_t) :: way !! of the master since the last converged state
   end type fresh_t
+
+  !> A slave facet, from where it looks at the master.
+  type :: view_t
+    integer :: f = 0 !! the slave facet
+    real(wp) :: nodes(3, 6) = 0.0_wp !! where it is cut from, as in cut_facet [length]
+    real(wp) :: before(3, 6) = 0.0_wp !! its nodes at the last converged state [length]
+    type(plane_t) :: plane !! its plane
+    real(wp) :: normal(3) = 0.0_wp !! its normal
+  end type view_t
 
 contains
 
-  !> Room for the points of one slave facet.
-  pure subroutine make_fresh(facets, fresh)
-    integer, intent(in) :: facets !! number of master facets
-    type(fresh_t), intent(out) :: fresh !! gets its arrays
+  !> Room for the points of one slave facet, and how the master has moved.
+  pure subroutine make_fresh(pair, x_old, x, fresh)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(fresh_t), intent(out) :: fresh !! gets its arrays and way
+    integer :: facets
 
+    fresh%way = measure_way(pair, x_old, x)
+    facets = size(pair%surface%facets, 2)
     allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
               fresh%host(cell_points*(facets + 1)))
   end subroutine make_fresh
 
   !> The points of one slave facet over the master at x.
-  pure subroutine cut_facet(pair, f, nodes, x, fresh)
+  pure subroutine cut_facet(pair, f, nodes, x_old, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
     integer, intent(in) :: f !! the slave facet
     real(wp), intent(in) :: nodes(3, 6) !! its corners, and the middles of its edges if it has
                                         !! them, or where the tips put them [length]
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
-    real(wp) :: center(3), normal(3), reach
+    type(view_t) :: view
+    real(wp) :: center(3), reach, past, held
     integer :: k, n, last
-    type(plane_t) :: plane
 
-    plane = plane_of(nodes(:, :3))
-    normal = facet_normal(nodes(:, :3))
+    view%f = f
+    view%nodes = nodes
+    view%before = slave_positions(pair, f, x_old)
+    view%plane = plane_of(nodes(:, :3))
+    view%normal = facet_normal(nodes(:, :3))
     center = sum(nodes(:, :3), 2)/3.0_wp
     last = merge(6, 3, is_bent(pair, f))
     reach = pair%search_radius + maxval(norm2(nodes(:, :last) - spread(center, 2, last), 1))
+    past = maxval([(way_past(fresh%way, view%before(:, k), nodes(:, k)), k=1, last)])
+    held = held_reach(pair, f, x_old, sum(view%before(:, :3), 2)/3.0_wp)
+    if (may_enter(fresh%way, past) .or. held > reach) reach = max(reach, held) + past
     call facets_near(pair%surface%tree, center, reach, fresh%near, n)
     fresh%n = 0
     do k = 1, n
-      call add_cell(pair, f, fresh%near(k), nodes, plane, normal, x, fresh)
+      call add_cell(pair, fresh%near(k), view, x_old, x, fresh)
     end do
     if (fresh%n > 0) return
     fresh%n = 1
@@ -70,50 +95,89 @@ contains
   end subroutine cut_facet
 
   !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, f, host, slave, plane, normal, x, fresh)
+  pure subroutine add_cell(pair, host, view, x_old, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: host !! the master facet
-    real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
-    type(plane_t), intent(in) :: plane !! its plane
-    real(wp), intent(in) :: normal(3) !! its normal
+    type(view_t), intent(in) :: view !! of the slave facet
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
     real(wp) :: outline(2, most_outline), polygon(2, most_corners), points(2, cell_points), area
-    real(wp) :: place(2, cell_points), gaps(cell_points), y(3, cell_points)
+    real(wp) :: place(2, cell_points), gaps(cell_points)
     integer :: k, n
     logical :: curved
 
     ! whichever costs less comes first
-    curved = is_bent(pair, f) .or. is_quadratic(pair, host)
-    if (curved) curved = is_turned_away(pair, host, normal, x)
+    curved = is_bent(pair, view%f) .or. is_quadratic(pair, host)
+    if (curved) curved = is_turned_away(pair, host, view%normal, x)
     if (curved) return
-    call find_outline(pair, f, host, slave, plane, x, outline, n)
+    call find_outline(pair, view%f, host, view%nodes, view%plane, x, outline, n)
     if (lies_beside(outline(:, :n))) return
-    if (is_turned_away(pair, host, normal, x)) return
+    if (is_turned_away(pair, host, view%normal, x)) return
     call clip_outline(outline(:, :n), polygon, n)
     if (n == 0) return
     area = abs(polygon_area(polygon, n))
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
-    do k = 1, cell_points
-      y(:, k) = place_of(slave, is_bent(pair, f), points(:, k)) + slave_lift(pair, f, points(:, &
-        k))*normal
-    end do
-    call place_on_host(pair, host, x, y, place, gaps)
+    call place_on_host(pair, host, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, host, gaps(k)), k=1, &
-      cell_points)])) return
+      cell_points)])) then
+      if (.not. is_below(pair, host, view, fresh%way, x_old, x, points)) return
+    end if
     do k = 1, cell_points
       associate (p => fresh%n + k)
         fresh%host(p) = host
-        fresh%cell(p)%slave = f
+        fresh%cell(p)%slave = view%f
         fresh%cell(p)%weight = [points(1, k), points(2, k), 1.0_wp - points(1, k) - points(2, k)]
-        fresh%cell(p)%area = area*share_of_area(pair, f, points(:, k))/real(cell_points, wp)
+        fresh%cell(p)%area = area*share_of_area(pair, view%f, points(:, k))/real(cell_points, wp)
         fresh%cell(p)%place = place(:, k)
       end associate
     end do
     fresh%n = fresh%n + cell_points
   end subroutine add_cell
+
+  !> Where places of a slave facet are.
+  pure function places_in(pair, f, nodes, points) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    real(wp), intent(in) :: nodes(3, 6) !! its nodes [length]
+    real(wp), intent(in) :: points(2, cell_points) !! (xi, eta)
+    real(wp) :: y(3, cell_points), normal(3)
+    integer :: k
+
+    normal = facet_normal(nodes(:, :3))
+    do k = 1, cell_points
+      y(:, k) = place_of(nodes, is_bent(pair, f), points(:, k)) + slave_lift(pair, f, points(:, &
+        k))*normal
+    end do
+  end function places_in
+
+  !> What is too deep below a master facet, or too far above it, is below it all the same: one of
+  !! the points was in contact there, or has gone through the surface since.
+  pure logical function is_below(pair, host, view, way, x_old, x, points) result(below)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the master facet
+    type(view_t), intent(in) :: view !! of the slave facet
+    type(master_way_t), intent(in) :: way !! of the master, from x_old to x
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: points(2, cell_points) !! (xi, eta) in the slave facet
+    real(wp) :: y(3, cell_points), y_old(3, cell_points), place(2, cell_points), gaps(cell_points)
+    integer :: k
+
+    below = .false.
+    y = places_in(pair, view%f, view%nodes, points)
+    call place_on_host(pair, host, x, y, place, gaps)
+    if (all(gaps > 0.0_wp)) return
+    below = was_held(pair, view%f, host)
+    if (below) return
+    y_old = places_in(pair, view%f, view%before, points)
+    do k = 1, cell_points
+      if (gaps(k) > 0.0_wp) cycle
+      below = has_entered(pair, way, host, x_old, x, y_old(:, k), y(:, k))
+      if (below) return
+    end do
+  end function is_below
 
   !> A master facet does not face a slave facet.
   pure logical function is_turned_away(pair, host, normal, x) result(away)

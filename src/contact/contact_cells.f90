@@ -92,9 +92,9 @@ contains
     trial%search_radius = pair%search_radius
     if (trial%search_radius <= 0.0_wp) trial%search_radius = longest_facet(pair, x)
     call build_tree(trial%surface%tree, trial%surface%facets, x)
-    call make_fresh(size(pair%surface%facets, 2), fresh)
+    call make_fresh(trial, x, x, fresh)
     do f = 1, size(pair%points%slave_facets, 2)
-      call cut_facet(trial, f, slave_positions(trial, f, x), x, fresh)
+      call cut_facet(trial, f, slave_positions(trial, f, x), x, x, fresh)
       n = n + fresh%n
     end do
   end function points_at
@@ -215,13 +215,13 @@ contains
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
     cells = pair%history%cells
     points = pair%history%new
-    call make_fresh(size(pair%surface%facets, 2), fresh)
+    call make_fresh(pair, x_old, x, fresh)
     n = 0
     first = 1
     do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
       call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
-        x, fresh)
+        x_old, x, fresh)
       limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
         merge(followed, unmoved, are_level(pair, x, [moved(first:last)%host, &
         fresh%host(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))

@@ -14,6 +14,7 @@ module contact_hosts
   use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
     rim_tolerance, longest_walk
   use contact_tips, only: tip_of, find_tip, touches
+  use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: unfold_vector, barycentric
@@ -52,7 +53,7 @@ contains
       return
     end if
     do p = 1, count_points(pair)/pair%points%slots
-      call seek(pair, x, x, p, pair%history%new(p))
+      call seek(pair, master_way_t(), x, x, p, pair%history%new(p))
     end do
     pair%history%old = pair%history%new
   end subroutine start_pair
@@ -94,7 +95,7 @@ contains
           if (has_left(pair, x_old, p, point%host)) call let_go(point)
         end if
         if (point%host > 0 .or. .not. is_first(pair, p)) cycle
-        call seek(pair, x_old, x_old, p, point)
+        call seek(pair, master_way_t(), x_old, x_old, p, point)
         if (stays(pair, x_old, p, pair%history%old(p)%host, point%host)) point = pair%history%old(p)
       end associate
     end do
@@ -111,25 +112,30 @@ contains
     real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
     integer, intent(inout) :: changes !! grows by the number of points with a new host
     integer :: p
+    type(master_way_t) :: way
 
     if (pair%segmented) then
       call follow_cells(pair, x_old, x, tolerance, changes)
       return
     end if
-    if (any(pair%history%new%host == 0)) call fit_tree(pair%surface%tree, pair%surface%facets, x)
+    if (any(pair%history%new%host == 0)) then
+      call fit_tree(pair%surface%tree, pair%surface%facets, x)
+      way = measure_way(pair, x_old, x)
+    end if
     ! slots of one node look at each other
     !$omp parallel do if(pair%points%slots == 1 .and. size(pair%history%new) &
     !$omp& > few) schedule(dynamic, 32) &
-    !$omp& default(none) private(p) shared(pair, x_old, x, tolerance) reduction(+:changes)
+    !$omp& default(none) private(p) shared(pair, way, x_old, x, tolerance) reduction(+:changes)
     do p = 1, size(pair%history%new)
-      call follow_point(pair, x_old, x, tolerance, p, changes)
+      call follow_point(pair, way, x_old, x, tolerance, p, changes)
     end do
     !$omp end parallel do
   end subroutine follow_tips
 
   !> Lets the host of one point follow its tip.
-  subroutine follow_point(pair, x_old, x, tolerance, p, changes)
+  subroutine follow_point(pair, way, x_old, x, tolerance, p, changes)
     type(pair_t), intent(inout) :: pair !! new: host and start tip may change
+    type(master_way_t), intent(in) :: way !! of the master, if some point has no host
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! as in follow_tips
@@ -144,7 +150,7 @@ contains
       host = point%host
       touched = touches(pair, x, p, host)
       if (host == 0 .and. is_first(pair, p)) then
-        call seek(pair, x_old, x, p, point)
+        call seek(pair, way, x_old, x, p, point)
       else if (host == 0) then
         call seek_second(pair, x_old, x, p, point)
       else if (pair%history%moves(p) < most_moves) then
@@ -251,23 +257,30 @@ contains
   end subroutine step_over
 
   !> Looks for a facet under a point that has none; its start tip is the projection of its last
-  !! converged position, so that the first touch has the right direction.
-  subroutine seek(pair, x_old, x, p, point)
+  !! converged position, so that the first touch has the right direction. What has come through a
+  !! facet and is too deep below it now belongs to that.
+  subroutine seek(pair, way, x_old, x, p, point)
     type(pair_t), intent(in) :: pair !! the pair
+    type(master_way_t), intent(in) :: way !! of the master, from x_old to x
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which to look [length]
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! gets host, tip, status
     integer :: facet
     real(wp) :: xi(2), gap, distance
+    logical :: entered
 
-    call nearest_facet(pair%surface%tree, pair%surface%facets, x, point_position(pair, p, x), &
-      facet, distance, pair%surface%depth)
+    facet = entry_facet(pair, way, x_old, x, point_position(pair, p, x_old), &
+      point_position(pair, p, x))
+    entered = facet > 0
+    if (.not. entered) call nearest_facet(pair%surface%tree, pair%surface%facets, x, &
+      point_position(pair, p, x), facet, distance, pair%surface%depth)
     if (facet == 0) return
     if (is_taken(pair, x, p, facet)) return
-    if (allocated(pair%surface%sharp)) call walk(pair, x, point_position(pair, p, x), facet)
+    if (allocated(pair%surface%sharp) .and. .not. entered) call walk(pair, x, &
+      point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
-    if (is_too_deep(pair, facet, gap)) return
+    if (is_too_deep(pair, facet, gap) .and. .not. entered) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
     point%host = facet
     point%status = status_open

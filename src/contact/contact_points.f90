@@ -15,7 +15,7 @@ module contact_points
   public :: is_first, first_cell, count_points, used_points, point_position, point_field, &
     point_facet, point_lift, point_text, lay_behind, &
     make_node_points, make_facet_points, corner_weights, longest_facet, smallest_facet, coupling, &
-    most_coupled, coupled_nodes, is_too_deep
+    most_coupled, coupled_nodes, is_too_deep, depth_limit
 
   !> Points of a slave facet that are nearer to each other, in shape functions, are at one place.
   real(wp), parameter :: one_place = 1.0e-9_wp
@@ -162,9 +162,17 @@ contains
     integer, intent(in) :: facet !! the facet
     real(wp), intent(in) :: gap !! negative below it [length]
 
-    deep = gap < -pair%search_radius
-    if (allocated(pair%surface%depth)) deep = deep .or. gap < -pair%surface%depth(facet)
+    deep = gap < -depth_limit(pair, facet)
   end function is_too_deep
+
+  !> How deep a point may be below a facet: as the search radius, and as the body is thick.
+  pure real(wp) function depth_limit(pair, facet) result(limit)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+
+    limit = pair%search_radius
+    if (allocated(pair%surface%depth)) limit = min(limit, pair%surface%depth(facet))
+  end function depth_limit
 
   !> The smallest of the longest edges of the master facets of a pair.
   pure real(wp) function smallest_facet(pair, x) result(h)

@@ -7,7 +7,8 @@ module contact_types
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
-  public :: pair_t, master_surface_t, pair_points_t, contact_point_t, cell_t, forget_moves
+  public :: pair_t, master_surface_t, pair_points_t, contact_point_t, cell_t, &
+    point_history_t, forget_moves
   public :: form_node_to_surface, form_quadrature_to_surface
   public :: penalty_nodal, penalty_area, penalty_auto
   public :: direction_vector, direction_circumferential, direction_radial, direction_field

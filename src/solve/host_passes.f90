@@ -5,7 +5,8 @@ module host_passes
   use increment_start, only: start_rubbing
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple
   use first_touch, only: find_touches
-  use condensed_system, only: refresh_candidates
+  use condensed_system, only: refresh_candidates, recover_interior
+  use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_too_many, &
     outcome_restless, outcome_adrift, outcome_hosts, is_converged
   use early_hosts, only: may_look_early
@@ -144,6 +145,7 @@ contains
     logical, intent(out) :: settled !! nothing has changed; else it is to be solved again
 
     if (system%condensed%active) call refresh_candidates(system)
+    if (has_flown(model, system)) call recover_interior(system)
     system%position%x_now = model%mesh%x + system%u
     call move_hosts(model, system, settings%extrapolation, changes)
     call renew_surfaces(model, system, patch_tolerance, settled)

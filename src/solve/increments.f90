@@ -14,8 +14,9 @@ module increments
   use condensed_system, only: refresh_candidates, recover_interior, keep_forces
   use linear_sums, only: can_do_without, form_sums, take_sums
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular
+    outcome_restless, outcome_singular, outcome_through
   use contact_parameters, only: is_stiff, shifts_gap
+  use contact_entries, only: has_gone_through
   use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, &
     come_along, has_failed
   use follower_pressure, only: take_pressure_force
@@ -24,12 +25,13 @@ module increments
   use soft_penalties, only: may_soften, solve_from_soft
   use lost_contact, only: has_thrown
   use coarse_start, only: start_coarsely
+  use late_look, only: look_inside
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, accept
+  public :: solve_increment, accept, look_for_through
 
   !> With a drag a body first goes this share of a facet in an iteration.
   real(wp), parameter :: drag_way = 0.05_wp
@@ -38,6 +40,8 @@ module increments
   integer, parameter :: most_in_vain = 2
   !> A start from grown loads that is one leads to the end in so many linear solves.
   integer, parameter :: most_grown = 20
+  !> An increment is solved so often with nodes that touch where nobody foresaw it.
+  integer, parameter :: most_looks = 8
 
 contains
 
@@ -50,24 +54,32 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: done
+    logical :: done, known, missed
+    integer :: look
 
     call choose_solver(model, system, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u
     call take_overlaps(model, time)
-    call begin_at(model, system, state, time)
-    call choose_start(model, system, state, time, monitor)
-    call solve_grown(model, system, state, time, settings, monitor, progress, done)
-    if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
-    if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+    do look = 1, most_looks
+      call begin_at(model, system, state, time)
+      call choose_start(model, system, state, time, monitor)
+      call solve_grown(model, system, state, time, settings, monitor, progress, done)
+      if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
+      if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+      if (progress%outcome /= outcome_converged) return
+      call look_inside(model, system, state, settings, monitor, known, missed)
+      if (.not. missed) exit
+      progress%outcome = outcome_restless
+    end do
+    if (progress%outcome == outcome_converged) call look_for_through(model, system, progress)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
     if (has_thrown(model, system)) call monitor%warning('bodies have flown out of contact, '// &
       'which has no force left, from each start that was tried: look whether that is meant, '// &
       'and compare with half of DT')
-    call accept(model, system, state, time)
+    call accept(model, system, state, time, known)
   end subroutine solve_increment
 
   !> Solves from the last state times the growth of the loads, where the residual is smaller there.
@@ -162,6 +174,19 @@ contains
       'left: not taken for the solution')
   end subroutine look_for_thrown
 
+  !> What has converged with a slave that has gone through a master is no solution.
+  subroutine look_for_through(model, system, progress)
+    type(model_t), intent(inout) :: model !! pairs with their hosts; trees are fitted
+    type(system_t), intent(in) :: system !! converged
+    type(newton_t), intent(inout) :: progress !! gets outcome
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
+        progress%outcome = outcome_through
+    end do
+  end subroutine look_for_through
+
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").
   subroutine let_down(model, system, time, settings, monitor, progress)
@@ -226,11 +251,13 @@ contains
   end subroutine tell_crowded
 
   !> Takes the converged iterate as the new state.
-  subroutine accept(model, system, state, time)
+  subroutine accept(model, system, state, time, known)
     type(model_t), intent(inout) :: model !! history is committed
     type(system_t), intent(inout) :: system !! converged
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
+    logical, intent(in), optional :: known !! the displacements inside are known
+    logical :: recover
 
     if (can_do_without(model, system)) then
       state%whole = system%inside_due
@@ -239,7 +266,9 @@ contains
       state%whole = .true.
     end if
     if (system%condensed%active) then
-      if (state%whole) call recover_interior(system)
+      recover = state%whole
+      if (present(known)) recover = recover .and. .not. known
+      if (recover) call recover_interior(system)
       if (.not. state%whole) call refresh_candidates(system)
       call keep_forces(system%condensed)
     end if

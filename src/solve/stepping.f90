@@ -8,7 +8,7 @@ module stepping
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
-    outcome_inverted
+    outcome_inverted, outcome_through
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies
   use free_bodies, only: tell_free_bodies
@@ -99,6 +99,8 @@ contains
       t = 'all updates of the multipliers are made, and gaps or forces are not within tolerance,'
     case (outcome_singular)
       t = 'the matrix is singular'
+    case (outcome_through)
+      t = 'a slave has gone through a master, past all its facets,'
     case (outcome_inverted)
       t = 'an element would be turned inside out'
     case default

@@ -9,7 +9,7 @@ module condensed_types
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
     residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
-    body_sums_t
+    body_sums_t, seen_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
@@ -121,6 +121,13 @@ module condensed_types
     type(rest_course_t) :: course !! GMRES on the rest
   end type contact_tangent_t
 
+  !> When the displacements of all nodes were known last.
+  type :: seen_t
+    real(wp), allocatable :: factors(:) !! (loads) factors of the loads then
+    real(wp), allocatable :: u(:, :) !! (3, nodes) these displacements [length]
+    real(wp), allocatable :: carried(:, :) !! (3, nodes) rigid ways of the bodies since [length]
+  end type seen_t
+
   !> What the loads do to the bodies without contact.
   type :: influence_t
     real(wp), allocatable :: factors(:) !! (loads) their factors at the end of the increment
@@ -134,6 +141,7 @@ module condensed_types
     !! allocated if no point has touched first [force]
     real(wp), allocatable :: loaded(:) !! (n) displacement without contact [length]
     real(wp), allocatable :: pushes(:, :) !! (modes, loads) work of unit loads on them [force]
+    type(seen_t) :: seen !! where all nodes were last
   end type influence_t
 
   !> What acts on a body and what it does to sums over supports and loads (sum_shares).

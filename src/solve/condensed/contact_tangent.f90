@@ -380,7 +380,7 @@ contains
         call apply_compliance(condensed, force, t)
         t = d - t
         if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
-      else
+      else if (size(d) > 0) then
         call take_columns(size(d), n, tangent%cu, z, t)
       end if
     end associate
