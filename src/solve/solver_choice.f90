@@ -16,7 +16,7 @@ module solver_choice
   use system_types, only: system_t
   implicit none
   private
-  public :: scene_t, ask_for_solver, choose_solver, decide
+  public :: scene_t, ask_for_solver, choose_solver, decide, decline_condensed, retry_condensed
 
   !> What of a scene matters to the choice.
   type :: scene_t
@@ -81,6 +81,28 @@ contains
     call monitor%event(reason)
   end subroutine choose_solver
 
+  !> AUTO takes the whole system where the condensed form has found no way: with bodies in flight,
+  !! whose nodes it does not watch on all of their way. A study needs its factors.
+  subroutine decline_condensed(system, declined)
+    type(system_t), intent(inout) :: system !! its choice is open again
+    logical, intent(out) :: declined !! there is another choice
+
+    declined = system%whole%asked == solver_auto .and. system%whole%choice == solver_reduced .and. &
+      .not. system%whole_factors
+    if (.not. declined) return
+    system%whole%declined = .true.
+    system%whole%choice = solver_unknown
+  end subroutine decline_condensed
+
+  !> The next end time begins: the condensed form may serve again.
+  subroutine retry_condensed(system)
+    type(system_t), intent(inout) :: system !! its choice is open again, if it was declined
+
+    if (.not. system%whole%declined) return
+    system%whole%declined = .false.
+    system%whole%choice = solver_unknown
+  end subroutine retry_condensed
+
   !> The facts of a scene.
   function look_at(model, system) result(scene)
     type(model_t), intent(in) :: model !! the problem
@@ -90,6 +112,7 @@ contains
     integer :: k
 
     scene%ranks = count_ranks()
+    scene%declined = system%whole%declined
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%weak)

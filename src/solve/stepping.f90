@@ -10,7 +10,8 @@ module stepping
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
     outcome_inverted, outcome_through
   use increments, only: solve_increment
-  use diagnosis, only: explain_failure, unrestrained_bodies
+  use diagnosis, only: explain_failure, unrestrained_bodies, has_flying_body
+  use solver_choice, only: decline_condensed, retry_condensed
   use free_bodies, only: tell_free_bodies
   use signals, only: stop_exit_code
   use system_types, only: system_t, state_t, settings_t
@@ -34,9 +35,10 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
     type(newton_t) :: progress
     integer :: done, part
-    logical :: hopeless
+    logical :: hopeless, otherwise
     real(wp) :: begin, time
 
+    call retry_condensed(system)
     begin = state%time
     done = 0
     part = finest
@@ -54,6 +56,11 @@ contains
       hopeless = part == 1
       if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
       if (hopeless) then
+        call try_otherwise(model, system, progress, monitor, otherwise)
+        if (otherwise) then
+          part = merge(finest, iand(done, -done), done == 0)
+          cycle
+        end if
         call raise_outcome(model, system, state, progress, time, part == 1, error, end_time)
         return
       end if
@@ -70,6 +77,25 @@ contains
       size_of = (end_time - begin)*(real(parts, wp)/real(finest, wp))
     end function size_of
   end subroutine advance
+
+  !> Once more with the whole system, where a body is in flight and AUTO may choose the solver.
+  subroutine try_otherwise(model, system, progress, monitor, otherwise)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(inout) :: system !! the system at the failed iterate
+    type(newton_t), intent(in) :: progress !! how the solve ended
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: otherwise !! there is another way
+
+    otherwise = .false.
+    if (any(progress%outcome == [outcome_memory, outcome_stopped])) return
+    if (.not. has_flying_body(model, system)) return
+    call decline_condensed(system, otherwise)
+    if (.not. otherwise) return
+    system%body%in_vain = 0
+    system%motion%hopeless = .false.
+    call monitor%event('  a body flies, and REDUced has not found where it '// &
+      'lands: once more with the whole system, to the next end time')
+  end subroutine try_otherwise
 
   !> A shorter increment cannot help.
   logical function is_final(outcome, model, system) result(final)

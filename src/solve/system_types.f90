@@ -94,6 +94,7 @@ module system_types
     type(linear_solver_t) :: solver !! its factor
     integer :: forced = solver_unknown !! what --solver asks for, unknown if it does not
     integer :: asked = solver_auto !! what --solver or SOLVer asks for
+    logical :: declined = .false. !! AUTO has found no way with the condensed form to this end time
     integer :: choice = solver_unknown !! what is taken, unknown before the next increment
   end type whole_form_t
 

@@ -97,3 +97,11 @@ class EntryLaws:
         self.true('the floor carries', forces[0][9] > 0.1)
         for step, (right, force) in enumerate(zip(*forces), 1):
             self.near(f'step {step}', force, right, 1e-6)
+
+    def test_a_body_that_flies_lands(self):
+        """A cube falls by 1, 2.4 and 5 of its edges in one increment, with the solver that AUTO
+        takes in the end: the floor carries its weight."""
+        for height in (0.5, 1.2, 2.5):
+            run = self.run(os.path.join(DECKS, 'dropped_cube.inp'), '--set', f'height={height}',
+                           out=f'dropped_{height}')
+            self.near(f'height {height}: the floor', run.rea[1]['ground'][2], 0.25, 1e-9)

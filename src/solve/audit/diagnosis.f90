@@ -21,7 +21,7 @@ module diagnosis
   use system_types, only: system_t
   implicit none
   private
-  public :: explain_failure, unrestrained_bodies, check_supports, body_name, &
+  public :: explain_failure, unrestrained_bodies, has_flying_body, check_supports, body_name, &
     named_motion, is_held
 
   !> Friction below this share of what there is cannot be used up, however it is pressed.
@@ -212,6 +212,17 @@ contains
       end if
     end do
   end function unrestrained_bodies
+
+  !> A body is in flight: neither supports nor closed contact points hold it, and there are none.
+  logical function has_flying_body(model, system) result(flies)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system
+    integer :: body
+
+    body = unrestrained_bodies(model, system)
+    flies = body > 0
+    if (flies) flies = closed_points(system, body) == 0
+  end function has_flying_body
 
   !> Names a body that can move freely, and how.
   function describe_body(model, system, body, kind) result(t)
