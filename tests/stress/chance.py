@@ -20,6 +20,7 @@ class Maker:
         self.balance, self.mus, self.notes = [], {}, []
         self.signs = {}
         self.stiffest = 0.0
+        self.hardest = self.young       # of all bodies
         self.times = [0.0]
         self.phases = []
 
@@ -48,9 +49,16 @@ class Maker:
                       factor=far)
         # A gap is known to the last place of positions of a few times the scale; times the penalty, and
         # summed over some tens of points, that is a force of 3e-14 k E scale^2: 1e-9 of this floor.
-        scene.floor = (1e-5 + 3e-5*self.stiffest)*self.young*self.scale**2
+        # And displacements, times the modulus of the hardest body.
+        scene.floor = (1e-5*self.hardest + 3e-5*self.stiffest*self.young)*self.scale**2
         scene.notes = ', '.join(self.notes)
         return scene
+
+    def of_hardness(self, factor):
+        """Young's modulus of a body."""
+        young = factor*self.young
+        self.hardest = max(self.hardest, young)
+        return young
 
     def draw_path(self):
         """The phases all blocks go through; each block follows them in its own way."""
@@ -90,7 +98,7 @@ class Maker:
         def shape(x, unit):
             return [s*x[0], s*x[1], s*(x[2] + unit[2]*height(x[0], x[1]))]
         material = self.deck.rigid() if rigid else self.deck.elastic(
-            self.young*10.0**draw.uniform(-1, 1), draw.uniform(0.0, 0.45))
+            self.of_hardness(10.0**draw.uniform(-1, 1)), draw.uniform(0.0, 0.45))
         body = Body(self.deck, 'base', cells, (0.0, 0.0, -draw.uniform(0.3, 0.8)), (*span, 0.0),
                     material, shape, draw.choice((0.0, 0.2)), draw)
         self.base_body, self.base_rigid = body, rigid
@@ -115,7 +123,7 @@ class Maker:
             u, v = rotate(x[0], x[1], angle)
             drop = bulge*(1 - unit[2])*((2*unit[0] - 1)**2 + (2*unit[1] - 1)**2)
             return [s*(middle[0] + u), s*(middle[1] + v), s*(1.0 + x[2] + drop)]
-        young = self.young*10.0**draw.uniform(-0.5, 0.5)
+        young = self.of_hardness(10.0**draw.uniform(-0.5, 0.5))
         material = deck.elastic(young, draw.uniform(0.0, 0.45))
         name = f'block{k + 1}'
         body = Body(deck, name, cells, (-size[0]/2, -size[1]/2, 0.0),
