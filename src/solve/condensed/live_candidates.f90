@@ -74,10 +74,7 @@ contains
         first = first + body%n_live
       end associate
     end do
-    condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
-    condensed%alive%change = condensed%alive%right
-    condensed%alive%pushed = condensed%alive%right
-    condensed%alive%yields = condensed%alive%right
+    call clear_values(condensed)
   end subroutine number_live
 
   !> None is live: those of the increment before must not decide which are, as a restart from there
@@ -90,7 +87,18 @@ contains
     condensed%alive%live = [integer ::]
     condensed%alive%n_live = 0
     condensed%bodies%n_live = 0
+    call clear_values(condensed)
   end subroutine forget_live
+
+  !> Forces and displacements of the live candidates, zero.
+  pure subroutine clear_values(condensed)
+    type(condensed_t), intent(inout) :: condensed !! n_live given; gets right, change and a product
+
+    condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
+    condensed%alive%change = condensed%alive%right
+    condensed%alive%pushed = condensed%alive%right
+    condensed%alive%yields = condensed%alive%right
+  end subroutine clear_values
 
   !> Compliance of the live candidates of each body, unless it is at hand.
   subroutine gather_compliance(condensed)
