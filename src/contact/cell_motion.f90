@@ -80,7 +80,8 @@ contains
 
     stay = size(cells) > 0
     if (.not. stay) return
-    if (would_stay(cells, moved, fresh, host, min(limits(:2), limits(3)))) return
+    if (would_stay(cells, moved, fresh, host, merge(limits(3), limits(:2), limits(3) &
+      < minval(limits(:2))))) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(3))* &
       pair%points%slave_area(f) .and. (any(moved%host > 0) .eqv. any(host > 0))
     do p = 1, size(cells)

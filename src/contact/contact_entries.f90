@@ -169,22 +169,11 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     integer, intent(in) :: facet !! the master facet
-    integer :: p
+    integer :: k
 
-    held = .false.
-    if (.not. allocated(pair%history%old_cells)) return
-    p = first_cell(pair%history%old_cells, f)
-    if (p == 0) return
-    do while (p <= size(pair%history%old_cells))
-      if (pair%history%old_cells(p)%slave /= f) return
-      associate (point => pair%history%old(p))
-        if (point%host > 0 .and. point%status > status_open) then
-          held = meet(pair, facet, point%host)
-          if (held) return
-        end if
-      end associate
-      p = p + 1
-    end do
+    associate (hosts => closed_hosts(pair, f))
+      held = any([(meet(pair, facet, hosts(k)), k=1, size(hosts))])
+    end associate
   end function was_held
 
   !> Farthest from a place that a facet lies with which a slave facet was in contact.
@@ -193,21 +182,37 @@ contains
     integer, intent(in) :: f !! the slave facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: y(3) !! the place [length]
-    integer :: p
+    integer :: k
 
     reach = 0.0_wp
-    if (.not. allocated(pair%history%old_cells)) return
-    p = first_cell(pair%history%old_cells, f)
-    if (p == 0) return
-    do while (p <= size(pair%history%old_cells))
-      if (pair%history%old_cells(p)%slave /= f) return
-      associate (point => pair%history%old(p))
-        if (point%host > 0 .and. point%status > status_open) reach = max(reach, norm2(y &
-          - x(:, pair%surface%facets(1, point%host))))
-      end associate
-      p = p + 1
-    end do
+    associate (hosts => closed_hosts(pair, f))
+      do k = 1, size(hosts)
+        reach = max(reach, norm2(y - x(:, pair%surface%facets(1, hosts(k)))))
+      end do
+    end associate
   end function held_reach
+
+  !> Master facets with which a slave facet of a segmented pair was in contact at the last converged
+  !! state, one for each closed point.
+  pure function closed_hosts(pair, f) result(hosts)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    integer, allocatable :: hosts(:)
+    integer :: first, last
+
+    hosts = [integer ::]
+    if (.not. allocated(pair%history%old_cells)) return
+    first = first_cell(pair%history%old_cells, f)
+    if (first == 0) return
+    last = first
+    do while (last < size(pair%history%old_cells))
+      if (pair%history%old_cells(last + 1)%slave /= f) exit
+      last = last + 1
+    end do
+    associate (points => pair%history%old(first:last))
+      hosts = pack(points%host, points%host > 0 .and. points%status > status_open)
+    end associate
+  end function closed_hosts
 
   !> A place of the slave for which no facet counts has gone through the master in this increment.
   logical function has_gone_through(pair, x_old, x) result(through)

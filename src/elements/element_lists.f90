@@ -1,7 +1,7 @@
 !> Lists of elements: what the assembly loops run over.
 module element_lists
   use kinds, only: wp
-  use threads, only: count_threads
+  use threads, only: pays_threads
   use element_types, only: max_slaves, n_element_history
   use solid_types, only: n_solid_parameters
   use elmlib, only: n_parameters, routine_none
@@ -15,8 +15,8 @@ module element_lists
   integer, parameter :: small_batch = 16
   !> The same with several threads, which are called together for each batch.
   integer, parameter :: large_batch = 1024
-  !> Lists that are worth more than one thread.
-  integer, parameter :: long_list = 2000
+  !> Multiplications and additions of an element, at least.
+  real(wp), parameter :: of_element = 250.0_wp
 
   !> Elements with their routine and nodes: what the graph of a matrix asks for.
   type :: node_list_t
@@ -80,8 +80,7 @@ contains
   logical function on_threads(n)
     integer, intent(in) :: n !! elements of the list
 
-    on_threads = n > long_list
-    if (on_threads) on_threads = count_threads() > 1
+    on_threads = pays_threads(of_element*real(n, wp))
   end function on_threads
 
   !> Allocates what all lists have, for n elements that take no part.

@@ -5,7 +5,7 @@ module cholmod_interface
   implicit none
   private
   public :: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, cholmod_factor_t
-  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, cholmod_l_analyze_p, &
+  public :: cholmod_l_start, cholmod_l_finish, cholmod_l_analyze_p, &
     cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
     cholmod_l_free_dense, cholmod_l_realloc, cholmod_l_version
 
@@ -99,15 +99,7 @@ module cholmod_interface
       type(cholmod_common_t), intent(inout) :: common
     end function cholmod_l_finish
 
-    !> Symbolic analysis with an ordering of CHOLMOD's.
-    type(c_ptr) function cholmod_l_analyze(a, common) bind(c, name='cholmod_l_analyze')
-      import :: c_ptr, cholmod_sparse_t, cholmod_common_t
-      implicit none
-      type(cholmod_sparse_t), intent(in) :: a
-      type(cholmod_common_t), intent(inout) :: common
-    end function cholmod_l_analyze
-
-    !> The same with an ordering that is given, where that is what the settings say.
+    !> Symbolic analysis with the ordering that the settings name, which may be one that is given.
     type(c_ptr) function cholmod_l_analyze_p(a, order, set, size_of_set, common) &
       bind(c, name='cholmod_l_analyze_p')
       import :: c_ptr, c_size_t, cholmod_sparse_t, cholmod_common_t

@@ -12,7 +12,7 @@ module cholmod_solver
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
-    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze, &
+    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, &
     cholmod_l_analyze_p, cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, &
     cholmod_l_free_factor, cholmod_l_free_dense, cholmod_l_realloc
   implicit none
@@ -119,21 +119,9 @@ contains
     type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
-    type(cholmod_sparse_t) :: view
 
-    call start(solver, outcome)
-    if (outcome /= solver_done) return
-    call solver%forget_pattern()
-    call begin_cost(costs, cost_symbolic)
-    call view_of(a, view)
-    solver%common%ordering = merge(ordering_natural, ordering_metis, a%lower)
-    solver%common%postorder = merge(0_c_int, 1_c_int, a%lower)
-    solver%factor = cholmod_l_analyze(view, solver%common)
-    if (c_associated(solver%factor)) call split_supernodes(solver%factor, solver%common)
-    call end_cost(costs, cost_symbolic)
-    outcome = outcome_of(solver)
-    if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
-    if (outcome /= solver_done) call solver%forget_pattern()
+    call analyse_by(solver, a, merge(ordering_natural, ordering_metis, a%lower), c_null_ptr, &
+      costs, outcome)
   end subroutine analyse
 
   !> Analyses a pattern in an order that is given, but for its postorder.
@@ -143,6 +131,18 @@ contains
     integer(long), intent(in), target :: order(:) !! (n) the column at each place, 0-based
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
+
+    call analyse_by(solver, a, ordering_given, c_loc(order), costs, outcome)
+  end subroutine analyse_in_order
+
+  !> Analyses a pattern with one of CHOLMOD's orderings; all but the natural one are postordered.
+  subroutine analyse_by(solver, a, ordering, order, costs, outcome)
+    class(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
+    integer(c_int), intent(in) :: ordering !! which
+    type(c_ptr), intent(in) :: order !! the order that is given, else null
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
     type(cholmod_sparse_t) :: view
 
     call start(solver, outcome)
@@ -150,14 +150,15 @@ contains
     call solver%forget_pattern()
     call begin_cost(costs, cost_symbolic)
     call view_of(a, view)
-    solver%common%ordering = ordering_given
-    solver%common%postorder = 1_c_int
-    solver%factor = cholmod_l_analyze_p(view, c_loc(order), c_null_ptr, 0_c_size_t, solver%common)
+    solver%common%ordering = ordering
+    solver%common%postorder = merge(0_c_int, 1_c_int, ordering == ordering_natural)
+    solver%factor = cholmod_l_analyze_p(view, order, c_null_ptr, 0_c_size_t, solver%common)
+    if (c_associated(solver%factor)) call split_supernodes(solver%factor, solver%common)
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed
     if (outcome /= solver_done) call solver%forget_pattern()
-  end subroutine analyse_in_order
+  end subroutine analyse_by
 
   !> The pattern has been analysed.
   logical function is_analysed(solver)

@@ -9,6 +9,7 @@ module late_look
   use contact_tips, only: touches
   use contact_hosts, only: follow_tips
   use contact_system, only: load_contact, couple
+  use condensed_types, only: seen_t
   use condensed_system, only: refresh_candidates, recover_interior
   use linear_sums, only: can_do_without
   use loads, only: load_factors
@@ -45,8 +46,8 @@ contains
   end function has_flown
 
   !> Finds the displacements of all nodes, if they are due or may be far from where they were seen
-  !! last, and the points that touch although the
-  !! condensed form has not watched one of their nodes; with these it is extended.
+  !! last, and the points that touch although the condensed form has not watched one of their nodes;
+  !! with these it is extended.
   subroutine look_inside(model, system, state, settings, monitor, known, missed)
     type(model_t), intent(inout) :: model !! pairs: hosts of the points, if some are missed
     type(system_t), intent(inout) :: system !! converged; u of all nodes, condensed may grow
@@ -70,11 +71,7 @@ contains
     end if
     known = .true.
     call recover_interior(system)
-    associate (seen => system%condensed%outer%seen)
-      seen%factors = system%condensed%outer%factors
-      seen%u = system%u
-      seen%carried = 0.0_wp*system%u
-    end associate
+    call see(system%condensed%outer%factors, system%u, system%condensed%outer%seen)
     system%position%x_now = model%mesh%x + system%u
     watched = system%condensed%candidate .or. .not. any(system%equation > 0, 1)
     n = 0
@@ -89,6 +86,18 @@ contains
     call couple(system)
   end subroutine look_inside
 
+  !> All nodes have been seen; no body has been carried since.
+  pure subroutine see(factors, u, seen)
+    real(wp), intent(in) :: factors(:) !! (loads) of the loads
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) their displacements [length]
+    type(seen_t), intent(inout) :: seen !! is filled
+
+    seen%factors = factors
+    seen%u = u
+    seen%carried = u
+    seen%carried = 0.0_wp
+  end subroutine see
+
   !> Nodes may have strayed from where they were seen last, other than by the rigid ways that were
   !! foreseen: candidates have, or the loads alone would take another node there.
   subroutine follow_nodes(model, system, state, strayed)
@@ -100,11 +109,7 @@ contains
     integer :: i, k
 
     associate (outer => system%condensed%outer, seen => system%condensed%outer%seen)
-      if (.not. allocated(seen%u)) then
-        seen%u = state%u
-        seen%carried = 0.0_wp*state%u
-        seen%factors = load_factors(model, state%time)
-      end if
+      if (.not. allocated(seen%u)) call see(load_factors(model, state%time), state%u, seen)
       seen%carried = seen%carried + system%position%x_ahead - model%mesh%x - state%u
       strayed = .false.
       do i = 1, size(seen%u, 2)
