@@ -61,7 +61,7 @@ module element_lists
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
     logical, allocatable :: hold(:) !! (n) elements that stick in the next tangent
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
-    real(wp), allocatable :: keep(:) !! (n) shift that makes open ones closed in it, or 0 [length]
+    real(wp), allocatable :: keep(:) !! (n) shift to the gap that is expected in it [length]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
   end type element_list_t
 

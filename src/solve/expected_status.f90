@@ -1,5 +1,6 @@
 !> What the first tangent of an increment expects of the contact points: those that were closed at
-!! the last converged state are closed, those that slipped slip on (doc/theory, "First direction").
+!! the last converged state are as far below their facets, those that slipped slip on (doc/theory,
+!! "First direction").
 module expected_status
   use kinds, only: wp
   use element_types, only: status_open, status_slip
@@ -82,7 +83,7 @@ contains
         end if
         system%contact%slide(first + p - 1) = facet%slips
         now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-        if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
+        system%contact%keep(first + p - 1) = facet%gap - now
       end associate
     end do
   end subroutine expect_on_facets
@@ -148,8 +149,7 @@ contains
       norm2(list%slip_before, 1) > least*norm2(list%slip, 1)
   end function turned_back
 
-  !> The shift along the normal that gives a point above its facet the gap that it had at the last
-  !! converged state; 0 where it is closed.
+  !> The shift along the normal that gives a point the gap that it had at the last converged state.
   pure real(wp) function closing_shift(pair, p, system) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! a point that was closed
@@ -158,7 +158,6 @@ contains
 
     shift = 0.0_wp
     now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-    if (now <= 0.0_wp) return
     before = shifted_gap(pair, p, pair%history%old(p), system%position%x_old)
     if (before < 0.0_wp) shift = before - now
   end function closing_shift

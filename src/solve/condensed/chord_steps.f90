@@ -7,6 +7,7 @@ module chord_steps
   use bulk_preconditioner, only: solve_tangent
   use near_steps, only: find_near_again, note_near_step
   use condensed_direction, only: find_chord
+  use condensed_system, only: settle_live
   use residuals, only: form_residual, form_trial, residual_norm
   use live_values, only: direction_norm, direction_work
   use line_search, only: take_trial
@@ -51,7 +52,8 @@ module chord_steps
 
 contains
 
-  !> Goes on with the factor at hand after a full step.
+  !> Goes on with the factor at hand after a full step. What steps in single precision have left of
+  !! equilibrium is found at their end; more of them follow, in double, if it shows.
   subroutine follow_chords(model, system, tolerance, first_energy, energy, wanted, chords)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
@@ -60,12 +62,35 @@ contains
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
+
+    call take_chords(model, system, tolerance, first_energy, energy, wanted, 0.03_wp*wanted, chords)
+    if (.not. system%condensed%bulk%hidden) return
+    call settle_live(system)
+    call form_residual(system, model%mesh%x)
+    if (.not. (chords%settled .or. chords%energy_met)) return
+    if (residual_norm(system) <= wanted) return
+    chords%settled = .false.
+    chords%energy_met = .false.
+    call take_chords(model, system, tolerance, first_energy, energy, wanted, 0.0_wp, chords)
+  end subroutine follow_chords
+
+  !> Steps with the factor at hand, while each leads on.
+  subroutine take_chords(model, system, tolerance, first_energy, energy, wanted, sought, chords)
+    type(model_t), intent(in) :: model !! mesh, pairs
+    type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
+    real(wp), intent(in) :: tolerance !! of the energy
+    real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
+    real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
+    real(wp), intent(in) :: wanted !! residual that would have converged [force]
+    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
+    type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
     type(secants_t) :: secants
     logical :: found
 
-    last = direction_norm(system)
+    last = huge(1.0_wp) ! what steps have hidden may be longer than the last of them
+    if (sought > 0.0_wp) last = direction_norm(system)
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
       any(model%pairs%smooth))
@@ -76,7 +101,7 @@ contains
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status
-      call find_direction_again(model, system, found)
+      call find_direction_again(model, system, sought, found)
       if (found .and. .not. system%condensed%near) call bend_direction(secants, system, found)
       length = direction_norm(system)
       found = found .and. length <= share*last
@@ -115,7 +140,7 @@ contains
       last = length
       last_work = work
     end do
-  end subroutine follow_chords
+  end subroutine take_chords
 
   !> A direction with the factor at hand is no substitution, and costs about what a tangent does;
   !! with the blocks of groups of points it costs far less.
@@ -146,15 +171,16 @@ contains
   end subroutine stay
 
   !> The direction that the factor at hand gives for the present residual.
-  subroutine find_direction_again(model, system, found)
+  subroutine find_direction_again(model, system, sought, found)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
+    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     logical, intent(out) :: found !! there is one
     real(wp) :: share
     integer :: outcome
 
     if (system%condensed%active) then
-      call find_chord(system, found)
+      call find_chord(system, sought, found)
     else if (system%condensed%near) then
       call find_near_again(system, found)
       if (found) call spread_direction(system)

@@ -1,7 +1,7 @@
 !> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
 module condensation
-  use kinds, only: wp, long
+  use kinds, only: wp, sp, long
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use lapack_interface, only: dpotri
@@ -143,11 +143,22 @@ contains
 
     if (body%copied) deallocate (body%live)
     nullify (body%live)
-    body%copied = .false.
     body%skipped = 0
     if (allocated(body%gathered)) deallocate (body%gathered)
-    body%near = near_compliance_t()
+    call drop_near(body%near, body%copied)
+    body%copied = .false.
   end subroutine drop_live
+
+  !> The same in single precision, unless it is that of all candidates.
+  pure subroutine drop_near(near, copied)
+    type(near_compliance_t), intent(inout) :: near !! in single precision
+    logical, intent(in) :: copied !! it is that of the live candidates alone
+    real(sp), allocatable :: single(:, :)
+
+    if (.not. copied) call move_alloc(near%single, single)
+    near = near_compliance_t()
+    call move_alloc(single, near%single)
+  end subroutine drop_near
 
   !> Forgets the compliance.
   subroutine drop_compliance(body)
@@ -157,6 +168,7 @@ contains
     if (associated(body%compliance)) deallocate (body%compliance)
     if (associated(body%trailing)) deallocate (body%trailing)
     body%mirrored = .false.
+    body%near = near_compliance_t()
   end subroutine drop_compliance
 
   !> x = K^-1 b on all free equations of a body.

@@ -4,15 +4,16 @@ module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
   use back_ends, only: solver_done
-  use condensed_types, only: condensed_t, contact_tangent_t
+  use condensed_types, only: condensed_t
   use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
-  use gmres, only: begin_gmres, add_image, gmres_shares
+  use gcr, only: begin_gcr, take_known, add_image_of
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading
   use contact_sums, only: add_leading
+  use rough_tangent, only: has_long_products, apply_roughly, shows
   use system_types, only: system_t
   implicit none
   private
@@ -34,10 +35,10 @@ module condensed_direction
   !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
   !! anyway, unless multipliers go with it; where products are long the factor mostly does without
   !! any.
-  real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.3_wp
-  !> A product with the compliances is long if it has this many entries of them for a closed
-  !! element: it takes longer than the residual of one more step.
-  real(wp), parameter :: long_product = 4000.0_wp
+  real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.1_wp
+  !> Share of a residual or image that is no round-off yet, where the factor is in single precision
+  !! and where it is in double.
+  real(wp), parameter :: least_of_single = 1.0e-4_wp, least_of_double = 1.0e-10_wp
   !> And of the answers that multipliers ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
@@ -63,14 +64,14 @@ contains
       if (is_worth_trying(system)) then
         condensed%tangent%fresh = .false.
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_stale, y, arrived)
+        call respond(system, 1.0_wp, floor, most_stale, 0.0_wp, y, arrived)
         if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
       end if
       if (.not. arrived) then
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), 0.0_wp, y, arrived)
         if (.not. arrived .and. condensed%tangent%parts%iterated) call answer_densely(system, x, &
           floor, y, arrived, outcome)
         if (outcome /= solver_done) return
@@ -82,8 +83,9 @@ contains
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
-  subroutine find_chord(system, arrived)
+  subroutine find_chord(system, sought, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
+    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     logical, intent(out) :: arrived !! there is one
     real(wp) :: y(system%condensed%alive%n_live), floor, share
 
@@ -91,7 +93,7 @@ contains
       share = merge(of_factor, of_chord, has_long_products(condensed))
       if (system%motion%active) share = coarsest
       floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
-      call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+      call respond(system, 1.0_wp, floor, most_allowed(condensed), sought, y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
     end associate
@@ -150,7 +152,7 @@ contains
 
     system%condensed%alive%right = system%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
-    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), 0.0_wp, y, arrived)
     call take_answer(system, y)
   end subroutine push_direction
 
@@ -176,7 +178,7 @@ contains
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system)
-    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+    call respond(system, 1.0_wp, floor, most_vectors, 0.0_wp, y, arrived)
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
@@ -222,15 +224,6 @@ contains
       0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy
 
-  !> A product with the compliances takes longer than the residual of one more step; with blocks
-  !! that is not asked.
-  pure logical function has_long_products(condensed) result(long)
-    type(condensed_t), intent(in) :: condensed !! live candidates, closed elements
-
-    long = .not. condensed%tangent%parts%iterated .and. sum(real(condensed%bodies%n_live, wp)**2) &
-      > long_product*real(condensed%tangent%elements, wp)
-  end function has_long_products
-
   !> Forces out of balance on candidates, bodies and their motions.
   pure real(wp) function residual_size(condensed) result(norm)
     type(condensed_t), intent(in) :: condensed !! right, defects, imbalance
@@ -240,11 +233,12 @@ contains
   end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
-  subroutine respond(system, share, floor, most, y, arrived)
+  subroutine respond(system, share, floor, most, sought, y, arrived)
     type(system_t), intent(inout) :: system !! right given; gets change of condensed
     real(wp), intent(in) :: share !! of the defect
     real(wp), intent(in) :: floor !! residual to arrive at [force]
     integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
@@ -259,6 +253,16 @@ contains
       call yield_to_residual(condensed, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
+      if (condensed%tangent%rough%used) then
+        b = condensed%alive%right - y
+        if (shows(b, sought)) then
+          call apply_compliance(condensed, b, condensed%alive%change)
+          condensed%alive%change = condensed%alive%change &
+            + share*condensed%bulk%defect(condensed%alive%live)
+        else
+          condensed%bulk%hidden = .true.
+        end if
+      end if
     end associate
     call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
@@ -271,18 +275,33 @@ contains
     logical :: known
 
     associate (alive => condensed%alive)
-      known = condensed%active .and. allocated(alive%pushed)
+      known = condensed%active .and. allocated(alive%pushed) .and. &
+        (alive%roughly .eqv. condensed%tangent%rough%used)
       if (known) known = size(alive%pushed) == size(alive%right)
       if (known) known = all(abs(alive%right - alive%pushed) <= 0.0_wp)
       if (known) then
         y = alive%yields
       else
-        call apply_compliance(condensed, alive%right, y)
+        call apply_either(condensed, alive%right, y)
+        alive%roughly = condensed%tangent%rough%used
         alive%pushed = alive%right
         alive%yields = y
       end if
     end associate
   end subroutine yield_to_residual
+
+  !> C times forces, in the precision of the factor.
+  subroutine apply_either(condensed, x, y)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    real(wp), intent(in) :: x(:) !! (live) [force]
+    real(wp), intent(inout) :: y(:) !! (live) zero; gets the product [length]
+
+    if (condensed%tangent%rough%used) then
+      call apply_roughly(condensed, x, y)
+    else
+      call apply_compliance(condensed, x, y)
+    end if
+  end subroutine apply_either
 
   !> The answer of contact to a displacement b, by the factor or by blocks.
   subroutine answer(condensed, b, push, floor, most, y, t, arrived)
@@ -314,56 +333,42 @@ contains
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
-    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), pushed(condensed%rigid%modes)
-    real(wp) :: rest(size(b)), moved(size(b)), share(size(z))
-    real(wp), allocatable :: shares(:)
-    integer :: j
+    real(wp) :: rest(size(b)), moved(size(b)), way(2*size(b) + condensed%tangent%rank &
+      + condensed%rigid%modes), pushed(condensed%rigid%modes)
+    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), share(size(z)), goal
+    integer :: n
+    logical :: goes_on
 
-    call make_room(condensed%tangent, size(b))
-    associate (tangent => condensed%tangent, iteration => condensed%tangent%course%iteration, &
-      unknowns => condensed%tangent%rank + condensed%rigid%modes)
+    n = size(b)
+    associate (tangent => condensed%tangent, unknowns => size(z) - 1)
+      call begin_gcr(n, size(way), most_vectors, tangent%course%known)
       call answer_leading(condensed, b, push, z, t)
       call apply_rest(tangent, t, rest)
-      call begin_gmres(rest, most_vectors, iteration)
-      y = 0.0_wp
-      do while (iteration%rest > floor .and. iteration%n < most)
-        j = iteration%n + 1
-        call apply_compliance(condensed, iteration%base(:, j), y)
-        call push_live(condensed, iteration%base(:, j), pushed)
+      goal = floor
+      if (tangent%rough%used) goal = max(floor, least_of_single*norm2(rest))
+      tangent%course%known%least_new = merge(least_of_single, least_of_double, tangent%rough%used)
+      way = 0.0_wp
+      call take_known(tangent%course%known, 1, rest, way)
+      tangent%course%iterations = 0
+      goes_on = .true.
+      do while (norm2(rest) > goal .and. tangent%course%iterations < most .and. goes_on)
+        tangent%course%iterations = tangent%course%iterations + 1
+        y = 0.0_wp
+        call apply_either(condensed, rest, y)
+        call push_live(condensed, rest, pushed)
         call answer_leading(condensed, y, pushed, share, moved)
-        tangent%course%shares(:unknowns, j) = share(:unknowns)
-        tangent%course%moved(:, j) = moved
-        call apply_rest(tangent, moved, rest)
-        call add_image(rest + iteration%base(:, j), iteration)
+        call apply_rest(tangent, moved, y)
+        call add_image_of([rest, moved, share(:unknowns)], rest + y, tangent%course%known, goes_on)
+        if (goes_on) call take_known(tangent%course%known, tangent%course%known%n, rest, way)
       end do
-      arrived = iteration%rest <= floor
-      tangent%course%iterations = iteration%n
-      shares = gmres_shares(iteration)
-      y = 0.0_wp
-      do j = iteration%n, 1, -1
-        y = y + shares(j)*iteration%base(:, j)
-        t = t - shares(j)*tangent%course%moved(:, j)
-        z(:unknowns) = z(:unknowns) - shares(j)*tangent%course%shares(:unknowns, j)
-      end do
+      arrived = norm2(rest) <= goal
+      y = way(:n)
+      t = t - way(n + 1:2*n)
+      z(:unknowns) = z(:unknowns) - way(2*n + 1:)
       call add_leading(tangent, z, y)
       condensed%rigid%alpha_next = z(tangent%rank + 1:unknowns)
     end associate
   end subroutine answer_by_factor
-
-  !> Room for what the vectors of GMRES become.
-  subroutine make_room(tangent, n)
-    type(contact_tangent_t), intent(inout) :: tangent !! gets moved, shares
-    integer, intent(in) :: n !! their length
-
-    if (allocated(tangent%course%moved)) then
-      if (size(tangent%course%moved, 1) == n .and. size(tangent%course%shares, 1) >= &
-        tangent%rank + tangent%modes) return
-      deallocate (tangent%course%moved, tangent%course%shares)
-    end if
-    allocate (tangent%course%moved(n, most_vectors), tangent%course%shares(max(1, &
-      size(tangent%small, 1)), &
-      most_vectors))
-  end subroutine make_room
 
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
   pure real(wp) function defect_energy(system) result(energy)
@@ -385,7 +390,7 @@ contains
     logical :: arrived
 
     allocate (y(system%condensed%alive%n_live))
-    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
+    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, huge(1.0_wp), y, arrived)
     next = norm2(system%condensed%alive%change)
   end function next_condensed_length
 end module condensed_direction

@@ -21,7 +21,8 @@ module condensed_system
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, refresh_candidates, recover_interior, keep_forces, spread_forces
+    find_defects, renew_defects, settle_live, refresh_candidates, recover_interior, keep_forces, &
+    spread_forces
 
 contains
 
@@ -202,6 +203,23 @@ contains
       end associate
     end do
   end subroutine measure_defects
+
+  !> Moves the live candidates to where the forces of the iterate put them, after steps in single
+  !! precision.
+  subroutine settle_live(system)
+    type(system_t), intent(inout) :: system !! u of candidates that are live
+    real(wp) :: u(system%condensed%n)
+    integer :: i
+
+    associate (condensed => system%condensed)
+      call find_equilibrium(condensed, u)
+      do i = 1, condensed%n
+        if (condensed%alive%live_place(i) == 0) cycle
+        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
+      end do
+      condensed%bulk%hidden = .false.
+    end associate
+  end subroutine settle_live
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)

@@ -2,7 +2,7 @@
 !! and the contact forces there (doc/theory, "Condensed contact").
 module condensed_types
   use kinds, only: wp, sp
-  use gmres, only: gmres_t
+  use gcr, only: gcr_t
   use cholmod_solver, only: cholmod_t
   use rigid_motions, only: motions_t
   implicit none
@@ -15,9 +15,10 @@ module condensed_types
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
   integer, parameter :: turns_not = -1, turns_freely = 0
 
-  !> What blocks of contact know of a body: its compliance C = C' + R X^T + X R^T without what its
-  !! rigid motions R carry.
+  !> The compliance of a body in single precision; for blocks of contact C = C' + R X^T + X R^T
+  !! without what its rigid motions R carry.
   type :: near_compliance_t
+    real(sp), allocatable :: single(:, :) !! (m, m), or (n_live, n_live) where it is copied: C
     real(sp), allocatable :: c(:, :) !! (n_live, n_live) C' in the unit of its softness
     real(wp), allocatable :: modes(:, :) !! (n_live, motions) R
     real(wp), allocatable :: carried(:, :) !! (n_live, motions) X
@@ -51,7 +52,7 @@ module condensed_types
     real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
     real(wp), allocatable :: turn(:, :) !! (3, 3) from that rotation to that of this iteration
     real(wp), allocatable :: reduced(:) !! (n) a right-hand side that is half solved for
-    type(near_compliance_t) :: near !! for blocks of contact
+    type(near_compliance_t) :: near !! in single precision
   end type condensed_body_t
 
   !> Some rows of contact and those around them, with the inverse of their part of the small matrix.
@@ -87,10 +88,17 @@ module condensed_types
   !> GMRES on the rest of the element matrices.
   type :: rest_course_t
     integer :: iterations = 0 !! that the last answer of contact has taken, by factor or by blocks
-    type(gmres_t) :: iteration !! GMRES on the rest, (live) long
-    real(wp), allocatable :: moved(:, :) !! (live, most) displacements of each of its vectors
-    real(wp), allocatable :: shares(:, :) !! (rank+modes, most) of the columns for each of them
+    type(gcr_t) :: known !! answers of the rest since its matrix was formed: a way is the force on
+    !! the rest (live), the displacements it becomes (live), the shares of the columns (rank+modes)
   end type rest_course_t
+
+  !> The factor of the leading part in single precision.
+  type :: rough_t
+    logical :: used = .false. !! there is none in double precision
+    real(sp), allocatable :: cu(:, :) !! (live, rank) C U
+    real(sp), allocatable :: small(:, :) !! (rank, rank) I + V^T C U, factorised
+    integer, allocatable :: pivot(:) !! (rank) of its factor
+  end type rough_t
 
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
@@ -117,6 +125,7 @@ module condensed_types
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
     !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
+    type(rough_t) :: rough !! the same in single precision
     type(contact_parts_t) :: parts !! blocks, where it is large
     type(rest_course_t) :: course !! GMRES on the rest
   end type contact_tangent_t
@@ -183,6 +192,7 @@ module condensed_types
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
     real(wp), allocatable :: pushed(:) !! (n_live) residual that was multiplied last [force]
     real(wp), allocatable :: yields(:) !! (n_live) C times that one [length]
+    logical :: roughly = .false. !! in single precision
   end type live_t
 
   !> The contact forces that the bulk bears, and by how much the iterate is off.
@@ -194,6 +204,8 @@ module condensed_types
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
+    logical :: hidden = .false. !! a step in single precision has left some more, which nobody
+    !! has measured
   end type defects_t
 
   !> Steps by near factors and what they make of the residual: the images are orthonormal.

@@ -10,7 +10,7 @@ module whole_tangent
   use contact_sums, only: take_held
   implicit none
   private
-  public :: is_better_whole, form_whole, make_small, combine, take_columns
+  public :: is_better_whole, stiffest_contact, form_whole, make_small, combine, take_columns
 
   !> Rows that a closed point gives, mostly.
   integer, parameter :: rows_of_point = 3
@@ -26,9 +26,7 @@ contains
   pure logical function is_better_whole(condensed, tangent) result(whole)
     type(condensed_t), intent(in) :: condensed !! live compliances
     type(contact_tangent_t), intent(in) :: tangent !! element matrices
-    real(wp) :: stiffest
-    integer :: b, i, e
-    real(wp) :: softness(condensed%alive%n_live)
+    integer :: i, e
     logical :: touched(condensed%alive%n_live)
 
     touched = .false.
@@ -40,7 +38,16 @@ contains
       end do
     end do
     whole = rows_of_point*tangent%elements > count(touched)
-    if (.not. whole) return
+    if (whole) whole = stiffest_contact(condensed, tangent) <= stiffest_whole
+  end function is_better_whole
+
+  !> Largest entry on the diagonals of the element matrices times compliance.
+  pure real(wp) function stiffest_contact(condensed, tangent) result(stiffest)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(in) :: tangent !! element matrices
+    integer :: b, i, e
+    real(wp) :: softness(condensed%alive%n_live)
+
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         softness(body%first_live + 1:body%first_live + body%n_live) = &
@@ -56,8 +63,7 @@ contains
         end do
       end associate
     end do
-    whole = stiffest <= stiffest_whole
-  end function is_better_whole
+  end function stiffest_contact
 
   !> I + V^T C U with the columns U of the sum of the element matrices, bordered by the rigid
   !! motions.
