@@ -31,7 +31,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, accept, look_for_through
+  public :: solve_increment, accept, look_for_through, complete_state
 
   !> With a drag a body first goes this share of a facet in an iteration.
   real(wp), parameter :: drag_way = 0.05_wp
@@ -276,14 +276,7 @@ contains
     state%u = system%u
     state%time = time
     if (state%whole) then
-      call take_pressure_force(model%mesh%x, system)
-      where (system%equation == 0)
-        state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
-      else where
-        state%reaction = 0.0_wp
-      end where
-      call spring_reactions(system, state)
-      call keep_rigid(system, state)
+      call take_reactions(model, system, state)
     else
       call take_sums(system)
     end if
@@ -291,4 +284,33 @@ contains
     call settle_contact(model, system)
     call rest_solver(system%whole%solver)
   end subroutine accept
+
+  !> Forces of the supports, from those of the bulk.
+  subroutine take_reactions(model, system, state)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! bulk_force given
+    type(state_t), intent(inout) :: state !! gets reaction, rigid
+
+    call take_pressure_force(model%mesh%x, system)
+    where (system%equation == 0)
+      state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
+    else where
+      state%reaction = 0.0_wp
+    end where
+    call spring_reactions(system, state)
+    call keep_rigid(system, state)
+  end subroutine take_reactions
+
+  !> Displacements inside and reactions of the state, where they have been spared.
+  subroutine complete_state(model, system, state)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! as accepted
+    type(state_t), intent(inout) :: state !! becomes whole
+
+    if (state%whole) return
+    call recover_interior(system)
+    state%whole = .true.
+    state%u = system%u
+    call take_reactions(model, system, state)
+  end subroutine complete_state
 end module increments
