@@ -6,7 +6,7 @@ module block_matrix
   use kinds, only: wp
   implicit none
   private
-  public :: block_matrix_t, find_block, multiply, multiply_some, multiply_absolute, &
+  public :: block_matrix_t, find_block, find_blocks, multiply, multiply_some, multiply_absolute, &
     sum_absolute
 
   !> Blocks of one matrix.
@@ -41,6 +41,20 @@ contains
       end if
     end do
   end function find_block
+
+  !> Places of the blocks that couple some nodes with each other.
+  pure function find_blocks(matrix, nodes) result(place)
+    type(block_matrix_t), intent(in) :: matrix !! the matrix
+    integer, intent(in) :: nodes(:) !! the nodes
+    integer :: place(size(nodes), size(nodes)) !! of each row in each column
+    integer :: a, b
+
+    do b = 1, size(nodes)
+      do a = 1, size(nodes)
+        place(a, b) = find_block(matrix, nodes(a), nodes(b))
+      end do
+    end do
+  end function find_blocks
 
   !> y = A x, by block columns; those where x is zero are passed over.
   pure subroutine multiply(matrix, x, y)
