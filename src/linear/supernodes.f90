@@ -7,7 +7,7 @@ module supernodes
   use cholmod_interface, only: cholmod_factor_t
   implicit none
   private
-  public :: supernodes_t, supernodes_of, values_before, place_last, reduce_double, &
+  public :: supernodes_t, supernodes_of, values_before, place_last, solve_double, reduce_double, &
     complete_double, invert_blocks, reduce_single, complete_single
 
   !> Columns of a block on the diagonal.
@@ -76,6 +76,60 @@ contains
       end do
     end do
   end subroutine place_last
+
+  !> L L^T x = b for several right-hand sides: a supernode is read once for all of them. Forward,
+  !! those that a right-hand side does not reach are passed over.
+  subroutine solve_double(nodes, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    real(wp), intent(inout), contiguous :: x(:, :) !! (n, columns) in: b; out: x
+    real(wp) :: below(size(x, 1))
+    integer :: k, c
+
+    do k = 1, int(nodes%factor%nsuper)
+      do c = 1, size(x, 2)
+        call solve_supernode(nodes, k, .true., x(:, c), below)
+      end do
+    end do
+    do k = int(nodes%factor%nsuper), 1, -1
+      do c = 1, size(x, 2)
+        call solve_supernode(nodes, k, .false., x(:, c), below)
+      end do
+    end do
+  end subroutine solve_double
+
+  !> One supernode's part of that.
+  subroutine solve_supernode(nodes, k, forward, x, below)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: k !! the supernode
+    logical, intent(in) :: forward !! with L, else with L^T
+    real(wp), intent(inout), contiguous :: x(:) !! (n) right-hand side; solution
+    real(wp), intent(inout), contiguous :: below(:) !! work space
+    integer :: w, rows, first, next
+    integer(long) :: last
+
+    first = int(nodes%super(k)) + 1
+    w = int(nodes%super(k + 1) - nodes%super(k))
+    rows = int(nodes%pi(k + 1) - nodes%pi(k))
+    last = nodes%px(k) + int(rows, long)*w
+    next = int(nodes%super(k + 1))
+    if (forward) then
+      if (all(abs(x(first:next)) <= 0.0_wp)) return
+      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:next), 1)
+    end if
+    associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      below(:rows - w) = x(row)
+      if (forward .and. rows > w) then
+        call dgemv('N', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
+          x(first:next), 1, 1.0_wp, below, 1)
+        x(row) = below(:rows - w)
+      else if (rows > w) then
+        call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, below, 1, &
+          1.0_wp, x(first:next), 1)
+      end if
+    end associate
+    if (.not. forward) call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
+      x(first:next), 1)
+  end subroutine solve_supernode
 
   !> Forward: y1 of L11 y1 = b1, and b2 - L21 y1 for the last m unknowns.
   subroutine reduce_double(nodes, m, x)
