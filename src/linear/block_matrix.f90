@@ -6,8 +6,8 @@ module block_matrix
   use kinds, only: wp
   implicit none
   private
-  public :: block_matrix_t, find_block, find_blocks, multiply, multiply_some, multiply_absolute, &
-    sum_absolute
+  public :: block_matrix_t, find_block, find_blocks, multiply, multiply_some, reached_by, &
+    multiply_absolute, sum_absolute
 
   !> Blocks of one matrix.
   type :: block_matrix_t
@@ -96,6 +96,20 @@ contains
       y(:, j) = total
     end do
   end subroutine multiply_some
+
+  !> The nodes where A x may not be zero.
+  pure function reached_by(matrix, x) result(reached)
+    type(block_matrix_t), intent(in) :: matrix !! A
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical :: reached(matrix%nodes)
+    integer :: j
+
+    reached = .false.
+    do j = 1, matrix%nodes
+      if (any(abs(x(:, j)) > 0.0_wp)) &
+        reached(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
+    end do
+  end function reached_by
 
   !> y = |A| |x|: the size of the terms that A x sums, for estimates of round-off.
   pure subroutine multiply_absolute(matrix, x, y)
