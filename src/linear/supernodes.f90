@@ -211,7 +211,7 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
     real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
@@ -225,9 +225,11 @@ contains
       if (rows == w) cycle
       call sgemv('N', rows - w, w, 1.0_sp, half(nodes%px(k) + w + 1:last), rows, &
         y(first:first + w - 1), 1, 0.0_sp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        y(row) = y(row) - below(:rows - w)
-      end associate
+      do i = 1, rows - w
+        associate (row => nodes%s(nodes%pi(k) + w + i) + 1)
+          y(row) = y(row) - below(i)
+        end associate
+      end do
     end do
     x = real(y, wp)
   end subroutine reduce_single
@@ -258,7 +260,7 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
@@ -267,7 +269,9 @@ contains
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) cycle
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = y(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      do i = 1, rows - w
+        below(i) = y(nodes%s(nodes%pi(k) + w + i) + 1)
+      end do
       last = nodes%px(k) + int(rows, long)*w
       if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
         half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)
