@@ -63,13 +63,13 @@ contains
     real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
     integer(long) :: k, i, j, first, rows, place
 
-    block = 0.0_wp
     first = int(nodes%factor%n, long) - size(block, 1, long)
     do k = int(nodes%factor%nsuper, long), 1, -1
       if (nodes%super(k + 1) <= first) exit
       rows = nodes%pi(k + 1) - nodes%pi(k)
       do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
         place = nodes%px(k) + rows*(j - nodes%super(k)) - before
+        block(:, j - first + 1) = 0.0_wp
         do i = j - nodes%super(k) + 1, rows
           block(nodes%s(nodes%pi(k) + i) - first + 1, j - first + 1) = values(place + i)
         end do
