@@ -3,15 +3,11 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length, &
-    field_norm
+  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length
 
   !> The unit matrix.
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
     0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-
-  !> The squares of such numbers are numbers.
-  real(wp), parameter :: least_length = 1.0e-140_wp, largest_length = 1.0e140_wp
 
 contains
 
@@ -27,37 +23,16 @@ contains
   !> Length of a short vector: norm2 divides by the largest of its numbers, which few of them need.
   pure real(wp) function length(a)
     real(wp), intent(in) :: a(:) !! the vector
+    real(wp), parameter :: least = 1.0e-140_wp, largest = 1.0e140_wp
     real(wp) :: most
 
     most = maxval(abs(a))
-    if (most > least_length .and. most < largest_length) then
+    if (most > least .and. most < largest) then
       length = sqrt(dot_product(a, a))
     else
       length = norm2(a)
     end if
   end function length
-
-  !> Norm of a field, likewise.
-  pure real(wp) function field_norm(a) result(norm)
-    real(wp), intent(in) :: a(:, :) !! (3, places)
-    real(wp) :: squares(3), most(3)
-    integer :: i
-
-    most = 0.0_wp
-    do i = 1, size(a, 2)
-      most = max(most, abs(a(:, i)))
-    end do
-    norm = 0.0_wp
-    if (maxval(most) > least_length .and. maxval(most) < largest_length) then
-      squares = 0.0_wp
-      do i = 1, size(a, 2)
-        squares = squares + a(:, i)**2
-      end do
-      norm = sqrt(sum(squares))
-    else if (.not. all(abs(a) <= 0.0_wp)) then
-      norm = norm2(a)
-    end if
-  end function field_norm
 
   !> The least and the largest coordinates of some places.
   pure subroutine find_extent(x, low, high)

@@ -5,7 +5,7 @@ module half_solves
     c_sizeof, c_f_pointer
   use kinds, only: wp, sp, long
   use libc, only: c_memcpy
-  use costs, only: cost_t, begin_cost, end_cost, cost_interior, cost_solve
+  use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_interior, cost_solve
   use lapack_interface, only: dgemm, dtrsm
   use supernodes, only: supernodes_t, supernodes_of, solve_double, reduce_double, &
     complete_double, invert_blocks, reduce_single, complete_single
@@ -28,6 +28,7 @@ contains
     real(wp), intent(inout), contiguous :: x(:, :) !! (n, columns) right-hand sides; solutions
     type(cost_t), intent(inout) :: costs !! cost table
 
+    call count_cost(costs, cost_solve, count(any(abs(x) > 0.0_wp, 1)) - 1)
     call begin_cost(costs, cost_solve)
     call solve_double(supernodes_of(solver%factor), x)
     call end_cost(costs, cost_solve)

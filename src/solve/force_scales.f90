@@ -2,7 +2,7 @@
 !! body can go (doc/theory, "When an increment has converged").
 module force_scales
   use kinds, only: wp
-  use vectors, only: find_extent, field_norm
+  use vectors, only: find_extent
   use system_types, only: system_t, state_t
   use rigid_bodies, only: rigid_loads
   implicit none
@@ -33,8 +33,8 @@ contains
     type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
     real(wp) :: low(3), high(3)
 
-    system%scale%given_forces = max(hypot(field_norm(system%loads%external), rigid_loads(system)), &
-      field_norm(state%reaction))
+    system%scale%given_forces = max(hypot(norm2(system%loads%external), rigid_loads(system)), &
+      norm2(state%reaction))
     system%scale%seen_forces = 0.0_wp
     call find_extent(x, low, high)
     system%scale%bound = farthest*norm2(high - low) + maxval(abs(state%u)) + &

@@ -1,7 +1,6 @@
 !> Whether each body is in balance, beyond what round-off makes (doc/theory, "The audit").
 module balance_audit
   use kinds, only: wp, machine_epsilon
-  use vectors, only: field_norm
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -37,14 +36,13 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances asked for
     type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed,
     !! lacking, its verdict
-    real(wp) :: applied, now, sane, lack, noise, least, allowed, strain(system%body%bodies)
+    real(wp) :: now, sane, lack, noise, least, allowed, strain(system%body%bodies)
     integer :: b, i
     logical :: failed
 
-    applied = field_norm(system%loads%external)
-    now = norm2([applied, field_norm(state%reaction), field_norm(system%contact_force)])
+    now = norm2([norm2(system%loads%external), norm2(state%reaction), norm2(system%contact_force)])
     sane = sane_share(audit, system%equation, state%u)
-    audit%scale = max(applied, audit%sum%force_before)
+    audit%scale = max(norm2(system%loads%external), audit%sum%force_before)
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
     audit%sum%force_before = audit%scale
     if (sane >= 1.0_wp) audit%sum%force_before = now
