@@ -18,7 +18,13 @@ PETSC :=
 MULTIARCH = $(shell $(FC) -print-multiarch 2>/dev/null)
 HDF5_INCLUDE ?= /usr/include/hdf5/serial
 HDF5_LIB ?= /usr/lib/$(MULTIARCH)/hdf5/serial
-LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 -ldl
+# HDF5 becomes a part of the program where that is possible: its shared library asks for thirty more,
+# for files in the cloud, and to load these takes as long as a small run. PETSc brings an HDF5 of its
+# own along, and the two must not meet.
+HDF5_SHARED := -lhdf5_fortran -lhdf5
+HDF5_STATIC := -Wl,--push-state,-Bstatic $(HDF5_SHARED) -Wl,--pop-state -lsz -lz
+HDF5_LIBS = $(if $(wildcard $(HDF5_LIB)/libhdf5_fortran.a),$(HDF5_STATIC),$(HDF5_SHARED))
+LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) $(HDF5_LIBS) -ldl
 
 STANDARD := -fopenmp -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion
 # From -O1 on gfortran 12 takes default values of derived types and lengths of deferred-length
@@ -204,6 +210,7 @@ build/petsc/flags: build/release/flags | build/setup-petsc.stamp
 	@cp $< $@
 $(PETSC_OBJECTS): build/petsc/%.o: src/engines/petsc/%.f90 build/petsc/flags $(SHARED_OBJECTS)
 	@$(call compile,petsc,$<,-Jbuild/petsc)
+mfec-petsc: HDF5_LIBS = $(HDF5_SHARED)
 mfec-petsc: $(PETSC_OBJECTS) $(SHARED_OBJECTS)
 	@echo '  petsc $@'
 	@$(FC) -fopenmp $(FLAGS_release) $(LINK_release) $^ $(LIBS) -lpetsc_real -lmpi -o $@

@@ -59,7 +59,7 @@ contains
       if (status /= 0) problem = 'the file cannot be read'
     end if
     close (unit)
-    if (.not. allocated(problem)) call add_text(source, name, text)
+    if (.not. allocated(problem)) call take_text(source, name, text)
   end subroutine add_file
 
   !> Adds a text as if it had been read from a file.
@@ -67,6 +67,17 @@ contains
     type(source_t), intent(inout) :: source !! the source to extend
     character(*), intent(in) :: name !! name it is reported under
     character(*), intent(in) :: text !! all its bytes
+    character(:), allocatable :: copy
+
+    copy = text
+    call take_text(source, name, copy)
+  end subroutine add_text
+
+  !> Adds a text without a copy of it.
+  subroutine take_text(source, name, text)
+    type(source_t), intent(inout) :: source !! the source to extend
+    character(*), intent(in) :: name !! name it is reported under
+    character(:), allocatable, intent(inout) :: text !! all its bytes; goes
     type(source_file_t), allocatable :: more(:)
     integer :: i
 
@@ -80,9 +91,9 @@ contains
     end if
     source%count = source%count + 1
     source%files(source%count)%name = name
-    source%files(source%count)%text = text
+    call move_alloc(text, source%files(source%count)%text)
     call split_lines(source%files(source%count))
-  end subroutine add_text
+  end subroutine take_text
 
   !> Hands the contents of one file over to another place.
   subroutine move_file(from, to)

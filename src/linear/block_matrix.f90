@@ -6,8 +6,8 @@ module block_matrix
   use kinds, only: wp
   implicit none
   private
-  public :: block_matrix_t, find_block, multiply, multiply_some, multiply_absolute, &
-    sum_absolute
+  public :: block_matrix_t, find_block, find_blocks, multiply, multiply_some, reached_by, &
+    multiply_absolute, sum_absolute
 
   !> Blocks of one matrix.
   type :: block_matrix_t
@@ -41,6 +41,20 @@ contains
       end if
     end do
   end function find_block
+
+  !> Places of the blocks that couple some nodes with each other.
+  pure function find_blocks(matrix, nodes) result(place)
+    type(block_matrix_t), intent(in) :: matrix !! the matrix
+    integer, intent(in) :: nodes(:) !! the nodes
+    integer :: place(size(nodes), size(nodes)) !! of each row in each column
+    integer :: a, b
+
+    do b = 1, size(nodes)
+      do a = 1, size(nodes)
+        place(a, b) = find_block(matrix, nodes(a), nodes(b))
+      end do
+    end do
+  end function find_blocks
 
   !> y = A x, by block columns; those where x is zero are passed over.
   pure subroutine multiply(matrix, x, y)
@@ -82,6 +96,20 @@ contains
       y(:, j) = total
     end do
   end subroutine multiply_some
+
+  !> The nodes where A x may not be zero.
+  pure function reached_by(matrix, x) result(reached)
+    type(block_matrix_t), intent(in) :: matrix !! A
+    real(wp), intent(in) :: x(:, :) !! (3, nodes)
+    logical :: reached(matrix%nodes)
+    integer :: j
+
+    reached = .false.
+    do j = 1, matrix%nodes
+      if (any(abs(x(:, j)) > 0.0_wp)) &
+        reached(matrix%row(matrix%ptr(j):matrix%ptr(j + 1) - 1)) = .true.
+    end do
+  end function reached_by
 
   !> y = |A| |x|: the size of the terms that A x sums, for estimates of round-off.
   pure subroutine multiply_absolute(matrix, x, y)

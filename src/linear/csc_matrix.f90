@@ -5,7 +5,7 @@ module csc_matrix
   use block_matrix, only: block_matrix_t
   implicit none
   private
-  public :: csc_matrix_t, build_pattern, fill_values
+  public :: csc_matrix_t, build_pattern, build_lower, fill_values
 
   !> A square matrix in compressed columns.
   type :: csc_matrix_t
@@ -19,40 +19,25 @@ module csc_matrix
 
 contains
 
-  !> Pattern of the free degrees of freedom, or of the lower triangle of these.
-  subroutine build_pattern(blocks, equation, matrix, lower)
+  !> Pattern of the free degrees of freedom.
+  subroutine build_pattern(blocks, equation, matrix)
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(csc_matrix_t), intent(out) :: matrix !! pattern; values undefined
-    logical, intent(in), optional :: lower !! the lower triangle alone, rows in no order
-    integer :: node, j, k, i, first
-    integer(long) :: filled, column
+    type(csc_matrix_t), intent(out) :: matrix !! pattern; values 0
+    integer :: node, j, k, i
+    integer(long) :: filled
 
-    if (present(lower)) matrix%lower = lower
-    matrix%n = maxval(equation)
-    allocate (matrix%ptr(matrix%n + 1))
-    matrix%ptr(1) = 0
-    do node = 1, blocks%nodes
-      do j = 1, 3
-        if (equation(j, node) == 0) cycle
-        matrix%ptr(equation(j, node) + 1) = free_rows(blocks, equation, node, &
-          first_row(matrix, equation(j, node)))
-      end do
-    end do
-    do column = 1, matrix%n
-      matrix%ptr(column + 1) = matrix%ptr(column + 1) + matrix%ptr(column)
-    end do
+    call count_entries(blocks, equation, matrix)
     filled = matrix%ptr(matrix%n + 1)
     allocate (matrix%row(filled))
     allocate (matrix%val(filled), source=0.0_wp)
     do node = 1, blocks%nodes
       do j = 1, 3
         if (equation(j, node) == 0) cycle
-        first = first_row(matrix, equation(j, node))
         filled = matrix%ptr(equation(j, node))
         do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
           do i = 1, 3
-            if (equation(i, blocks%row(k)) < first) cycle
+            if (equation(i, blocks%row(k)) == 0) cycle
             filled = filled + 1
             matrix%row(filled) = equation(i, blocks%row(k)) - 1
           end do
@@ -61,45 +46,79 @@ contains
     end do
   end subroutine build_pattern
 
-  !> The first equation that counts in a column.
-  pure integer function first_row(matrix, column) result(first)
-    type(csc_matrix_t), intent(in) :: matrix !! all of it or the lower triangle
-    integer, intent(in) :: column !! equation of the column
-
-    first = merge(column, 1, matrix%lower)
-  end function first_row
-
-  !> Number of free rows in the column blocks of a node.
-  pure integer function free_rows(blocks, equation, node, first) result(n)
+  !> The lower triangle of the free degrees of freedom with its values, rows in no order.
+  subroutine build_lower(blocks, equation, matrix)
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    integer, intent(in) :: node !! node of the column
-    integer, intent(in) :: first !! the first equation that counts
-    integer :: k
+    type(csc_matrix_t), intent(out) :: matrix !! pattern and values
+    integer :: node, j, k, i, row, column
+    integer(long) :: filled
 
-    n = 0
-    do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
-      n = n + count(equation(:, blocks%row(k)) >= first)
+    matrix%lower = .true.
+    call count_entries(blocks, equation, matrix)
+    allocate (matrix%row(matrix%ptr(matrix%n + 1)), matrix%val(matrix%ptr(matrix%n + 1)))
+    do node = 1, blocks%nodes
+      do j = 1, 3
+        column = equation(j, node)
+        if (column == 0) cycle
+        filled = matrix%ptr(column)
+        do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
+          do i = 1, 3
+            row = equation(i, blocks%row(k))
+            if (row < column) cycle
+            filled = filled + 1
+            matrix%row(filled) = row - 1
+            matrix%val(filled) = blocks%val(i, j, k)
+          end do
+        end do
+      end do
     end do
-  end function free_rows
+  end subroutine build_lower
 
-  !> Copies the values of the free rows and columns, in the order of the pattern, and notes whether
-  !! any of them is new.
+  !> Order of the matrix, and where its columns begin.
+  pure subroutine count_entries(blocks, equation, matrix)
+    type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(csc_matrix_t), intent(inout) :: matrix !! lower given; gets n, ptr
+    integer :: node, j, k, first, column
+    integer(long) :: n
+
+    matrix%n = maxval(equation)
+    allocate (matrix%ptr(matrix%n + 1))
+    matrix%ptr(1) = 0
+    do node = 1, blocks%nodes
+      do j = 1, 3
+        column = equation(j, node)
+        if (column == 0) cycle
+        first = merge(column, 1, matrix%lower)
+        n = 0
+        do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
+          n = n + count(equation(:, blocks%row(k)) >= first)
+        end do
+        matrix%ptr(column + 1) = n
+      end do
+    end do
+    do n = 1, matrix%n
+      matrix%ptr(n + 1) = matrix%ptr(n + 1) + matrix%ptr(n)
+    end do
+  end subroutine count_entries
+
+  !> Copies the values of the free rows and columns, in the order of build_pattern, and notes
+  !! whether any of them is new.
   pure subroutine fill_values(blocks, equation, matrix)
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(csc_matrix_t), intent(inout) :: matrix !! gets val
-    integer :: node, j, k, i, first
+    integer :: node, j, k, i
     integer(long) :: filled
 
     do node = 1, blocks%nodes
       do j = 1, 3
         if (equation(j, node) == 0) cycle
-        first = first_row(matrix, equation(j, node))
         filled = matrix%ptr(equation(j, node))
         do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
           do i = 1, 3
-            if (equation(i, blocks%row(k)) < first) cycle
+            if (equation(i, blocks%row(k)) == 0) cycle
             filled = filled + 1
             if (abs(matrix%val(filled) - blocks%val(i, j, k)) > 0.0_wp) matrix%changed = .true.
             matrix%val(filled) = blocks%val(i, j, k)

@@ -5,22 +5,34 @@ module half_solves
     c_sizeof, c_f_pointer
   use kinds, only: wp, sp, long
   use libc, only: c_memcpy
-  use costs, only: cost_t, begin_cost, end_cost, cost_interior
+  use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_interior, cost_solve
   use lapack_interface, only: dgemm, dtrsm
-  use supernodes, only: supernodes_t, supernodes_of, reduce_double, complete_double, &
-    invert_blocks, reduce_single, complete_single
+  use supernodes, only: supernodes_t, supernodes_of, solve_double, reduce_double, &
+    complete_double, invert_blocks, reduce_single, complete_single
   use cholmod_interface, only: cholmod_l_change_factor, cholmod_l_realloc
   use cholmod_solver, only: cholmod_t, forget_half
   implicit none
   private
-  public :: reduce_right, reduce_columns, complete_solution, solve_inside, halve_factor, &
-    shrink_factor
+  public :: solve_columns, reduce_right, reduce_columns, complete_solution, solve_inside, &
+    halve_factor, shrink_factor
 
   !> Values that are changed to single precision at a time, and bytes of one.
   integer, parameter :: part_size = 4096
   integer(long), parameter :: single_bytes = 4
 
 contains
+
+  !> Whole solutions for several right-hand sides at once.
+  subroutine solve_columns(solver, x, costs)
+    type(cholmod_t), intent(in) :: solver !! factor of a lower triangle, with values
+    real(wp), intent(inout), contiguous :: x(:, :) !! (n, columns) right-hand sides; solutions
+    type(cost_t), intent(inout) :: costs !! cost table
+
+    call count_cost(costs, cost_solve, count(any(abs(x) > 0.0_wp, 1)) - 1)
+    call begin_cost(costs, cost_solve)
+    call solve_double(supernodes_of(solver%factor), x)
+    call end_cost(costs, cost_solve)
+  end subroutine solve_columns
 
   !> The forward substitution down to the last m unknowns: y1 of L11 y1 = b1, and b2 - L21 y1 for
   !! these (doc/theory, "Condensed contact").
@@ -128,9 +140,10 @@ contains
   !> The same without a test, in the memory that the factor has: no more is taken at any time. What
   !! is answered with it must be mended (inside_refinement). A factor whose entries would not be
   !! numbers stays.
-  subroutine shrink_factor(solver, m)
+  subroutine shrink_factor(solver, m, most)
     type(cholmod_t), intent(inout) :: solver !! its trailing block of m columns is gone
     integer, intent(in) :: m !! unknowns at the end
+    real(wp), intent(in) :: most !! no entry of the factor is larger
     type(supernodes_t) :: nodes
     real(sp), target :: part(part_size)
     integer(long) :: k, n, last
@@ -139,7 +152,7 @@ contains
     nodes = supernodes_of(solver%factor)
     n = int(nodes%factor%xsize, long)
     if (n == 0 .or. .not. c_associated(nodes%factor%x) .or. associated(solver%half)) return
-    if (.not. fits_single(nodes, m)) return
+    if (.not. fits_single(nodes, m, most)) return
     do k = 0, n - 1, part_size
       last = min(k + part_size, n)
       part(:last - k) = real(nodes%x(k + 1:last), sp)
@@ -154,17 +167,19 @@ contains
   end subroutine shrink_factor
 
   !> The entries of a factor are numbers in single precision, and so are the inverses of its pivots.
-  logical function fits_single(nodes, m) result(fits)
+  logical function fits_single(nodes, m, most) result(fits)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
-    real(wp), parameter :: most = sqrt(real(huge(1.0_sp), wp))
+    real(wp), intent(in) :: most !! no entry of the factor is larger
+    real(wp), parameter :: limit = sqrt(real(huge(1.0_sp), wp))
     integer(long) :: k, j, rows
 
-    fits = maxval(abs(nodes%x)) <= most
+    fits = most <= limit
+    if (.not. fits) fits = maxval(abs(nodes%x)) <= limit
     do k = 1, int(nodes%factor%nsuper, long)
       rows = nodes%pi(k + 1) - nodes%pi(k)
       do j = 0, min(nodes%super(k + 1), int(nodes%factor%n, long) - m) - nodes%super(k) - 1
-        if (nodes%x(nodes%px(k) + rows*j + j + 1) < 1.0_wp/most) fits = .false.
+        if (nodes%x(nodes%px(k) + rows*j + j + 1) < 1.0_wp/limit) fits = .false.
       end do
     end do
   end function fits_single

@@ -7,7 +7,7 @@ module supernodes
   use cholmod_interface, only: cholmod_factor_t
   implicit none
   private
-  public :: supernodes_t, supernodes_of, values_before, place_last, reduce_double, &
+  public :: supernodes_t, supernodes_of, values_before, place_last, solve_double, reduce_double, &
     complete_double, invert_blocks, reduce_single, complete_single
 
   !> Columns of a block on the diagonal.
@@ -63,19 +63,73 @@ contains
     real(wp), intent(out) :: block(:, :) !! (m, m) its lower triangle; zero above
     integer(long) :: k, i, j, first, rows, place
 
-    block = 0.0_wp
     first = int(nodes%factor%n, long) - size(block, 1, long)
     do k = int(nodes%factor%nsuper, long), 1, -1
       if (nodes%super(k + 1) <= first) exit
       rows = nodes%pi(k + 1) - nodes%pi(k)
       do j = max(nodes%super(k), first), nodes%super(k + 1) - 1
         place = nodes%px(k) + rows*(j - nodes%super(k)) - before
+        block(:, j - first + 1) = 0.0_wp
         do i = j - nodes%super(k) + 1, rows
           block(nodes%s(nodes%pi(k) + i) - first + 1, j - first + 1) = values(place + i)
         end do
       end do
     end do
   end subroutine place_last
+
+  !> L L^T x = b for several right-hand sides: a supernode is read once for all of them. Forward,
+  !! those that a right-hand side does not reach are passed over.
+  subroutine solve_double(nodes, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    real(wp), intent(inout), contiguous :: x(:, :) !! (n, columns) in: b; out: x
+    real(wp) :: below(size(x, 1))
+    integer :: k, c
+
+    do k = 1, int(nodes%factor%nsuper)
+      do c = 1, size(x, 2)
+        call solve_supernode(nodes, k, .true., x(:, c), below)
+      end do
+    end do
+    do k = int(nodes%factor%nsuper), 1, -1
+      do c = 1, size(x, 2)
+        call solve_supernode(nodes, k, .false., x(:, c), below)
+      end do
+    end do
+  end subroutine solve_double
+
+  !> One supernode's part of that.
+  subroutine solve_supernode(nodes, k, forward, x, below)
+    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
+    integer, intent(in) :: k !! the supernode
+    logical, intent(in) :: forward !! with L, else with L^T
+    real(wp), intent(inout), contiguous :: x(:) !! (n) right-hand side; solution
+    real(wp), intent(inout), contiguous :: below(:) !! work space
+    integer :: w, rows, first, next
+    integer(long) :: last
+
+    first = int(nodes%super(k)) + 1
+    w = int(nodes%super(k + 1) - nodes%super(k))
+    rows = int(nodes%pi(k + 1) - nodes%pi(k))
+    last = nodes%px(k) + int(rows, long)*w
+    next = int(nodes%super(k + 1))
+    if (forward) then
+      if (all(abs(x(first:next)) <= 0.0_wp)) return
+      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:next), 1)
+    end if
+    associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      below(:rows - w) = x(row)
+      if (forward .and. rows > w) then
+        call dgemv('N', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
+          x(first:next), 1, 1.0_wp, below, 1)
+        x(row) = below(:rows - w)
+      else if (rows > w) then
+        call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, below, 1, &
+          1.0_wp, x(first:next), 1)
+      end if
+    end associate
+    if (.not. forward) call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, &
+      x(first:next), 1)
+  end subroutine solve_supernode
 
   !> Forward: y1 of L11 y1 = b1, and b2 - L21 y1 for the last m unknowns.
   subroutine reduce_double(nodes, m, x)
@@ -157,7 +211,7 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
     real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
@@ -171,9 +225,11 @@ contains
       if (rows == w) cycle
       call sgemv('N', rows - w, w, 1.0_sp, half(nodes%px(k) + w + 1:last), rows, &
         y(first:first + w - 1), 1, 0.0_sp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        y(row) = y(row) - below(:rows - w)
-      end associate
+      do i = 1, rows - w
+        associate (row => nodes%s(nodes%pi(k) + w + i) + 1)
+          y(row) = y(row) - below(i)
+        end associate
+      end do
     end do
     x = real(y, wp)
   end subroutine reduce_single
@@ -204,7 +260,7 @@ contains
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
     real(sp) :: y(size(x)), below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
@@ -213,7 +269,9 @@ contains
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) cycle
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = y(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      do i = 1, rows - w
+        below(i) = y(nodes%s(nodes%pi(k) + w + i) + 1)
+      end do
       last = nodes%px(k) + int(rows, long)*w
       if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, &
         half(nodes%px(k) + w + 1:last), rows, below, 1, 1.0_sp, y(first:first + w - 1), 1)

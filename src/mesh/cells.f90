@@ -4,7 +4,7 @@
 module cells
   implicit none
   private
-  public :: shape_t, shape_of, mirrored, facet_of, tet4, tet10, shapes, most_nodes, &
+  public :: shape_t, shape_of, nodes_of, mirrored, facet_of, tet4, tet10, shapes, most_nodes, &
     most_facet_nodes
 
   !> Most nodes of a cell and of one of its facets.
@@ -48,6 +48,15 @@ contains
     if (size(nodes) < most_nodes) return
     if (nodes(most_nodes) > 0) shape = tet10
   end function shape_of
+
+  !> How many nodes an element has, from its list with zeros behind the last.
+  pure integer function nodes_of(nodes) result(n)
+    integer, intent(in) :: nodes(:) !! node numbers
+
+    n = tet4%nodes
+    if (size(nodes) < most_nodes) return
+    if (nodes(most_nodes) > 0) n = tet10%nodes
+  end function nodes_of
 
   !> The nodes of an element in the order that its mirror image has.
   pure function mirrored(nodes) result(turned)

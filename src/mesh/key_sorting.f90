@@ -42,8 +42,8 @@ contains
     integer, intent(in) :: a(3) !! any numbers
     integer :: b(3)
 
-    b(1) = minval(a)
-    b(3) = maxval(a)
+    b(1) = min(a(1), a(2), a(3))
+    b(3) = max(a(1), a(2), a(3))
     b(2) = max(min(a(1), a(2)), min(max(a(1), a(2)), a(3)))
   end function ascending
 

@@ -5,7 +5,7 @@ module mesh_checks
   use deck_types, only: deck_t, location_t
   use records, only: item_integer, item_count
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use cells, only: shape_t, shape_of, mirrored, tet4
+  use cells, only: nodes_of, mirrored, tet4
   use mesh_types, only: mesh_t
   use brick_cutting, only: is_split
   use mesh_building, only: element_origin_t, own_nodes
@@ -38,7 +38,7 @@ contains
       if (s == 0) cycle
       if (deck%mesh(s)%command /= 'elem') cycle
       if (.not. complete) then
-        if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, nodes_of(mesh, e))])) cycle
+        if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, nodes_of(mesh%ix(:, e)))])) cycle
       end if
       call check_element(deck, origin, e, wrong(s) < most_errors, diagnostics, mesh, good, left)
       if (.not. good) wrong(s) = wrong(s) + 1
@@ -59,16 +59,6 @@ contains
     end do
   end subroutine check_elements
 
-  !> Number of nodes of an element.
-  pure integer function nodes_of(mesh, e) result(n)
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    integer, intent(in) :: e !! element number
-    type(shape_t) :: shape
-
-    shape = shape_of(mesh%ix(:, e))
-    n = shape%nodes
-  end function nodes_of
-
   !> Checks one element: its nodes exist, are different, and its corners span a volume.
   subroutine check_element(deck, origin, e, report, diagnostics, mesh, good, left)
     type(deck_t), intent(in) :: deck !! the deck
@@ -86,7 +76,7 @@ contains
     left = .false.
     what = ''
     remedy = ''
-    do k = 1, nodes_of(mesh, e)
+    do k = 1, nodes_of(mesh%ix(:, e))
       n = mesh%ix(k, e)
       if (node_missing(mesh, n)) then
         what = 'element '//to_text(e)//' has node '//to_text(n)//', which does not exist'
@@ -173,7 +163,7 @@ contains
       'the highest material number is', diagnostics)
     most = tet4%nodes
     do e = 1, mesh%elements
-      most = max(most, nodes_of(mesh, e))
+      most = max(most, nodes_of(mesh%ix(:, e)))
     end do
     if (deck%control(6) > most) return
     call check_control(deck, 6, 'nen', most, 'the most nodes of an element are', diagnostics)

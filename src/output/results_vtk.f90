@@ -3,7 +3,7 @@
 module results_vtk
   use kinds, only: wp
   use errors, only: error_t
-  use cells, only: most_nodes, shape_t, shape_of
+  use cells, only: most_nodes, nodes_of, tet4, tet10
   use mesh_types, only: mesh_t
   use body_fields, only: body_field_t, fields_of_bodies, n_body_fields
   use model_types, only: output_request_t
@@ -54,7 +54,6 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer, allocatable :: point(:), list(:), offsets(:), types(:)
     real(wp), allocatable :: x(:, :)
-    type(shape_t) :: shape
     integer :: i, k, n, e
 
     allocate (point(0:mesh%nodes), source=0)
@@ -67,9 +66,8 @@ contains
     offsets(1) = 0
     do i = 1, n
       e = part%elements(i)
-      shape = shape_of(mesh%ix(:, e))
-      k = shape%nodes
-      types(i) = shape%vtk
+      k = nodes_of(mesh%ix(:, e))
+      types(i) = merge(tet10%vtk, tet4%vtk, k == tet10%nodes)
       list(offsets(i) + 1:offsets(i) + k) = point(mesh%ix(:k, e)) - 1
       offsets(i + 1) = offsets(i) + k
     end do

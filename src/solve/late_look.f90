@@ -3,6 +3,7 @@
 !! when the displacements of all nodes are known (doc/theory, "Condensed contact").
 module late_look
   use kinds, only: wp
+  use vectors, only: length
   use model_types, only: model_t
   use contact_types, only: pair_t, point_history_t
   use contact_points, only: count_points
@@ -122,7 +123,7 @@ contains
           end do
         end if
         way = merge(way - seen%carried(:, i), 0.0_wp, system%equation(:, i) > 0)
-        strayed = norm2(way) > far*system%scale%facet_size
+        strayed = length(way) > far*system%scale%facet_size
         if (strayed) return
       end do
     end associate

@@ -86,14 +86,21 @@ contains
     end do
     at = last + 2
     do while (first <= last)
-      if (text(first:first) /= ' ' .and. text(first:first) /= achar(9)) exit
+      if (.not. is_space(text(first:first))) exit
       first = first + 1
     end do
     do while (last >= first)
-      if (text(last:last) /= ' ' .and. text(last:last) /= achar(9)) exit
+      if (.not. is_space(text(last:last))) exit
       last = last - 1
     end do
   end subroutine next_item
+
+  !> Blank or tab.
+  pure logical function is_space(c)
+    character(1), intent(in) :: c !! any character
+
+    is_space = iachar(c) == iachar(' ') .or. iachar(c) == 9
+  end function is_space
 
   !> Value of a parameter of a card, without quotes; empty if it is not there or has none.
   pure function card_parameter(card, name) result(value)

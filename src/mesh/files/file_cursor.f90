@@ -5,7 +5,7 @@
 module file_cursor
   use, intrinsic :: iso_fortran_env, only: int32, int64, real64
   use kinds, only: wp
-  use numbers, only: scan_number, is_digit
+  use numbers, only: scan_number
   use mesh_building, only: max_coordinate
   implicit none
   private
@@ -74,7 +74,9 @@ contains
       cursor%at = cursor%last + 1
     else
       cursor%at = last + 2
-      if (text(last + 1:min(last + 2, cursor%last)) == achar(13)//achar(10)) cursor%at = last + 3
+      if (text(last + 1:last + 1) == achar(13) .and. last + 2 <= cursor%last) then
+        if (text(last + 2:last + 2) == achar(10)) cursor%at = last + 3
+      end if
     end if
     do while (last >= first)
       if (.not. is_blank(text(last:last))) exit
@@ -101,7 +103,7 @@ contains
   pure logical function is_blank(c)
     character(1), intent(in) :: c !! any character
 
-    is_blank = c == ' ' .or. (iachar(c) >= 9 .and. iachar(c) <= 13)
+    is_blank = iachar(c) == iachar(' ') .or. (iachar(c) >= 9 .and. iachar(c) <= 13)
   end function is_blank
 
   !> Reads an integer; as bytes it has four.
@@ -219,7 +221,7 @@ contains
     integer, intent(out) :: value !! the number, 0 behind a fault
     character(*), intent(in) :: label !! what it is, for messages
     integer(int64) :: long
-    integer :: i, start
+    integer :: i, start, digit
 
     value = 0
     start = first
@@ -228,8 +230,9 @@ contains
     end if
     long = 0
     do i = start, last
-      if (.not. is_digit(text(i:i)) .or. long > huge(value)) exit
-      long = 10*long + iachar(text(i:i)) - iachar('0')
+      digit = iachar(text(i:i)) - iachar('0')
+      if (digit < 0 .or. digit > 9 .or. long > huge(value)) exit
+      long = 10*long + digit
     end do
     if (i <= last .or. start > last .or. long > huge(value)) then
       call fail(cursor, first, label//' is expected, an integer, where '''// &

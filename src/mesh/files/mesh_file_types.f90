@@ -84,7 +84,6 @@ contains
       call grow(file%node_at)
       allocate (more(3, size(file%node_tag)))
       more(:, :file%nodes) = file%x(:, :file%nodes)
-      more(:, file%nodes + 1:) = 0.0_wp
       call move_alloc(more, file%x)
     end if
     file%nodes = file%nodes + 1
@@ -101,6 +100,7 @@ contains
     integer, intent(in) :: corners !! how many of them are corners, one to four
     integer, intent(in) :: mark !! what tells the reader its groups
     integer, intent(in) :: at !! character of the file where it stands
+
     if (file%cells == size(file%cell_tag)) then
       call grow(file%cell_tag)
       call grow(file%size)
@@ -112,9 +112,11 @@ contains
     file%cells = file%cells + 1
     file%cell_tag(file%cells) = tag
     file%corners(:corners, file%cells) = nodes(:corners)
+    file%corners(corners + 1:, file%cells) = 0
     ! zeros mean that there is none: a node 0 of the file becomes one that no file defines
     file%middles(:size(nodes) - corners, file%cells) = merge(-1, nodes(corners + 1:), &
       nodes(corners + 1:) == 0)
+    file%middles(size(nodes) - corners + 1:, file%cells) = 0
     file%size(file%cells) = corners
     file%mark(file%cells) = mark
     file%cell_at(file%cells) = at
@@ -259,17 +261,17 @@ contains
     g = 0
   end function find_group
 
-  !> Doubles the number of columns of an array.
+  !> Doubles the number of columns of an array; what is new is undefined.
   subroutine grow_columns(array)
     integer, allocatable, intent(inout) :: array(:, :) !! the array
     integer, allocatable :: more(:, :)
 
-    allocate (more(size(array, 1), 2*size(array, 2)), source=0)
+    allocate (more(size(array, 1), 2*size(array, 2)))
     more(:, :size(array, 2)) = array
     call move_alloc(more, array)
   end subroutine grow_columns
 
-  !> Doubles the length of a list.
+  !> Doubles the length of a list; what is new is undefined.
   subroutine grow(list)
     integer, allocatable, intent(inout) :: list(:) !! the list
     integer, allocatable :: more(:)
@@ -278,7 +280,6 @@ contains
     n = size(list)
     allocate (more(2*n))
     more(:n) = list
-    more(n + 1:) = 0
     call move_alloc(more, list)
   end subroutine grow
 end module mesh_file_types

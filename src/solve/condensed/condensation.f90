@@ -6,11 +6,12 @@ module condensation
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use lapack_interface, only: dpotri
   use block_matrix, only: block_matrix_t
-  use csc_matrix, only: csc_matrix_t, build_pattern, fill_values
-  use back_ends, only: solver_done, solver_failed, solver_out_of_memory
-  use cholmod_solver, only: solve_symmetric, trailing_block, drop_trailing_block, factor_work
+  use csc_matrix, only: csc_matrix_t, build_lower
+  use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory
+  use cholmod_solver, only: trailing_block, drop_trailing_block, factor_work
   use elimination_order, only: order_equations
-  use half_solves, only: reduce_right, complete_solution, halve_factor, shrink_factor
+  use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, &
+    shrink_factor
   use rough_factor, only: factorise_roughly
   use condensed_types, only: condensed_body_t, near_compliance_t
   implicit none
@@ -58,8 +59,7 @@ contains
     call drop_compliance(body)
     call order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     if (outcome /= solver_done) return
-    call build_pattern(blocks, ordered, matrix, lower=.true.)
-    call fill_values(blocks, ordered, matrix)
+    call build_lower(blocks, ordered, matrix)
     call add_pins(body, ordered, matrix)
     call body%solver%analyse(matrix, costs, outcome)
     if (outcome /= solver_done) return
@@ -171,24 +171,27 @@ contains
     body%near = near_compliance_t()
   end subroutine drop_compliance
 
-  !> x = K^-1 b on all free equations of a body.
+  !> x = K^-1 b on all free equations of a body, for several b.
   subroutine solve_body(body, b, x, costs, outcome)
-    type(condensed_body_t), intent(inout) :: body !! factorised
-    real(wp), intent(in) :: b(:, :) !! (3, nodes) forces [force]
-    real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
+    type(condensed_body_t), intent(in) :: body !! factorised
+    real(wp), intent(in) :: b(:, :, :) !! (3, nodes, columns) forces [force]
+    real(wp), intent(inout) :: x(:, :, :) !! (3, nodes, columns) get the displacements of the body
+    !! [length]
     type(cost_t), intent(inout) :: costs !! cost table
-    integer, intent(out) :: outcome !! as in back_ends
-    real(wp), allocatable :: right(:), left(:)
+    integer, intent(out) :: outcome !! done or not definite
+    real(wp) :: columns(size(body%node), size(b, 3))
     integer :: i
 
-    allocate (right(size(body%node)), left(size(body%node)), source=0.0_wp)
-    do i = 1, size(right)
-      right(i) = b(body%direction(i), body%node(i))
+    do i = 1, size(body%node)
+      columns(i, :) = b(body%direction(i), body%node(i), :)
     end do
     outcome = solver_done
-    if (any(abs(right) > 0.0_wp)) call solve_symmetric(body%solver, right, left, costs, outcome)
-    do i = 1, size(left)
-      x(body%direction(i), body%node(i)) = left(i)
+    if (any(abs(columns) > 0.0_wp)) then
+      if (.not. body%solver%definite) outcome = solver_not_definite
+      if (outcome == solver_done) call solve_columns(body%solver, columns, costs)
+    end if
+    do i = 1, size(body%node)
+      x(body%direction(i), body%node(i), :) = columns(i, :)
     end do
   end subroutine solve_body
 
@@ -260,11 +263,13 @@ contains
   end subroutine halve_body
 
   !> The factor of a body of which displacements inside are seldom asked for is kept in single
-  !! precision.
-  subroutine shrink_body(body)
+  !! precision. The squares of a row of a factor make the entry of the matrix on the diagonal; with
+  !! springs at pins that is up to twice what it is without.
+  subroutine shrink_body(body, stiffest)
     type(condensed_body_t), intent(inout) :: body !! condensed
+    real(wp), intent(in) :: stiffest !! largest entry of the stiffness of all bodies [force/length]
 
-    if (body%m > 0) call shrink_factor(body%solver, body%m)
+    if (body%m > 0) call shrink_factor(body%solver, body%m, sqrt(2.0_wp*stiffest))
   end subroutine shrink_body
 
   !> Work of condensing a body, the inverse of its Schur complement with it, over that of one solve.

@@ -155,7 +155,7 @@ contains
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
-      call shrink_body(system%condensed%bodies(b))
+      call shrink_body(system%condensed%bodies(b), system%scale%stiffest)
     end if
   end subroutine finish_body
 
@@ -213,24 +213,21 @@ contains
     integer, intent(in) :: b !! the body
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    real(wp), allocatable :: force(:, :), u(:, :), internal(:, :)
+    real(wp), allocatable :: force(:, :, :), u(:, :), internal(:, :)
     integer :: k
 
-    outcome = solver_done
-    allocate (force(3, model%mesh%nodes), u(3, model%mesh%nodes), internal(3, model%mesh%nodes))
     associate (condensed => system%condensed, loads => model%conditions%loads)
+      allocate (force(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      allocate (u(3, model%mesh%nodes), internal(3, model%mesh%nodes))
       do k = 1, size(loads)
         u = 0.0_wp
-        force = 0.0_wp
         call add_displacement(loads(k), 1.0_wp, u)
         where (system%equation > 0) u = 0.0_wp
-        call add_force(loads(k), 1.0_wp, force)
+        call add_force(loads(k), 1.0_wp, force(:, :, k))
         call multiply(system%whole%bulk_matrix, u, internal)
-        force = force - internal
-        call solve_body(condensed%bodies(b), force, condensed%outer%influence(:, :, k), costs, &
-          outcome)
-        if (outcome /= solver_done) return
+        force(:, :, k) = force(:, :, k) - internal
       end do
+      call solve_body(condensed%bodies(b), force, condensed%outer%influence, costs, outcome)
     end associate
   end subroutine find_influence
 

@@ -12,7 +12,7 @@ module sum_shares
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use model_types, only: model_t
-  use block_matrix, only: multiply_some
+  use block_matrix, only: multiply_some, reached_by
   use half_solves, only: reduce_columns
   use body_audit, only: measure_bodies
   use condensed_types, only: body_sums_t
@@ -141,7 +141,8 @@ contains
         where (spread(.not. own, 1, 3)) unit = 0.0_wp
         if (all(abs(unit) <= 0.0_wp)) cycle
         if (row <= last(2)) then
-          call multiply_some(system%whole%bulk_matrix, own, unit, pull)
+          call multiply_some(system%whole%bulk_matrix, own .and. &
+            reached_by(system%whole%bulk_matrix, unit), unit, pull)
         else
           pull = unit
         end if

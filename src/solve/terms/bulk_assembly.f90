@@ -9,7 +9,7 @@ module bulk_assembly
     form_tangents, is_reach_far
   use element_lists, only: bulk_list_t, batch_size
   use elmlib, only: solid_routine, routine_none, routine_finite
-  use block_matrix, only: block_matrix_t
+  use block_matrix, only: block_matrix_t, find_blocks
   implicit none
   private
   public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_block
@@ -19,7 +19,7 @@ contains
   !> Adds the internal force of all elements to r and their energy, and their matrices to a if it is
   !! there. An element that is turned inside out has no answer: it is named, and nothing else holds.
   subroutine assemble_bulk(list, x, u, r, energy, inverted, a)
-    type(bulk_list_t), intent(in) :: list !! elements, located in a if it is there
+    type(bulk_list_t), intent(in) :: list !! elements; what is not linear is located in a
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
@@ -68,7 +68,12 @@ contains
     do i = 1, e%nel
       r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
     end do
-    if (present(a)) call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
+    if (.not. present(a)) return
+    if (allocated(list%block)) then
+      call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
+    else
+      call scatter_block(find_blocks(a, e%ix(:e%nel)), e%s, a)
+    end if
   end subroutine add_each
 
   !> The same of one that has been computed with others.

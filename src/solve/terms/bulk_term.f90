@@ -3,7 +3,7 @@
 module bulk_term
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
-  use cells, only: shape_t, shape_of, tet4
+  use cells, only: nodes_of, tet4
   use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
   use bulk_laws, only: laws
   use element_lists, only: allocate_bulk
@@ -39,12 +39,11 @@ contains
     call list_volumes(model, system%volumes)
     call begin_cost(system%costs, cost_pattern)
     call build_graph(model%mesh%nodes, system%bulk, system%whole%bulk_matrix, third=system%volumes)
-    call locate_elements(system%whole%bulk_matrix, system%bulk)
+    if (.not. system%bulk%linear) call locate_elements(system%whole%bulk_matrix, system%bulk)
     call end_cost(system%costs, cost_pattern)
-    call form_tangent_at(model%mesh%x, system%u, system)
-    if (system%bulk%linear) then
-      deallocate (system%bulk%block)
-    else
+    system%inner%bulk_force = 0.0_wp
+    call add_tangent_at(model%mesh%x, system%u, system)
+    if (.not. system%bulk%linear) then
       allocate (system%inner%rows(3, 3, model%mesh%nodes))
       call sum_absolute(system%whole%bulk_matrix, system%inner%rows)
     end if
@@ -60,23 +59,19 @@ contains
     if (.not. system%whole%given) return
     system%whole%given = .false.
     system%whole%rim = block_matrix_t()
-    call locate_elements(system%whole%bulk_matrix, system%bulk)
     allocate (system%whole%bulk_matrix%val(3, 3, size(system%whole%bulk_matrix%row)))
     call form_solid_tangent(x, system%u, system)
-    deallocate (system%bulk%block)
   end subroutine take_bulk_back
 
   !> Lists the elements; those of rigid materials take no part.
   subroutine list_bulk(model, system)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets bulk
-    type(shape_t) :: shape
-    integer :: k, m, most
+    integer :: k, m, most, nodes
 
     most = tet4%nodes
     do k = 1, model%mesh%elements
-      shape = shape_of(model%mesh%ix(:, k))
-      most = max(most, shape%nodes)
+      most = max(most, nodes_of(model%mesh%ix(:, k)))
     end do
     call allocate_bulk(system%bulk, model%mesh%elements, size(model%materials), most)
     do m = 1, size(model%materials)
@@ -95,12 +90,12 @@ contains
     do k = 1, model%mesh%elements
       m = model%element_material(k)
       if (m == 0) cycle
-      shape = shape_of(model%mesh%ix(:, k))
+      nodes = nodes_of(model%mesh%ix(:, k))
       system%bulk%set(k) = m
-      system%bulk%nel(k) = shape%nodes
-      system%bulk%ix(:shape%nodes, k) = model%mesh%ix(:shape%nodes, k)
+      system%bulk%nel(k) = nodes
+      system%bulk%ix(:nodes, k) = model%mesh%ix(:nodes, k)
       if (model%materials(m)%rigid) cycle
-      system%bulk%routine(k) = kinematics(shape%nodes, laws(model%materials(m)%law)%finite)
+      system%bulk%routine(k) = kinematics(nodes, laws(model%materials(m)%law)%finite)
       if (system%bulk%routine(k) == routine_finite) system%bulk%linear = .false.
     end do
   end subroutine list_bulk
@@ -121,9 +116,18 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
 
-    call begin_cost(system%costs, cost_bulk_tangent)
     system%whole%bulk_matrix%val = 0.0_wp
     system%inner%bulk_force = 0.0_wp
+    call add_tangent_at(x, u, system)
+  end subroutine form_tangent_at
+
+  !> Tangent and force at a state, added to what is there.
+  subroutine add_tangent_at(x, u, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+
+    call begin_cost(system%costs, cost_bulk_tangent)
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
       system%inner%inverted, system%whole%bulk_matrix)
     if (system%inner%inverted == 0) then
@@ -135,7 +139,7 @@ contains
     call add_pressure_tangent(x, u, system)
     call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
     call end_cost(system%costs, cost_bulk_tangent)
-  end subroutine form_tangent_at
+  end subroutine add_tangent_at
 
   !> Tangent of elements, volumes and springs alone at a state, which is symmetric.
   subroutine form_solid_tangent(x, u, system)
