@@ -5,7 +5,7 @@ module lapack_interface
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
     dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
-    ssyrk, strsm, spotrf, strtri
+    ssyrk, strsm, spotrf, strtri, dsyrk, dpotrf
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -52,6 +52,26 @@ module lapack_interface
       real(wp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+
+    !> C = alpha A A^T + beta C, one triangle of it.
+    subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dsyrk
+
+    !> Cholesky factor of a dense matrix.
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
 
     !> Inverse of a symmetric positive definite matrix from its Cholesky factor.
     subroutine dpotri(uplo, n, a, lda, info)

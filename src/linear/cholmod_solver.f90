@@ -18,14 +18,14 @@ module cholmod_solver
   implicit none
   private
   public :: cholmod_t, analyse_in_order, solve_symmetric, factor_order, trailing_block, &
-    drop_trailing_block, forget_half, factor_work, cholmod_words
+    drop_trailing_block, forget_half, factor_work, make_room, cholmod_words
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
     ordering_metis = 3, &
-    always_supernodal = 2, use_lower = -1, status_memory = -2
+    always_supernodal = 2, use_lower = -1, real_values = 1, status_memory = -2
   integer(c_size_t), parameter :: usual_columns(3) = [4_c_size_t, 16_c_size_t, 48_c_size_t]
 
   !> Neighbouring supernodes become one of at most so many columns: the first in any case, the
@@ -202,6 +202,20 @@ contains
     if (outcome == solver_done .and. factor%minor < factor%n) outcome = solver_not_definite
     solver%definite = outcome == solver_done
   end subroutine factorise
+
+  !> Room for the values of an analysed factor, which somebody else makes.
+  subroutine make_room(solver, outcome)
+    type(cholmod_t), intent(inout) :: solver !! analysed
+    integer, intent(out) :: outcome !! one of the outcomes
+    integer(c_int) :: status
+
+    call forget_half(solver)
+    solver%definite = .false.
+    status = cholmod_l_change_factor(real_values, 1_c_int, 1_c_int, 1_c_int, 1_c_int, &
+      solver%factor, solver%common)
+    outcome = outcome_of(solver)
+    if (outcome == solver_done .and. status /= 1_c_int) outcome = solver_failed
+  end subroutine make_room
 
   !> x = A^-1 b with the last factor.
   subroutine solve(solver, a, b, x, costs, outcome)

@@ -5,17 +5,10 @@ module single_factor
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
   use csc_matrix, only: csc_matrix_t
   use supernodes, only: supernodes_t
+  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within
   implicit none
   private
   public :: factorise_single
-
-  !> Supernodes that still have to be subtracted from others.
-  type :: waiting_t
-    integer, allocatable :: head(:) !! (supernodes) first one that waits for this one, 0 for none
-    integer, allocatable :: next(:) !! (supernodes) the one that waits for the same after it
-    integer, allocatable :: from(:) !! (supernodes) its first row that is not yet dealt with
-    integer, allocatable :: owner(:) !! (n) supernode of each column
-  end type waiting_t
 
 contains
 
@@ -62,35 +55,6 @@ contains
     end if
   end subroutine factorise_single
 
-  !> No supernode waits for another one.
-  subroutine begin_waiting(nodes, n, waiting)
-    type(supernodes_t), intent(in) :: nodes !! analysed
-    integer, intent(in) :: n !! columns
-    type(waiting_t), intent(out) :: waiting !! empty lists
-    integer :: k
-
-    associate (supers => int(nodes%factor%nsuper))
-      allocate (waiting%head(supers), waiting%next(supers), waiting%from(supers), source=0)
-      allocate (waiting%owner(n))
-      do k = 1, supers
-        waiting%owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
-      end do
-    end associate
-  end subroutine begin_waiting
-
-  !> Puts a supernode where it is to be subtracted next: with the owner of its next row.
-  pure subroutine wait_for_next(nodes, d, waiting)
-    type(supernodes_t), intent(in) :: nodes !! analysed
-    integer, intent(in) :: d !! the supernode
-    type(waiting_t), intent(inout) :: waiting !! from given; gets on to a list, or moves on
-    integer :: k
-
-    if (nodes%pi(d) + waiting%from(d) > nodes%pi(d + 1)) return
-    k = waiting%owner(nodes%s(nodes%pi(d) + waiting%from(d)) + 1)
-    waiting%next(d) = waiting%head(k)
-    waiting%head(k) = d
-  end subroutine wait_for_next
-
   !> The columns of a supernode in the matrix, and where each row is in it.
   pure subroutine gather_columns(nodes, a, k, place, panel)
     type(supernodes_t), intent(in) :: nodes !! analysed
@@ -128,11 +92,7 @@ contains
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
     n = rows - from + 1
-    columns = 1
-    do while (columns < n)
-      if (nodes%s(nodes%pi(d) + from + columns) >= nodes%super(k + 1)) exit
-      columns = columns + 1
-    end do
+    columns = columns_within(nodes, d, k, from)
     first = nodes%px(d) + from
     last = nodes%px(d) + int(rows, long)*w
     call ssyrk('L', 'N', columns, w, 1.0_sp, half(first:last), rows, 0.0_sp, update, n)

@@ -13,6 +13,7 @@ module condensation
   use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, &
     shrink_factor
   use rough_factor, only: factorise_roughly
+  use double_factor, only: factorise_lower
   use condensed_types, only: condensed_body_t, near_compliance_t
   implicit none
   private
@@ -83,7 +84,7 @@ contains
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
-    if (.not. done) call body%solver%factorise(matrix, costs, outcome)
+    if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome)
     matrix = csc_matrix_t()
   end subroutine factorise_body
 

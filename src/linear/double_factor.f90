@@ -1,0 +1,203 @@
+!> Cholesky factor of a lower triangle in the supernodes of CHOLMOD's analysis: left-looking, each
+!! product as long as its rows allow and put where it belongs (doc/theory, "Linear systems").
+module double_factor
+  use kinds, only: wp, long
+  use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf
+  use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
+  use csc_matrix, only: csc_matrix_t
+  use back_ends, only: solver_done, solver_not_definite
+  use cholmod_solver, only: cholmod_t, make_room
+  use supernodes, only: supernodes_t, supernodes_of
+  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within
+  implicit none
+  private
+  public :: factorise_lower
+
+  !> Columns of a supernode that are eliminated at a time: what they take from those before is a
+  !! product.
+  integer, parameter :: block = 64
+  !> A square of so many rows is formed as a whole, though half of it counts.
+  integer, parameter :: small_square = 64
+
+contains
+
+  !> Factorises the lower triangle of a matrix whose equations are in the order of elimination. The
+  !! factor is CHOLMOD's.
+  subroutine factorise_lower(solver, a, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! analysed; gets values
+    type(csc_matrix_t), intent(in) :: a !! its lower triangle
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes, or not definite
+    type(supernodes_t) :: nodes
+
+    call begin_cost(costs, cost_symmetric_factor)
+    call make_room(solver, outcome)
+    if (outcome == solver_done) then
+      nodes = supernodes_of(solver%factor)
+      call factorise_double(nodes, a, nodes%x, solver%definite)
+      if (.not. solver%definite) outcome = solver_not_definite
+    end if
+    call end_cost(costs, cost_symmetric_factor)
+  end subroutine factorise_lower
+
+  !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns. What stands above the
+  !! diagonal has no meaning.
+  subroutine factorise_double(nodes, a, x, definite)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
+    real(wp), intent(inout), contiguous :: x(:) !! gets the values
+    logical, intent(out) :: definite !! no pivot was zero or negative
+    type(waiting_t) :: waiting
+    integer :: place(a%n), k, d, after, w, rows
+    real(wp), allocatable :: update(:)
+    integer(long) :: first, last
+
+    call begin_waiting(nodes, int(a%n), waiting)
+    allocate (update(max(1_long, int(nodes%factor%maxcsize, long))))
+    definite = .true.
+    do k = 1, int(nodes%factor%nsuper)
+      w = int(nodes%super(k + 1) - nodes%super(k))
+      rows = int(nodes%pi(k + 1) - nodes%pi(k))
+      first = nodes%px(k) + 1
+      last = nodes%px(k) + int(rows, long)*w
+      call gather_columns(nodes, a, k, place, x(first:last))
+      d = waiting%head(k)
+      do while (d > 0)
+        after = waiting%next(d)
+        call subtract(nodes, d, k, place, waiting%from(d), x, update)
+        call wait_for_next(nodes, d, waiting)
+        d = after
+      end do
+      call eliminate(rows, w, x(first:last), definite)
+      if (.not. definite) return
+      if (rows == w) cycle
+      waiting%from(k) = w + 1
+      call wait_for_next(nodes, k, waiting)
+    end do
+  end subroutine factorise_double
+
+  !> The columns of a supernode in the matrix, and where each row is in it.
+  pure subroutine gather_columns(nodes, a, k, place, panel)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    type(csc_matrix_t), intent(in) :: a !! lower triangle
+    integer, intent(in) :: k !! the supernode
+    integer, intent(inout) :: place(:) !! (n) gets the places of its rows
+    real(wp), intent(out) :: panel(:) !! (rows*columns) its values
+    integer(long) :: i, j, entry, rows
+
+    rows = nodes%pi(k + 1) - nodes%pi(k)
+    do i = 1, rows
+      place(nodes%s(nodes%pi(k) + i) + 1) = int(i)
+    end do
+    panel = 0.0_wp
+    do j = nodes%super(k), nodes%super(k + 1) - 1
+      do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)
+        i = (j - nodes%super(k))*rows + place(a%row(entry) + 1)
+        panel(i) = panel(i) + a%val(entry)
+      end do
+    end do
+  end subroutine gather_columns
+
+  !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
+  !! those of them that are columns of k. `from` goes on behind these. Where the rows follow each
+  !! other in k, too, the product is formed in its place.
+  subroutine subtract(nodes, d, k, place, from, x, update)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: d, k !! the supernodes
+    integer, intent(in) :: place(:) !! (n) places of the rows of k
+    integer, intent(inout) :: from !! first row of d that is not yet dealt with
+    real(wp), intent(inout), contiguous :: x(:) !! values
+    real(wp), intent(inout), contiguous :: update(:) !! room
+    integer :: rows, w, n, columns, in_k, at
+    integer(long) :: first, last
+
+    rows = int(nodes%pi(d + 1) - nodes%pi(d))
+    w = int(nodes%super(d + 1) - nodes%super(d))
+    n = rows - from + 1
+    columns = columns_within(nodes, d, k, from)
+    first = nodes%px(d) + from
+    last = nodes%px(d) + int(rows, long)*w
+    in_k = int(nodes%pi(k + 1) - nodes%pi(k))
+    at = place(nodes%s(nodes%pi(d) + from) + 1)
+    if (place(nodes%s(nodes%pi(d + 1)) + 1) - at == n - 1) then
+      call take_product(n, columns, w, x(first:last), rows, 1.0_wp, &
+        x(nodes%px(k) + at + int(in_k, long)*(at - 1):nodes%px(k + 1)), in_k)
+    else
+      call take_product(n, columns, w, x(first:last), rows, 0.0_wp, update, n)
+      call scatter(place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1), columns, update, &
+        in_k, x(nodes%px(k) + 1:nodes%px(k + 1)))
+    end if
+    from = from + columns
+  end subroutine subtract
+
+  !> C = beta C - A A1^T for the first rows A1 of A: its lower triangle.
+  subroutine take_product(n, columns, w, a, in_a, beta, c, in_c)
+    integer, intent(in) :: n !! rows of A and C
+    integer, intent(in) :: columns !! of C, rows of A1
+    integer, intent(in) :: w !! columns of A
+    integer, intent(in) :: in_a, in_c !! rows that A and C are stored with
+    real(wp), intent(in), contiguous :: a(:) !! A, from its first entry on
+    real(wp), intent(in) :: beta !! 0 or 1
+    real(wp), intent(inout), contiguous :: c(:) !! C, likewise
+
+    if (columns <= small_square) then
+      call dgemm('N', 'T', n, columns, w, -1.0_wp, a, in_a, a, in_a, beta, c, in_c)
+      return
+    end if
+    call dsyrk('L', 'N', columns, w, -1.0_wp, a, in_a, beta, c, in_c)
+    if (n > columns) call dgemm('N', 'T', n - columns, columns, w, -1.0_wp, a(columns + 1:), in_a, &
+      a, in_a, beta, c(columns + 1:), in_c)
+  end subroutine take_product
+
+  !> Adds the lower triangle of a product to the places where it belongs, run by run of rows that
+  !! follow each other there.
+  pure subroutine scatter(to, columns, update, rows, panel)
+    integer, intent(in) :: to(:) !! (n) place of each of its rows in the panel
+    integer, intent(in) :: columns !! of the product: its first rows
+    real(wp), intent(in) :: update(size(to), columns) !! the product
+    integer, intent(in) :: rows !! of the panel
+    real(wp), intent(inout) :: panel(rows, *) !! values of a supernode
+    integer :: run(size(to) + 1), runs, i, j, k, first
+
+    runs = 1
+    run(1) = 1
+    do i = 2, size(to)
+      if (to(i) == to(i - 1) + 1) cycle
+      runs = runs + 1
+      run(runs) = i
+    end do
+    run(runs + 1) = size(to) + 1
+    first = 1
+    do j = 1, columns
+      if (run(first + 1) <= j) first = first + 1
+      i = max(j, run(first))
+      do k = first, runs
+        panel(to(i):to(i) + run(k + 1) - 1 - i, to(j)) = &
+          panel(to(i):to(i) + run(k + 1) - 1 - i, to(j)) + update(i:run(k + 1) - 1, j)
+        i = run(k + 1)
+      end do
+    end do
+  end subroutine scatter
+
+  !> Eliminates the columns of a supernode, some at a time: a product takes off what those before
+  !! have, then their own square is factorised.
+  subroutine eliminate(rows, w, x, definite)
+    integer, intent(in) :: rows !! of the supernode
+    integer, intent(in) :: w !! its columns
+    real(wp), intent(inout) :: x(rows, w) !! values
+    logical, intent(out) :: definite !! no pivot was zero or negative
+    integer :: j, n, info
+
+    definite = .true.
+    do j = 1, w, block
+      n = min(block, w - j + 1)
+      if (j > 1) call dgemm('N', 'T', rows - j + 1, n, j - 1, -1.0_wp, x(j, 1), rows, x(j, 1), &
+        rows, 1.0_wp, x(j, j), rows)
+      call dpotrf('L', n, x(j, j), rows, info)
+      definite = info == 0
+      if (.not. definite) return
+      if (rows >= j + n) call dtrsm('R', 'L', 'T', 'N', rows - j - n + 1, n, 1.0_wp, x(j, j), &
+        rows, x(j + n, j), rows)
+    end do
+  end subroutine eliminate
+end module double_factor

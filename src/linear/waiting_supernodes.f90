@@ -1,0 +1,62 @@
+!> The order in which a left-looking factorisation takes the supernodes of a factor of CHOLMOD's:
+!! each waits for the next one that it is to be subtracted from (doc/theory, "Linear systems").
+module waiting_supernodes
+  use supernodes, only: supernodes_t
+  implicit none
+  private
+  public :: waiting_t, begin_waiting, wait_for_next, columns_within
+
+  !> Supernodes that still have to be subtracted from others.
+  type :: waiting_t
+    integer, allocatable :: head(:) !! (supernodes) first one that waits for this one, 0 for none
+    integer, allocatable :: next(:) !! (supernodes) the one that waits for the same after it
+    integer, allocatable :: from(:) !! (supernodes) its first row that is not yet dealt with
+    integer, allocatable :: owner(:) !! (n) supernode of each column
+  end type waiting_t
+
+contains
+
+  !> No supernode waits for another one.
+  subroutine begin_waiting(nodes, n, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: n !! columns
+    type(waiting_t), intent(out) :: waiting !! empty lists
+    integer :: k
+
+    associate (supers => int(nodes%factor%nsuper))
+      allocate (waiting%head(supers), waiting%next(supers), waiting%from(supers), source=0)
+      allocate (waiting%owner(n))
+      do k = 1, supers
+        waiting%owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
+      end do
+    end associate
+  end subroutine begin_waiting
+
+  !> Puts a supernode where it is to be subtracted next: with the owner of its next row.
+  pure subroutine wait_for_next(nodes, d, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: d !! the supernode
+    type(waiting_t), intent(inout) :: waiting !! from given; gets on to a list, or moves on
+    integer :: k
+
+    if (nodes%pi(d) + waiting%from(d) > nodes%pi(d + 1)) return
+    k = waiting%owner(nodes%s(nodes%pi(d) + waiting%from(d)) + 1)
+    waiting%next(d) = waiting%head(k)
+    waiting%head(k) = d
+  end subroutine wait_for_next
+
+  !> How many rows of supernode d, from one on, are columns of supernode k.
+  pure integer function columns_within(nodes, d, k, from) result(columns)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: d, k !! the supernodes
+    integer, intent(in) :: from !! row of d that is one of them
+    integer :: n
+
+    n = int(nodes%pi(d + 1) - nodes%pi(d)) - from + 1
+    columns = 1
+    do while (columns < n)
+      if (nodes%s(nodes%pi(d) + from + columns) >= nodes%super(k + 1)) exit
+      columns = columns + 1
+    end do
+  end function columns_within
+end module waiting_supernodes
