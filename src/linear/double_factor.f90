@@ -13,9 +13,8 @@ module double_factor
   private
   public :: factorise_lower
 
-  !> Columns of a supernode that are eliminated at a time: what they take from those before is a
-  !! product.
-  integer, parameter :: block = 64
+  !> Columns that are eliminated at once; of more the first half takes its product off the second.
+  integer, parameter :: few_columns = 24
   !> A square of so many rows is formed as a whole, though half of it counts.
   integer, parameter :: small_square = 64
 
@@ -68,7 +67,7 @@ contains
         call wait_for_next(nodes, d, waiting)
         d = after
       end do
-      call eliminate(rows, w, x(first:last), definite)
+      call eliminate(rows, w, rows, x(first:last), definite)
       if (.not. definite) return
       if (rows == w) cycle
       waiting%from(k) = w + 1
@@ -179,25 +178,28 @@ contains
     end do
   end subroutine scatter
 
-  !> Eliminates the columns of a supernode, some at a time: a product takes off what those before
-  !! have, then their own square is factorised.
-  subroutine eliminate(rows, w, x, definite)
-    integer, intent(in) :: rows !! of the supernode
-    integer, intent(in) :: w !! its columns
-    real(wp), intent(inout) :: x(rows, w) !! values
+  !> Eliminates some columns of a supernode: the first half, what it takes off the second, and that
+  !! half; few of them at once.
+  recursive subroutine eliminate(rows, w, in_x, x, definite)
+    integer, intent(in) :: rows !! from the first of these columns on
+    integer, intent(in) :: w !! the columns
+    integer, intent(in) :: in_x !! rows that they are stored with
+    real(wp), intent(inout) :: x(in_x, *) !! values
     logical, intent(out) :: definite !! no pivot was zero or negative
-    integer :: j, n, info
+    integer :: half, info
 
-    definite = .true.
-    do j = 1, w, block
-      n = min(block, w - j + 1)
-      if (j > 1) call dgemm('N', 'T', rows - j + 1, n, j - 1, -1.0_wp, x(j, 1), rows, x(j, 1), &
-        rows, 1.0_wp, x(j, j), rows)
-      call dpotrf('L', n, x(j, j), rows, info)
+    if (w <= few_columns) then
+      call dpotrf('L', w, x, in_x, info)
       definite = info == 0
-      if (.not. definite) return
-      if (rows >= j + n) call dtrsm('R', 'L', 'T', 'N', rows - j - n + 1, n, 1.0_wp, x(j, j), &
-        rows, x(j + n, j), rows)
-    end do
+      if (definite .and. rows > w) call dtrsm('R', 'L', 'T', 'N', rows - w, w, 1.0_wp, x, in_x, &
+        x(w + 1, 1), in_x)
+      return
+    end if
+    half = (w/2 + few_columns - 1)/few_columns*few_columns
+    call eliminate(rows, half, in_x, x, definite)
+    if (.not. definite) return
+    call dgemm('N', 'T', rows - half, w - half, half, -1.0_wp, x(half + 1, 1), in_x, &
+      x(half + 1, 1), in_x, 1.0_wp, x(half + 1, half + 1), in_x)
+    call eliminate(rows - half, w - half, in_x, x(half + 1, half + 1), definite)
   end subroutine eliminate
 end module double_factor

@@ -1,8 +1,8 @@
 !> Nested dissection of a graph whose nodes have weights: METIS, which CHOLMOD brings along but asks
 !! without any (doc/theory, "Condensed contact").
 module nested_dissection
-  use, intrinsic :: iso_c_binding, only: c_funptr, c_ptr, c_null_ptr, c_int32_t, c_associated, &
-    c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_funptr, c_ptr, c_int32_t, c_associated, &
+    c_f_procpointer, c_loc
   use kinds, only: long
   use csc_matrix, only: csc_matrix_t
   use loaded_symbols, only: symbol
@@ -12,6 +12,9 @@ module nested_dissection
 
   !> Entries of METIS's options (metis.h), and what says that all went well.
   integer, parameter :: options_size = 40, metis_ok = 1
+  !> The option that says how often a separator is refined on each level: once in graphs of at most
+  !! so many nodes, whose factor takes less time than more of it would.
+  integer, parameter :: refinements = 7, few_nodes = 20000
 
   abstract interface
     !> METIS_SetDefaultOptions
@@ -31,7 +34,7 @@ module nested_dissection
       integer(c_int32_t), intent(in) :: first(*) !! (n+1) first neighbour of each, 0-based
       integer(c_int32_t), intent(in) :: neighbour(*) !! 0-based, both ways, no node its own
       integer(c_int32_t), intent(in) :: weight(*) !! (n)
-      type(c_ptr), value :: options !! null: those that METIS has
+      type(c_ptr), value :: options !! -1: what METIS has
       integer(c_int32_t), intent(out) :: permutation(*) !! (n) the node at each place, 0-based
       integer(c_int32_t), intent(out) :: inverse(*) !! (n) the place of each node, 0-based
       integer(c_int32_t) :: status
@@ -48,6 +51,7 @@ contains
     logical, intent(out) :: found !! there is one
     procedure(order_i), pointer :: order_by_metis
     integer(c_int32_t), allocatable, dimension(:) :: first, neighbour, permutation, inverse
+    integer(c_int32_t), target :: options(options_size)
     type(c_funptr) :: address
     integer(c_int32_t) :: status
 
@@ -59,8 +63,10 @@ contains
     call list_neighbours(graph, first, neighbour)
     allocate (permutation(graph%n), inverse(graph%n))
     call c_f_procpointer(address, order_by_metis)
+    options = -1
+    if (graph%n <= few_nodes) options(refinements) = 1
     status = order_by_metis(int(graph%n, c_int32_t), first, neighbour, int(weight, c_int32_t), &
-      c_null_ptr, permutation, inverse)
+      c_loc(options), permutation, inverse)
     found = status == metis_ok
     if (found) order = permutation
   end subroutine dissect
