@@ -23,7 +23,9 @@ HDF5_LIB ?= /usr/lib/$(MULTIARCH)/hdf5/serial
 # own along, and the two must not meet.
 HDF5_SHARED := -lhdf5_fortran -lhdf5
 HDF5_STATIC := -Wl,--push-state,-Bstatic $(HDF5_SHARED) -Wl,--pop-state -lsz -lz
-HDF5_LIBS = $(if $(wildcard $(HDF5_LIB)/libhdf5_fortran.a),$(HDF5_STATIC),$(HDF5_SHARED))
+HDF5_TRIAL = use hdf5; integer :: i; call h5open_f(i); end
+HDF5_LIBS = $(if $(shell echo '$(HDF5_TRIAL)' | $(FC) -ffree-form -x f95 - -x none -I$(HDF5_INCLUDE) \
+  -L$(HDF5_LIB) $(HDF5_STATIC) -ldl -o build/hdf5_trial 2>/dev/null && echo works),$(HDF5_STATIC),$(HDF5_SHARED))
 LIBS = -Wl,--push-state,--no-as-needed -lopenblas -Wl,--pop-state -lumfpack -lcholmod -L$(HDF5_LIB) $(HDF5_LIBS) -ldl
 
 STANDARD := -fopenmp -std=f2008 -pedantic -Wall -Wextra -Wimplicit-interface -Wconversion

@@ -43,6 +43,8 @@ module chord_steps
   !> No further one is tried after a step that leaves more than this, where a direction is found by
   !! iteration, with blocks of groups too.
   real(wp), parameter :: promising = 0.5_wp
+  !> What steps in single precision may hide each, over what counts as converged.
+  real(wp), parameter :: hidden_share = 0.03_wp
   !> Nor is one needed where no more than this share of what counts as converged is left.
   real(wp), parameter :: well_within = 0.1_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
@@ -63,7 +65,8 @@ contains
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
 
-    call take_chords(model, system, tolerance, first_energy, energy, wanted, 0.03_wp*wanted, chords)
+    call take_chords(model, system, tolerance, first_energy, energy, wanted, hidden_share*wanted, &
+      chords)
     if (.not. system%condensed%bulk%hidden) return
     call settle_live(system)
     call form_residual(system, model%mesh%x)

@@ -155,7 +155,7 @@ contains
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
-      call shrink_body(system%condensed%bodies(b), system%scale%stiffest)
+      call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 
