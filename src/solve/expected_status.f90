@@ -83,7 +83,7 @@ contains
         end if
         system%contact%slide(first + p - 1) = facet%slips
         now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-        system%contact%keep(first + p - 1) = facet%gap - now
+        if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
       end associate
     end do
   end subroutine expect_on_facets
