@@ -8,7 +8,8 @@ module double_factor
   use back_ends, only: solver_done, solver_not_definite
   use cholmod_solver, only: cholmod_t, make_room
   use supernodes, only: supernodes_t, supernodes_of
-  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within
+  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within, &
+    place_rows
   implicit none
   private
   public :: factorise_lower
@@ -59,6 +60,7 @@ contains
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
       first = nodes%px(k) + 1
       last = nodes%px(k) + int(rows, long)*w
+      call place_rows(nodes, k, place)
       call gather_columns(nodes, a, k, place, x(first:last))
       d = waiting%head(k)
       do while (d > 0)
@@ -75,19 +77,16 @@ contains
     end do
   end subroutine factorise_double
 
-  !> The columns of a supernode in the matrix, and where each row is in it.
+  !> The columns of a supernode in the matrix.
   pure subroutine gather_columns(nodes, a, k, place, panel)
     type(supernodes_t), intent(in) :: nodes !! analysed
     type(csc_matrix_t), intent(in) :: a !! lower triangle
     integer, intent(in) :: k !! the supernode
-    integer, intent(inout) :: place(:) !! (n) gets the places of its rows
+    integer, intent(in) :: place(:) !! (n) places of its rows
     real(wp), intent(out) :: panel(:) !! (rows*columns) its values
     integer(long) :: i, j, entry, rows
 
     rows = nodes%pi(k + 1) - nodes%pi(k)
-    do i = 1, rows
-      place(nodes%s(nodes%pi(k) + i) + 1) = int(i)
-    end do
     panel = 0.0_wp
     do j = nodes%super(k), nodes%super(k + 1) - 1
       do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)

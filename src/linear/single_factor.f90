@@ -5,7 +5,8 @@ module single_factor
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
   use csc_matrix, only: csc_matrix_t
   use supernodes, only: supernodes_t
-  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within
+  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within, &
+    place_rows
   implicit none
   private
   public :: factorise_single
@@ -32,6 +33,7 @@ contains
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
       first = nodes%px(k) + 1
       last = nodes%px(k) + int(rows, long)*w
+      call place_rows(nodes, k, place)
       call gather_columns(nodes, a, k, place, half(first:last))
       d = waiting%head(k)
       do while (d > 0)
@@ -55,19 +57,16 @@ contains
     end if
   end subroutine factorise_single
 
-  !> The columns of a supernode in the matrix, and where each row is in it.
+  !> The columns of a supernode in the matrix.
   pure subroutine gather_columns(nodes, a, k, place, panel)
     type(supernodes_t), intent(in) :: nodes !! analysed
     type(csc_matrix_t), intent(in) :: a !! lower triangle
     integer, intent(in) :: k !! the supernode
-    integer, intent(inout) :: place(:) !! (n) gets the places of its rows
+    integer, intent(in) :: place(:) !! (n) places of its rows
     real(sp), intent(out) :: panel(:) !! (rows*columns) its values
     integer(long) :: i, j, entry, rows
 
     rows = nodes%pi(k + 1) - nodes%pi(k)
-    do i = 1, rows
-      place(nodes%s(nodes%pi(k) + i) + 1) = int(i)
-    end do
     panel = 0.0_sp
     do j = nodes%super(k), nodes%super(k + 1) - 1
       do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)

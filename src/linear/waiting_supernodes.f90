@@ -1,10 +1,11 @@
 !> The order in which a left-looking factorisation takes the supernodes of a factor of CHOLMOD's:
 !! each waits for the next one that it is to be subtracted from (doc/theory, "Linear systems").
 module waiting_supernodes
+  use kinds, only: long
   use supernodes, only: supernodes_t
   implicit none
   private
-  public :: waiting_t, begin_waiting, wait_for_next, columns_within
+  public :: waiting_t, begin_waiting, wait_for_next, columns_within, place_rows
 
   !> Supernodes that still have to be subtracted from others.
   type :: waiting_t
@@ -59,4 +60,16 @@ contains
       columns = columns + 1
     end do
   end function columns_within
+
+  !> Where each row of a supernode is in it.
+  pure subroutine place_rows(nodes, k, place)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: k !! the supernode
+    integer, intent(inout) :: place(:) !! (n) gets the places of its rows
+    integer(long) :: i
+
+    do i = 1, nodes%pi(k + 1) - nodes%pi(k)
+      place(nodes%s(nodes%pi(k) + i) + 1) = int(i)
+    end do
+  end subroutine place_rows
 end module waiting_supernodes

@@ -208,33 +208,33 @@ contains
   !! precision.
   subroutine settle_live(system)
     type(system_t), intent(inout) :: system !! u of candidates that are live
-    real(wp) :: u(system%condensed%n)
-    integer :: i
 
-    associate (condensed => system%condensed)
-      call find_equilibrium(condensed, u)
-      do i = 1, condensed%n
-        if (condensed%alive%live_place(i) == 0) cycle
-        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
-      end do
-      condensed%bulk%hidden = .false.
-    end associate
+    call put_candidates(system, .true.)
+    system%condensed%bulk%hidden = .false.
   end subroutine settle_live
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
+
+    call put_candidates(system, .false.)
+  end subroutine refresh_candidates
+
+  !> Moves the candidates that are live, or the others, to where the forces of the iterate put them.
+  subroutine put_candidates(system, live)
+    type(system_t), intent(inout) :: system !! u of these
+    logical, intent(in) :: live !! the live ones
     real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
       call find_equilibrium(condensed, u)
       do i = 1, condensed%n
-        if (condensed%alive%live_place(i) > 0) cycle
+        if (live .neqv. condensed%alive%live_place(i) > 0) cycle
         system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
       end do
     end associate
-  end subroutine refresh_candidates
+  end subroutine put_candidates
 
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.

@@ -85,7 +85,7 @@ module condensed_types
     integer, allocatable :: border_pivot(:) !! (modes) of its factor
   end type contact_parts_t
 
-  !> GMRES on the rest of the element matrices.
+  !> Answers of the rest of the element matrices.
   type :: rest_course_t
     integer :: iterations = 0 !! that the last answer of contact has taken, by factor or by blocks
     type(gcr_t) :: known !! answers of the rest since its matrix was formed: a way is the force on
@@ -127,7 +127,7 @@ module condensed_types
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
     type(rough_t) :: rough !! the same in single precision
     type(contact_parts_t) :: parts !! blocks, where it is large
-    type(rest_course_t) :: course !! GMRES on the rest
+    type(rest_course_t) :: course !! answers of the rest
   end type contact_tangent_t
 
   !> When the displacements of all nodes were known last.
@@ -208,14 +208,12 @@ module condensed_types
     !! has measured
   end type defects_t
 
-  !> Steps by near factors and what they make of the residual: the images are orthonormal.
+  !> Steps by near factors and what they make of the residual.
   type :: residual_pairs_t
-    integer :: n = 0 !! pairs
+    type(gcr_t) :: known !! by what the residual falls along each step (equations), and the step
     logical :: asked = .false. !! asked_for is that of the last direction
     real(wp), allocatable :: asked_for(:) !! (equations) residual that it was to answer [force]
-    real(wp), allocatable :: share(:) !! (most) of each image in it [force]
-    real(wp), allocatable :: step(:, :) !! (equations, most) per force [length/force]
-    real(wp), allocatable :: image(:, :) !! (equations, most) by what the residual falls along them
+    real(wp), allocatable :: answer(:) !! (equations) what known steps answer to it [length]
   end type residual_pairs_t
 
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.

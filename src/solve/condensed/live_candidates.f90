@@ -8,7 +8,7 @@ module live_candidates
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: widen_live, number_live, forget_live, gather_compliance, apply_compliance
+  public :: widen_live, number_live, forget_live, gather_compliance, apply_compliance, own_part
 
   !> Live candidates over those that are needed.
   real(wp), parameter :: most_idle = 1.25_wp
@@ -160,6 +160,25 @@ contains
       end do
     end do
   end subroutine mirror
+
+  !> What of a column with few entries belongs to a body.
+  pure subroutine own_part(body, dofs, values, n, mine, share)
+    type(condensed_body_t), intent(in) :: body !! its live candidates
+    integer, intent(in) :: dofs(:) !! live candidates, 0 for none
+    real(wp), intent(in) :: values(:) !! entries
+    integer, intent(out) :: n !! those of the body
+    integer, intent(out) :: mine(:) !! (n) which of its live candidates
+    real(wp), intent(out) :: share(:) !! (n) their entries
+    integer :: i
+
+    n = 0
+    do i = 1, size(dofs)
+      if (dofs(i) <= body%first_live .or. dofs(i) > body%first_live + body%n_live) cycle
+      n = n + 1
+      mine(n) = dofs(i) - body%first_live
+      share(n) = values(i)
+    end do
+  end subroutine own_part
 
   !> y = C x on the live candidates.
   subroutine apply_compliance(condensed, x, y)

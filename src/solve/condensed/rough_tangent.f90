@@ -7,6 +7,7 @@ module rough_tangent
   use lapack_interface, only: sgemv, ssymv, sgetrf, sgetrs
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use contact_sums, only: take_shares
+  use live_candidates, only: own_part
   use whole_tangent, only: stiffest_contact
   use system_types, only: system_t
   implicit none
@@ -134,21 +135,15 @@ contains
     integer, intent(in) :: dofs(:) !! live candidates, 0 for none
     real(wp), intent(in) :: u(:) !! values
     real(sp), intent(out) :: y(:) !! (n_live) C u
-    integer :: b, i, n, mine(size(dofs))
-    real(sp) :: share(size(dofs))
+    integer :: b, n, mine(size(dofs))
+    real(wp) :: share(size(dofs))
 
     do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_live, &
-        last => condensed%bodies(b)%first_live + condensed%bodies(b)%n_live)
-        n = 0
-        do i = 1, size(dofs)
-          if (dofs(i) <= first .or. dofs(i) > last) cycle
-          n = n + 1
-          mine(n) = dofs(i) - first + body%skipped
-          share(n) = real(u(i), sp)
-        end do
-        if (last > first) call combine(body%near%single, body%skipped, mine(:n), share(:n), &
-          y(first + 1:last))
+      associate (body => condensed%bodies(b))
+        if (body%n_live == 0) cycle
+        call own_part(body, dofs, u, n, mine, share)
+        call combine(body%near%single, body%skipped, body%skipped + mine(:n), &
+          real(share(:n), sp), y(body%first_live + 1:body%first_live + body%n_live))
       end associate
     end do
   end subroutine add_columns

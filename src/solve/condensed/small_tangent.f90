@@ -5,6 +5,7 @@ module small_tangent
   use threads, only: pays_threads
   use lapack_interface, only: dgetrf
   use condensed_types, only: condensed_t, contact_tangent_t
+  use live_candidates, only: own_part
   use whole_tangent, only: form_whole, make_small, combine
   implicit none
   private
@@ -127,21 +128,14 @@ contains
     integer, intent(in) :: dofs(:) !! live candidates, 0 for none
     real(wp), intent(in) :: u(:) !! values
     real(wp), intent(out) :: y(:) !! (n_live) C u
-    integer :: b, i, n, mine(size(dofs))
+    integer :: b, n, mine(size(dofs))
     real(wp) :: share(size(dofs))
 
     do b = 1, size(condensed%bodies)
-      associate (first => condensed%bodies(b)%first_live, last => condensed%bodies(b)%first_live &
-        + condensed%bodies(b)%n_live)
-        n = 0
-        do i = 1, size(dofs)
-          if (dofs(i) <= first .or. dofs(i) > last) cycle
-          n = n + 1
-          mine(n) = dofs(i) - first
-          share(n) = u(i)
-        end do
-        call combine(condensed%bodies(b)%live, condensed%bodies(b)%skipped, mine(:n), share(:n), &
-          y(first + 1:last))
+      associate (body => condensed%bodies(b))
+        call own_part(body, dofs, u, n, mine, share)
+        call combine(body%live, body%skipped, mine(:n), share(:n), &
+          y(body%first_live + 1:body%first_live + body%n_live))
       end associate
     end do
   end subroutine add_columns
