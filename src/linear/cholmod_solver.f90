@@ -7,26 +7,30 @@ module cholmod_solver
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic, cost_symmetric_factor, &
     cost_solve
   use supernodes, only: supernodes_t, supernodes_of, values_before, place_last
-  use supernode_panels, only: split_supernodes
+  use supernode_panels, only: split_supernodes, expand_supernodes
+  use row_runs, only: gather_rows
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed, solver_not_definite
   use cholmod_interface, only: cholmod_common_t, cholmod_sparse_t, cholmod_dense_t, &
-    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, &
-    cholmod_l_analyze_p, cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, &
-    cholmod_l_free_factor, cholmod_l_free_dense, cholmod_l_realloc
+    cholmod_factor_t, cholmod_l_start, cholmod_l_finish, cholmod_l_analyze_p, &
+    cholmod_l_factorize, cholmod_l_change_factor, cholmod_l_solve2, cholmod_l_free_factor, &
+    cholmod_l_free_dense, cholmod_l_realloc
   implicit none
   private
-  public :: cholmod_t, analyse_in_order, solve_symmetric, factor_order, trailing_block, &
-    drop_trailing_block, forget_half, factor_work, make_room, cholmod_words
+  public :: cholmod_t, analyse_in_order, analyse_nodes, expand_nodes, solve_symmetric, &
+    factor_order, trailing_block, drop_trailing_block, forget_half, factor_work, make_room, &
+    cholmod_words
 
   type(solver_words_t), parameter :: cholmod_words = solver_words_t('CHOLmod', &
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
-    ordering_metis = 3, &
-    always_supernodal = 2, use_lower = -1, real_values = 1, status_memory = -2
+    ordering_metis = 3, always_supernodal = 2, use_lower = -1, real_values = 1, status_memory = -2
   integer(c_size_t), parameter :: usual_columns(3) = [4_c_size_t, 16_c_size_t, 48_c_size_t]
+
+  !> Equations of a node.
+  integer, parameter :: node_equations = 3
 
   !> Neighbouring supernodes become one of at most so many columns: the first in any case, the
   !! others if less than such a share of it would be zero, and of any number if less than the last.
@@ -135,25 +139,60 @@ contains
     call analyse_by(solver, a, ordering_given, c_loc(order), costs, outcome)
   end subroutine analyse_in_order
 
+  !> Analyses the graph of nodes of some equations each, in the order it has but for columns that
+  !! change their places within a supernode.
+  subroutine analyse_nodes(solver, graph, m, order, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
+    type(csc_matrix_t), intent(in), target :: graph !! a lower triangle
+    integer, intent(in) :: m !! nodes at the end that stay
+    integer, intent(out) :: order(:) !! (nodes) the node that stood at each place before
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+
+    call analyse_by(solver, graph, ordering_natural, c_null_ptr, costs, outcome, node_equations)
+    if (outcome /= solver_done) return
+    call begin_cost(costs, cost_symbolic)
+    call gather_rows(supernodes_of(solver%factor), m, order)
+    call end_cost(costs, cost_symbolic)
+  end subroutine analyse_nodes
+
+  !> Makes the analysis of a graph that of the equations of its nodes.
+  subroutine expand_nodes(solver, before, costs, outcome)
+    type(cholmod_t), intent(inout) :: solver !! the graph is analysed
+    integer(long), intent(in) :: before(:) !! (nodes+1) equations before those of each node
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! one of the outcomes
+
+    call begin_cost(costs, cost_symbolic)
+    call expand_supernodes(solver%factor, before, solver%common)
+    call end_cost(costs, cost_symbolic)
+    outcome = outcome_of(solver)
+    if (outcome /= solver_done) call solver%forget_pattern()
+  end subroutine expand_nodes
+
   !> Analyses a pattern with one of CHOLMOD's orderings; all but the natural one are postordered.
-  subroutine analyse_by(solver, a, ordering, order, costs, outcome)
+  subroutine analyse_by(solver, a, ordering, order, costs, outcome, each)
     class(cholmod_t), intent(inout) :: solver !! handles; an older analysis is dropped
     type(csc_matrix_t), intent(in), target :: a !! matrix; its lower triangle counts
     integer(c_int), intent(in) :: ordering !! which
     type(c_ptr), intent(in) :: order !! the order that is given, else null
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
+    integer, intent(in), optional :: each !! equations of a column, which is a node of a graph
     type(cholmod_sparse_t) :: view
 
     call start(solver, outcome)
     if (outcome /= solver_done) return
     call solver%forget_pattern()
     call begin_cost(costs, cost_symbolic)
+    if (present(each)) solver%common%nrelax = merged_columns/each
     call view_of(a, view)
     solver%common%ordering = ordering
     solver%common%postorder = merge(0_c_int, 1_c_int, ordering == ordering_natural)
     solver%factor = cholmod_l_analyze_p(view, order, c_null_ptr, 0_c_size_t, solver%common)
-    if (c_associated(solver%factor)) call split_supernodes(solver%factor, solver%common)
+    solver%common%nrelax = merged_columns
+    if (c_associated(solver%factor) .and. .not. present(each)) call split_supernodes( &
+      solver%factor, solver%common)
     call end_cost(costs, cost_symbolic)
     outcome = outcome_of(solver)
     if (outcome == solver_done .and. .not. c_associated(solver%factor)) outcome = solver_failed

@@ -18,6 +18,8 @@ module double_factor
   integer, parameter :: few_columns = 24
   !> A square of so many rows is formed as a whole, though half of it counts.
   integer, parameter :: small_square = 64
+  !> So many rows that follow each other are worth a product of their own.
+  integer, parameter :: long_run = 192
 
 contains
 
@@ -97,8 +99,8 @@ contains
   end subroutine gather_columns
 
   !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
-  !! those of them that are columns of k. `from` goes on behind these. Where the rows follow each
-  !! other in k, too, the product is formed in its place.
+  !! those of them that are columns of k. `from` goes on behind these. Where they follow each other
+  !! in k, too, long runs of rows that do so get their product in its place.
   subroutine subtract(nodes, d, k, place, from, x, update)
     type(supernodes_t), intent(in) :: nodes !! analysed
     integer, intent(in) :: d, k !! the supernodes
@@ -106,70 +108,107 @@ contains
     integer, intent(inout) :: from !! first row of d that is not yet dealt with
     real(wp), intent(inout), contiguous :: x(:) !! values
     real(wp), intent(inout), contiguous :: update(:) !! room
-    integer :: rows, w, n, columns, in_k, at
-    integer(long) :: first, last
+    integer :: rows, w, columns, in_k, i, j
+    integer(long) :: first, last, at
+    logical :: in_place
 
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
-    n = rows - from + 1
     columns = columns_within(nodes, d, k, from)
     first = nodes%px(d) + from
     last = nodes%px(d) + int(rows, long)*w
     in_k = int(nodes%pi(k + 1) - nodes%pi(k))
-    at = place(nodes%s(nodes%pi(d) + from) + 1)
-    if (place(nodes%s(nodes%pi(d + 1)) + 1) - at == n - 1) then
-      call take_product(n, columns, w, x(first:last), rows, 1.0_wp, &
-        x(nodes%px(k) + at + int(in_k, long)*(at - 1):nodes%px(k + 1)), in_k)
-    else
-      call take_product(n, columns, w, x(first:last), rows, 0.0_wp, update, n)
-      call scatter(place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1), columns, update, &
-        in_k, x(nodes%px(k) + 1:nodes%px(k + 1)))
-    end if
+    associate (to => place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1))
+      i = 1
+      do while (i <= size(to))
+        call find_stretch(to, columns, i, j, in_place)
+        if (in_place) then
+          at = nodes%px(k) + int(in_k, long)*(to(1) - 1) + to(i)
+          call take_product(i, j, columns, w, x(first:last), rows, 1.0_wp, &
+            x(at:nodes%px(k + 1)), in_k)
+        else
+          call take_product(i, j, columns, w, x(first:last), rows, 0.0_wp, update, j - i + 1)
+          call scatter(to, i, j, columns, update, in_k, x(nodes%px(k) + 1:nodes%px(k + 1)))
+        end if
+        i = j + 1
+      end do
+    end associate
     from = from + columns
   end subroutine subtract
 
-  !> C = beta C - A A1^T for the first rows A1 of A: its lower triangle.
-  subroutine take_product(n, columns, w, a, in_a, beta, c, in_c)
-    integer, intent(in) :: n !! rows of A and C
+  !> The next rows that are dealt with together: a run that is long, or all up to the next one. The
+  !! first rows are the columns; where they do not follow each other no product is in place.
+  pure subroutine find_stretch(to, columns, first, last, in_place)
+    integer, intent(in) :: to(:) !! places of the rows
+    integer, intent(in) :: columns !! the first of them
+    integer, intent(in) :: first !! row that is the first one
+    integer, intent(out) :: last !! the last one
+    logical, intent(out) :: in_place !! it is a run
+    integer :: i, run
+
+    in_place = .false.
+    last = size(to)
+    if (to(columns) - to(1) /= columns - 1) return
+    i = first
+    do while (i <= size(to))
+      run = i
+      do while (run < size(to))
+        if (to(run + 1) /= to(run) + 1) exit
+        run = run + 1
+      end do
+      in_place = run - i + 1 >= long_run .or. run - i + 1 == size(to)
+      if (in_place) exit
+      i = run + 1
+    end do
+    if (in_place) last = merge(run, i - 1, i == first)
+    in_place = in_place .and. i == first
+  end subroutine find_stretch
+
+  !> C = beta C - A A1^T for some rows of A, which has the rows A1 at its beginning. Where rows are
+  !! those of A1, too, the lower triangle.
+  subroutine take_product(first, last, columns, w, a, in_a, beta, c, in_c)
+    integer, intent(in) :: first, last !! rows: those after A1, or all from its first on
     integer, intent(in) :: columns !! of C, rows of A1
     integer, intent(in) :: w !! columns of A
     integer, intent(in) :: in_a, in_c !! rows that A and C are stored with
     real(wp), intent(in), contiguous :: a(:) !! A, from its first entry on
     real(wp), intent(in) :: beta !! 0 or 1
-    real(wp), intent(inout), contiguous :: c(:) !! C, likewise
+    real(wp), intent(inout), contiguous :: c(:) !! C, from its entry in the first row on
+    integer :: square
 
-    if (columns <= small_square) then
-      call dgemm('N', 'T', n, columns, w, -1.0_wp, a, in_a, a, in_a, beta, c, in_c)
-      return
+    square = 0
+    if (first == 1 .and. columns > small_square) then
+      square = columns
+      call dsyrk('L', 'N', columns, w, -1.0_wp, a, in_a, beta, c, in_c)
     end if
-    call dsyrk('L', 'N', columns, w, -1.0_wp, a, in_a, beta, c, in_c)
-    if (n > columns) call dgemm('N', 'T', n - columns, columns, w, -1.0_wp, a(columns + 1:), in_a, &
-      a, in_a, beta, c(columns + 1:), in_c)
+    if (last - first + 1 > square) call dgemm('N', 'T', last - first + 1 - square, columns, w, &
+      -1.0_wp, a(first + square:), in_a, a, in_a, beta, c(1 + square:), in_c)
   end subroutine take_product
 
-  !> Adds the lower triangle of a product to the places where it belongs, run by run of rows that
-  !! follow each other there.
-  pure subroutine scatter(to, columns, update, rows, panel)
-    integer, intent(in) :: to(:) !! (n) place of each of its rows in the panel
-    integer, intent(in) :: columns !! of the product: its first rows
-    real(wp), intent(in) :: update(size(to), columns) !! the product
+  !> Adds rows of a product to the places where they belong, run by run of rows that follow each
+  !! other there: its lower triangle.
+  pure subroutine scatter(to, first, last, columns, update, rows, panel)
+    integer, intent(in) :: to(:) !! place of each row in the panel; the first are the columns
+    integer, intent(in) :: first, last !! those that are added
+    integer, intent(in) :: columns !! of the product: the first rows
+    real(wp), intent(in) :: update(first:last, columns) !! the product
     integer, intent(in) :: rows !! of the panel
     real(wp), intent(inout) :: panel(rows, *) !! values of a supernode
-    integer :: run(size(to) + 1), runs, i, j, k, first
+    integer :: run(last - first + 2), runs, i, j, k, lead
 
     runs = 1
-    run(1) = 1
-    do i = 2, size(to)
+    run(1) = first
+    do i = first + 1, last
       if (to(i) == to(i - 1) + 1) cycle
       runs = runs + 1
       run(runs) = i
     end do
-    run(runs + 1) = size(to) + 1
-    first = 1
+    run(runs + 1) = last + 1
+    lead = 1
     do j = 1, columns
-      if (run(first + 1) <= j) first = first + 1
-      i = max(j, run(first))
-      do k = first, runs
+      if (run(lead + 1) <= j) lead = lead + 1
+      i = max(j, run(lead))
+      do k = lead, runs
         panel(to(i):to(i) + run(k + 1) - 1 - i, to(j)) = &
           panel(to(i):to(i) + run(k + 1) - 1 - i, to(j)) + update(i:run(k + 1) - 1, j)
         i = run(k + 1)

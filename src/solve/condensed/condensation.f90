@@ -62,8 +62,6 @@ contains
     if (outcome /= solver_done) return
     call build_lower(blocks, ordered, matrix)
     call add_pins(body, ordered, matrix)
-    call body%solver%analyse(matrix, costs, outcome)
-    if (outcome /= solver_done) return
     call estimate_bytes(body, needed)
   end subroutine prepare_body
 

@@ -4,10 +4,10 @@ module elimination_order
   use kinds, only: wp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic
   use block_matrix, only: block_matrix_t
-  use csc_matrix, only: csc_matrix_t, build_pattern
+  use csc_matrix, only: csc_matrix_t, build_pattern, build_lower
   use back_ends, only: solver_done
   use nested_dissection, only: dissect
-  use cholmod_solver, only: cholmod_t, analyse_in_order, factor_order
+  use cholmod_solver, only: cholmod_t, analyse_in_order, analyse_nodes, expand_nodes, factor_order
   use condensed_types, only: condensed_body_t
   implicit none
   private
@@ -20,52 +20,86 @@ module elimination_order
 contains
 
   !> The equations in the order of elimination: the graph of the other nodes by nested dissection,
-  !! their equations together; then the candidates in their queue.
+  !! their equations together; then the candidates in their queue. The body is analysed so.
   subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
-    type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m
+    type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m, analysis
     integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    integer, allocatable :: vertex(:, :), inner(:), outer(:)
-    integer(long), allocatable :: order(:)
-    logical :: found
-    type(csc_matrix_t) :: graph
-    type(cholmod_t) :: orderer
+    integer, allocatable :: inner(:), outer(:), nodes(:), order(:)
+    integer(long) :: before(count(any(equation > 0, 1)) + 1)
     integer :: i, filled
 
-    outcome = solver_done
-    allocate (vertex(3, size(equation, 2)), source=0)
     inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. queue == 0)
     outer = pack([(i, i=1, size(equation, 2))], queue > 0)
     outer(queue(outer)) = outer
-    vertex(1, inner) = [(i, i=1, size(inner))]
-    if (size(inner) > 0) then
-      call build_pattern(blocks, vertex, graph)
-      graph%val = 1.0_wp
-      call begin_cost(costs, cost_symbolic)
-      call dissect(graph, weights(blocks, queue, inner), order, found)
-      call end_cost(costs, cost_symbolic)
-      if (found) then
-        call analyse_in_order(orderer, graph, order, costs, outcome)
-      else
-        call orderer%analyse(graph, costs, outcome)
-      end if
-      if (outcome /= solver_done) return
-      inner = inner(factor_order(orderer) + 1)
-      call orderer%free()
-    end if
+    outer = pack(outer, any(equation(:, outer) > 0, 1))
+    outcome = solver_done
+    if (size(inner) > 0) call dissect_nodes(blocks, queue, inner, costs, outcome)
+    if (outcome /= solver_done) return
+    nodes = [inner, outer]
+    allocate (order(size(nodes)))
+    call analyse_nodes(body%solver, lower_graph(blocks, nodes), size(outer), order, costs, outcome)
+    if (outcome /= solver_done) return
+    nodes = nodes(order)
     body%node = spread(0, 1, count(equation > 0))
     body%direction = body%node
     ordered = 0
     filled = 0
-    call number_nodes(inner, equation, body, ordered, filled)
+    call number_nodes(nodes(:size(inner)), equation, body, ordered, filled)
     body%m = size(body%node) - filled
     body%equation = [(filled + i, i=1, body%m)]
     call number_nodes(outer, equation, body, ordered, filled)
+    before(1) = 0
+    do i = 1, size(nodes)
+      before(i + 1) = before(i) + count(equation(:, nodes(i)) > 0)
+    end do
+    call expand_nodes(body%solver, before, costs, outcome)
   end subroutine order_equations
+
+  !> The nodes inside by nested dissection of their graph, in postorder.
+  subroutine dissect_nodes(blocks, queue, inner, costs, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: queue(:) !! (nodes) place among the candidates of this body, or 0
+    integer, intent(inout) :: inner(:) !! its other nodes; get their order
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in back_ends
+    integer :: vertex(3, size(queue)), i
+    integer(long), allocatable :: order(:)
+    logical :: found
+    type(csc_matrix_t) :: graph
+    type(cholmod_t) :: orderer
+
+    vertex = 0
+    vertex(1, inner) = [(i, i=1, size(inner))]
+    call build_pattern(blocks, vertex, graph)
+    graph%val = 1.0_wp
+    call begin_cost(costs, cost_symbolic)
+    call dissect(graph, weights(blocks, queue, inner), order, found)
+    call end_cost(costs, cost_symbolic)
+    if (found) then
+      call analyse_in_order(orderer, graph, order, costs, outcome)
+    else
+      call orderer%analyse(graph, costs, outcome)
+    end if
+    if (outcome == solver_done) inner = inner(factor_order(orderer) + 1)
+    call orderer%free()
+  end subroutine dissect_nodes
+
+  !> The graph of some nodes in their order, its lower triangle.
+  function lower_graph(blocks, nodes) result(graph)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: nodes(:) !! in their order
+    type(csc_matrix_t) :: graph
+    integer :: vertex(3, blocks%nodes), i
+
+    vertex = 0
+    vertex(1, nodes) = [(i, i=1, size(nodes))]
+    call build_lower(blocks, vertex, graph)
+  end function lower_graph
 
   !> Weights of the other nodes for their dissection. The rows of the candidates fill the columns of
   !! what is near them: both halves shall have their share of these.
