@@ -5,7 +5,7 @@ module lapack_interface
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
     dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
-    ssyrk, strsm, spotrf, strtri, dsyrk, dpotrf
+    ssyrk, strsm, spotrf, dsyrk, dpotrf
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -218,16 +218,6 @@ module lapack_interface
       real(sp), intent(inout) :: a(lda, *)
       integer, intent(out) :: info
     end subroutine spotrf
-
-    !> Inverse of a triangular matrix.
-    subroutine strtri(uplo, diag, n, a, lda, info)
-      import :: sp
-      implicit none
-      character(1), intent(in) :: uplo, diag
-      integer, intent(in) :: n, lda
-      real(sp), intent(inout) :: a(lda, *)
-      integer, intent(out) :: info
-    end subroutine strtri
 
     !> LU factorisation with row exchanges.
     subroutine sgetrf(m, n, a, lda, ipiv, info)

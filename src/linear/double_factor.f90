@@ -2,14 +2,15 @@
 !! product as long as its rows allow and put where it belongs (doc/theory, "Linear systems").
 module double_factor
   use kinds, only: wp, long
+  use threads, only: crew_t, has_idle
   use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: solver_done, solver_not_definite
   use cholmod_solver, only: cholmod_t, make_room
   use supernodes, only: supernodes_t, supernodes_of
-  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within, &
-    place_rows
+  use waiting_supernodes, only: waiting_t, begin_waiting, find_givers, pass_givers, &
+    wait_for_next, place_rows
   implicit none
   private
   public :: factorise_lower
@@ -20,23 +21,28 @@ module double_factor
   integer, parameter :: small_square = 64
   !> So many rows that follow each other are worth a product of their own.
   integer, parameter :: long_run = 192
+  !> Rows of a supernode are dealt with in so many parts at most, if its products and sums are more
+  !! than this; a part has so many rows at least.
+  integer, parameter :: most_parts = 2, least_rows = 128
+  real(wp), parameter :: shared_work = 1.0e7_wp
 
 contains
 
   !> Factorises the lower triangle of a matrix whose equations are in the order of elimination. The
   !! factor is CHOLMOD's.
-  subroutine factorise_lower(solver, a, costs, outcome)
+  subroutine factorise_lower(solver, a, costs, outcome, crew)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets values
     type(csc_matrix_t), intent(in) :: a !! its lower triangle
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
+    type(crew_t), intent(in), optional :: crew !! threads that may share the work
     type(supernodes_t) :: nodes
 
     call begin_cost(costs, cost_symmetric_factor)
     call make_room(solver, outcome)
     if (outcome == solver_done) then
       nodes = supernodes_of(solver%factor)
-      call factorise_double(nodes, a, nodes%x, solver%definite)
+      call factorise_double(nodes, a, nodes%x, solver%definite, crew)
       if (.not. solver%definite) outcome = solver_not_definite
     end if
     call end_cost(costs, cost_symmetric_factor)
@@ -44,18 +50,19 @@ contains
 
   !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns. What stands above the
   !! diagonal has no meaning.
-  subroutine factorise_double(nodes, a, x, definite)
+  subroutine factorise_double(nodes, a, x, definite, crew)
     type(supernodes_t), intent(in) :: nodes !! analysed
     type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
     real(wp), intent(inout), contiguous :: x(:) !! gets the values
     logical, intent(out) :: definite !! no pivot was zero or negative
+    type(crew_t), intent(in), optional :: crew !! threads that may share the work
     type(waiting_t) :: waiting
-    integer :: place(a%n), k, d, after, w, rows
-    real(wp), allocatable :: update(:)
+    integer :: place(a%n), k, w, rows, part, parts(most_parts + 1), n
+    real(wp), allocatable :: update(:, :)
     integer(long) :: first, last
 
     call begin_waiting(nodes, int(a%n), waiting)
-    allocate (update(max(1_long, int(nodes%factor%maxcsize, long))))
+    allocate (update(max(1_long, int(nodes%factor%maxcsize, long)), most_parts))
     definite = .true.
     do k = 1, int(nodes%factor%nsuper)
       w = int(nodes%super(k + 1) - nodes%super(k))
@@ -64,20 +71,49 @@ contains
       last = nodes%px(k) + int(rows, long)*w
       call place_rows(nodes, k, place)
       call gather_columns(nodes, a, k, place, x(first:last))
-      d = waiting%head(k)
-      do while (d > 0)
-        after = waiting%next(d)
-        call subtract(nodes, d, k, place, waiting%from(d), x, update)
-        call wait_for_next(nodes, d, waiting)
-        d = after
+      call find_givers(nodes, k, waiting)
+      call divide_rows(rows, w, waiting%work, has_idle(crew), parts, n)
+      do part = 1, n
+        !$omp task default(none) firstprivate(part) &
+        !$omp& shared(nodes, k, place, waiting, parts, x, update) if(n > 1)
+        call subtract_all(nodes, k, place, waiting, parts(part:part + 1), x, update(:, part))
+        !$omp end task
       end do
-      call eliminate(rows, w, rows, x(first:last), definite)
+      !$omp taskwait
+      call pass_givers(nodes, waiting)
+      call eliminate(w, rows, x(first:last), definite)
       if (.not. definite) return
       if (rows == w) cycle
+      parts(1) = w
+      do part = 1, n
+        !$omp task default(none) firstprivate(part) shared(rows, w, parts, x, first, last) if(n > 1)
+        call solve_rows(parts(part + 1) - parts(part), w, rows, x(first:last), &
+          x(first + parts(part):last))
+        !$omp end task
+      end do
+      !$omp taskwait
       waiting%from(k) = w + 1
       call wait_for_next(nodes, k, waiting)
     end do
   end subroutine factorise_double
+
+  !> Rows of a supernode that are a task of their own: about half of its entries, if much is to be
+  !! done and a thread has nothing else to do.
+  pure subroutine divide_rows(rows, w, work, idle, parts, n)
+    integer, intent(in) :: rows, w !! of the supernode, and its columns
+    real(wp), intent(in) :: work !! products and sums that are taken off it
+    logical, intent(in) :: idle !! a thread has nothing else to do
+    integer, intent(out) :: parts(:) !! last row of each, after 0
+    integer, intent(out) :: n !! how many
+
+    n = 1
+    parts = rows
+    parts(1) = 0
+    if (.not. idle .or. work + real(rows, wp)*real(w, wp)**2 < shared_work) return
+    parts(2) = max(w, rows/2 + w/4)
+    if (rows - parts(2) >= least_rows) n = 2
+    if (n == 1) parts(2) = rows
+  end subroutine divide_rows
 
   !> The columns of a supernode in the matrix.
   pure subroutine gather_columns(nodes, a, k, place, panel)
@@ -98,42 +134,71 @@ contains
     end do
   end subroutine gather_columns
 
-  !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
-  !! those of them that are columns of k. `from` goes on behind these. Where they follow each other
-  !! in k, too, long runs of rows that do so get their product in its place.
-  subroutine subtract(nodes, d, k, place, from, x, update)
+  !> Subtracts from some rows of supernode k what all givers have in its columns.
+  subroutine subtract_all(nodes, k, place, waiting, part, x, update)
     type(supernodes_t), intent(in) :: nodes !! analysed
-    integer, intent(in) :: d, k !! the supernodes
-    integer, intent(in) :: place(:) !! (n) places of the rows of k
-    integer, intent(inout) :: from !! first row of d that is not yet dealt with
+    integer, intent(in) :: k !! the supernode
+    integer, intent(in) :: place(:) !! (n) places of its rows
+    type(waiting_t), intent(in) :: waiting !! givers
+    integer, intent(in) :: part(2) !! the row before the first, and the last
     real(wp), intent(inout), contiguous :: x(:) !! values
     real(wp), intent(inout), contiguous :: update(:) !! room
-    integer :: rows, w, columns, in_k, i, j
+    integer(long) :: first, last
+    integer :: i, d, begin
+
+    do i = 1, waiting%givers
+      d = waiting%giver(i)
+      first = nodes%pi(d) + waiting%from(d)
+      last = nodes%pi(d + 1)
+      do while (last >= first)
+        if (place(nodes%s(last) + 1) <= part(2)) exit
+        last = last - 1
+      end do
+      begin = 1
+      do while (begin <= last - first + 1)
+        if (place(nodes%s(first + begin - 1) + 1) > part(1)) exit
+        begin = begin + 1
+      end do
+      call subtract(nodes, i, k, waiting, place(nodes%s(first:last) + 1), begin, x, update)
+    end do
+  end subroutine subtract_all
+
+  !> Subtracts from supernode k what a giver has in its columns: rows of it, times those that are
+  !! columns of k. Where these follow each other in k, too, long runs of rows that do so get their
+  !! product in its place.
+  subroutine subtract(nodes, giver, k, waiting, to, begin, x, update)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: giver !! which of the givers
+    integer, intent(in) :: k !! the supernode
+    type(waiting_t), intent(in) :: waiting !! givers
+    integer, intent(in) :: to(:) !! places in k of its rows, from the first that is a column of k on
+    integer, intent(in) :: begin !! the first of them that is dealt with
+    real(wp), intent(inout), contiguous :: x(:) !! values
+    real(wp), intent(inout), contiguous :: update(:) !! room
+    integer :: d, columns, rows, w, in_k, i, j
     integer(long) :: first, last, at
     logical :: in_place
 
+    d = waiting%giver(giver)
+    columns = waiting%columns(giver)
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
-    columns = columns_within(nodes, d, k, from)
-    first = nodes%px(d) + from
-    last = nodes%px(d) + int(rows, long)*w
     in_k = int(nodes%pi(k + 1) - nodes%pi(k))
-    associate (to => place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1))
-      i = 1
-      do while (i <= size(to))
-        call find_stretch(to, columns, i, j, in_place)
-        if (in_place) then
-          at = nodes%px(k) + int(in_k, long)*(to(1) - 1) + to(i)
-          call take_product(i, j, columns, w, x(first:last), rows, 1.0_wp, &
-            x(at:nodes%px(k + 1)), in_k)
-        else
-          call take_product(i, j, columns, w, x(first:last), rows, 0.0_wp, update, j - i + 1)
-          call scatter(to, i, j, columns, update, in_k, x(nodes%px(k) + 1:nodes%px(k + 1)))
-        end if
-        i = j + 1
-      end do
-    end associate
-    from = from + columns
+    last = nodes%px(d) + int(rows, long)*w
+    first = nodes%px(d) + waiting%from(d)
+    i = begin
+    do while (i <= size(to))
+      call find_stretch(to, columns, i, j, in_place)
+      if (in_place) then
+        at = nodes%px(k) + int(in_k, long)*(to(1) - 1) + to(i)
+        call take_product(i, j, columns, w, x(first:last), rows, 1.0_wp, x(at:nodes%px(k + 1)), &
+          in_k)
+      else
+        call take_product(i, j, columns, w, x(first:last), rows, 0.0_wp, update, j - i + 1)
+        call scatter(to, i, j, columns, update, in_k, x(nodes%px(k) + 1:nodes%px(k + 1)))
+      end if
+      i = j + 1
+    end do
   end subroutine subtract
 
   !> The next rows that are dealt with together: a run that is long, or all up to the next one. The
@@ -216,28 +281,54 @@ contains
     end do
   end subroutine scatter
 
-  !> Eliminates some columns of a supernode: the first half, what it takes off the second, and that
+  !> Eliminates the columns of a square: the first half, what it takes off the second, and that
   !! half; few of them at once.
-  recursive subroutine eliminate(rows, w, in_x, x, definite)
-    integer, intent(in) :: rows !! from the first of these columns on
-    integer, intent(in) :: w !! the columns
+  recursive subroutine eliminate(w, in_x, x, definite)
+    integer, intent(in) :: w !! columns
     integer, intent(in) :: in_x !! rows that they are stored with
-    real(wp), intent(inout) :: x(in_x, *) !! values
+    real(wp), intent(inout) :: x(in_x, *) !! values; the lower triangle counts
     logical, intent(out) :: definite !! no pivot was zero or negative
     integer :: half, info
 
     if (w <= few_columns) then
       call dpotrf('L', w, x, in_x, info)
       definite = info == 0
-      if (definite .and. rows > w) call dtrsm('R', 'L', 'T', 'N', rows - w, w, 1.0_wp, x, in_x, &
-        x(w + 1, 1), in_x)
       return
     end if
-    half = (w/2 + few_columns - 1)/few_columns*few_columns
-    call eliminate(rows, half, in_x, x, definite)
+    half = half_of(w)
+    call eliminate(half, in_x, x, definite)
     if (.not. definite) return
-    call dgemm('N', 'T', rows - half, w - half, half, -1.0_wp, x(half + 1, 1), in_x, &
+    call solve_rows(w - half, half, in_x, x, x(half + 1, 1))
+    call dgemm('N', 'T', w - half, w - half, half, -1.0_wp, x(half + 1, 1), in_x, &
       x(half + 1, 1), in_x, 1.0_wp, x(half + 1, half + 1), in_x)
-    call eliminate(rows - half, w - half, in_x, x(half + 1, half + 1), definite)
+    call eliminate(w - half, in_x, x(half + 1, half + 1), definite)
   end subroutine eliminate
+
+  !> What the columns of a square that are eliminated make of rows below it: X L^T = B, half by
+  !! half.
+  recursive subroutine solve_rows(rows, w, in_x, l, b)
+    integer, intent(in) :: rows !! below
+    integer, intent(in) :: w !! columns
+    integer, intent(in) :: in_x !! rows that both are stored with
+    real(wp), intent(in) :: l(in_x, *) !! the square, eliminated
+    real(wp), intent(inout) :: b(in_x, *) !! in: B; out: X
+    integer :: half
+
+    if (w <= few_columns) then
+      call dtrsm('R', 'L', 'T', 'N', rows, w, 1.0_wp, l, in_x, b, in_x)
+      return
+    end if
+    half = half_of(w)
+    call solve_rows(rows, half, in_x, l, b)
+    call dgemm('N', 'T', rows, w - half, half, -1.0_wp, b, in_x, l(half + 1, 1), in_x, 1.0_wp, &
+      b(1, half + 1), in_x)
+    call solve_rows(rows, w - half, in_x, l(half + 1, half + 1), b(1, half + 1))
+  end subroutine solve_rows
+
+  !> The first half of some columns: blocks of few.
+  pure integer function half_of(w) result(half)
+    integer, intent(in) :: w !! columns
+
+    half = (w/2 + few_columns - 1)/few_columns*few_columns
+  end function half_of
 end module double_factor

@@ -5,8 +5,8 @@ module single_factor
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
   use csc_matrix, only: csc_matrix_t
   use supernodes, only: supernodes_t
-  use waiting_supernodes, only: waiting_t, begin_waiting, wait_for_next, columns_within, &
-    place_rows
+  use waiting_supernodes, only: waiting_t, begin_waiting, find_givers, pass_givers, &
+    wait_for_next, place_rows
   implicit none
   private
   public :: factorise_single
@@ -20,7 +20,7 @@ contains
     real(sp), pointer, contiguous, intent(out) :: half(:) !! values; none if not definite
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(a%n), k, d, after, w, rows, info
+    integer :: place(a%n), k, i, w, rows, info
     real(sp), allocatable :: update(:)
     integer(long) :: first, last
 
@@ -35,13 +35,13 @@ contains
       last = nodes%px(k) + int(rows, long)*w
       call place_rows(nodes, k, place)
       call gather_columns(nodes, a, k, place, half(first:last))
-      d = waiting%head(k)
-      do while (d > 0)
-        after = waiting%next(d)
-        call subtract(nodes, d, k, place, waiting%from(d), half, update)
-        call wait_for_next(nodes, d, waiting)
-        d = after
+      call find_givers(nodes, k, waiting)
+      do i = 1, waiting%givers
+        associate (d => waiting%giver(i))
+          call subtract(nodes, d, k, place, waiting%from(d), waiting%columns(i), half, update)
+        end associate
       end do
+      call pass_givers(nodes, waiting)
       call spotrf('L', w, half(first:last), rows, info)
       definite = info == 0
       if (.not. definite) exit
@@ -77,21 +77,21 @@ contains
   end subroutine gather_columns
 
   !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
-  !! those of them that are columns of k. `from` goes on behind these.
-  subroutine subtract(nodes, d, k, place, from, half, update)
+  !! those of them that are columns of k.
+  subroutine subtract(nodes, d, k, place, from, columns, half, update)
     type(supernodes_t), intent(in) :: nodes !! analysed
     integer, intent(in) :: d, k !! the supernodes
     integer, intent(in) :: place(:) !! (n) places of the rows of k
-    integer, intent(inout) :: from !! first row of d that is not yet dealt with
+    integer, intent(in) :: from !! first row of d that is not yet dealt with
+    integer, intent(in) :: columns !! rows of it that are columns of k
     real(sp), intent(inout), contiguous :: half(:) !! values
     real(sp), intent(inout) :: update(:) !! room
-    integer :: rows, w, n, columns
+    integer :: rows, w, n
     integer(long) :: first, last
 
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
     n = rows - from + 1
-    columns = columns_within(nodes, d, k, from)
     first = nodes%px(d) + from
     last = nodes%px(d) + int(rows, long)*w
     call ssyrk('L', 'N', columns, w, 1.0_sp, half(first:last), rows, 0.0_sp, update, n)
@@ -99,7 +99,6 @@ contains
       half(first + columns:last), rows, half(first:last), rows, 0.0_sp, update(columns + 1:), n)
     call scatter(place(nodes%s(nodes%pi(d) + from:nodes%pi(d + 1)) + 1), columns, update, &
       int(nodes%pi(k + 1) - nodes%pi(k)), half(nodes%px(k) + 1:nodes%px(k + 1)))
-    from = from + columns
   end subroutine subtract
 
   !> Subtracts the lower triangle of a product from the places where it belongs.

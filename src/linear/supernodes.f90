@@ -3,7 +3,7 @@
 module supernodes
   use, intrinsic :: iso_c_binding, only: c_ptr, c_f_pointer
   use kinds, only: wp, sp, long
-  use lapack_interface, only: dgemv, dtrsv, sgemv, strtri
+  use lapack_interface, only: dgemv, dtrsv, sgemv
   use cholmod_interface, only: cholmod_factor_t
   implicit none
   private
@@ -185,7 +185,7 @@ contains
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end; their blocks are left alone
     real(sp), intent(inout), contiguous :: half(:) !! values in single precision
-    integer :: k, w, rows, c, columns, j, info
+    integer :: k, w, rows, c, columns
     integer(long) :: first, last
 
     do k = 1, int(nodes%factor%nsuper)
@@ -196,13 +196,30 @@ contains
       do c = 1, w, block_width
         columns = min(block_width, w - c + 1)
         first = nodes%px(k) + int(rows, long)*(c - 1) + c
-        call strtri('L', 'N', columns, half(first:last), rows, info)
-        do j = 1, columns - 1
-          half(first + int(rows, long)*j:first + int(rows, long)*j + j - 1) = 0.0_sp
-        end do
+        call invert_triangle(columns, rows, half(first:last))
       end do
     end do
   end subroutine invert_blocks
+
+  !> The inverse of a lower triangle in its place, zero above: column by column from the last one,
+  !! each by those behind it.
+  pure subroutine invert_triangle(n, rows, l)
+    integer, intent(in) :: n !! its rows, a block at most
+    integer, intent(in) :: rows !! rows that it is stored with
+    real(sp), intent(inout) :: l(rows, *) !! the triangle; its inverse
+    real(sp) :: column(block_width)
+    integer :: j, k
+
+    do j = n, 1, -1
+      l(:j - 1, j) = 0.0_sp
+      l(j, j) = 1.0_sp/l(j, j)
+      column(j + 1:n) = 0.0_sp
+      do k = j + 1, n
+        column(k:n) = column(k:n) - l(k, j)*l(k:n, k)
+      end do
+      l(j + 1:n, j) = l(j, j)*column(j + 1:n)
+    end do
+  end subroutine invert_triangle
 
   !> reduce_double in single precision, with inverse blocks on the diagonal.
   subroutine reduce_single(nodes, half, m, x)

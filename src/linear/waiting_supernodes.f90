@@ -1,11 +1,12 @@
 !> The order in which a left-looking factorisation takes the supernodes of a factor of CHOLMOD's:
 !! each waits for the next one that it is to be subtracted from (doc/theory, "Linear systems").
 module waiting_supernodes
-  use kinds, only: long
+  use kinds, only: wp, long
   use supernodes, only: supernodes_t
   implicit none
   private
-  public :: waiting_t, begin_waiting, wait_for_next, columns_within, place_rows
+  public :: waiting_t, begin_waiting, find_givers, pass_givers, wait_for_next, columns_within, &
+    place_rows
 
   !> Supernodes that still have to be subtracted from others.
   type :: waiting_t
@@ -13,6 +14,10 @@ module waiting_supernodes
     integer, allocatable :: next(:) !! (supernodes) the one that waits for the same after it
     integer, allocatable :: from(:) !! (supernodes) its first row that is not yet dealt with
     integer, allocatable :: owner(:) !! (n) supernode of each column
+    integer :: givers = 0 !! those that are subtracted now
+    integer, allocatable :: giver(:) !! (supernodes) the first of it are they
+    integer, allocatable :: columns(:) !! (supernodes) columns that each of these is subtracted from
+    real(wp) :: work = 0.0_wp !! products and sums of all of them
   end type waiting_t
 
 contains
@@ -26,12 +31,47 @@ contains
 
     associate (supers => int(nodes%factor%nsuper))
       allocate (waiting%head(supers), waiting%next(supers), waiting%from(supers), source=0)
-      allocate (waiting%owner(n))
+      allocate (waiting%owner(n), waiting%giver(supers), waiting%columns(supers))
       do k = 1, supers
         waiting%owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
       end do
     end associate
   end subroutine begin_waiting
+
+  !> The supernodes that wait for one.
+  pure subroutine find_givers(nodes, k, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: k !! the supernode
+    type(waiting_t), intent(inout) :: waiting !! lists given; gets givers
+    integer :: d, n
+
+    n = 0
+    waiting%work = 0.0_wp
+    d = waiting%head(k)
+    do while (d > 0)
+      n = n + 1
+      waiting%giver(n) = d
+      waiting%columns(n) = columns_within(nodes, d, k, waiting%from(d))
+      waiting%work = waiting%work + real(waiting%columns(n), wp)*real(nodes%pi(d + 1) &
+        - nodes%pi(d) - waiting%from(d) + 1, wp)*real(nodes%super(d + 1) - nodes%super(d), wp)
+      d = waiting%next(d)
+    end do
+    waiting%givers = n
+  end subroutine find_givers
+
+  !> They have been subtracted, and wait for others.
+  pure subroutine pass_givers(nodes, waiting)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    type(waiting_t), intent(inout) :: waiting !! givers given; they move on
+    integer :: i
+
+    do i = 1, waiting%givers
+      associate (d => waiting%giver(i))
+        waiting%from(d) = waiting%from(d) + waiting%columns(i)
+        call wait_for_next(nodes, d, waiting)
+      end associate
+    end do
+  end subroutine pass_givers
 
   !> Puts a supernode where it is to be subtracted next: with the owner of its next row.
   pure subroutine wait_for_next(nodes, d, waiting)

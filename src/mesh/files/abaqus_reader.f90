@@ -27,7 +27,7 @@ contains
     type(card_t) :: card
     logical :: found
 
-    call start_file_mesh(file)
+    call start_file_mesh(len(text), file)
     call start_cursor(text, cursor)
     call find_parts(text, cursor, assembly)
     do

@@ -34,7 +34,7 @@ contains
     integer :: version, first, last
     logical :: found, nodes, elements
 
-    call start_file_mesh(file)
+    call start_file_mesh(len(text), file)
     call start_cursor(text, cursor)
     nodes = .false.
     elements = .false.

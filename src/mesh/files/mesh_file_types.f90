@@ -11,6 +11,9 @@ module mesh_file_types
   !> Most nodes of a cell behind its corners.
   integer, parameter :: most_middles = 6
 
+  !> Characters of a short line of a file, and room for nodes and cells at least.
+  integer, parameter :: short_line = 24, least_room = 64
+
   !> What the members of a group are.
   integer, parameter :: group_nodes = 1 !! places in the list of nodes
   integer, parameter :: group_cells = 2 !! places in the list of cells
@@ -60,14 +63,16 @@ module mesh_file_types
 
 contains
 
-  !> An empty file.
-  subroutine start_file_mesh(file)
+  !> An empty file, with room for what so much text may hold; more is made where it is too little.
+  pure subroutine start_file_mesh(letters, file)
+    integer, intent(in) :: letters !! of the file
     type(file_mesh_t), intent(out) :: file !! nothing in it
+    integer :: room
 
-    allocate (file%node_tag(64), file%node_at(64), source=0)
-    allocate (file%x(3, 64), source=0.0_wp)
-    allocate (file%cell_tag(64), file%size(64), file%mark(64), file%cell_at(64), source=0)
-    allocate (file%corners(4, 64), file%middles(most_middles, 64), source=0)
+    room = max(least_room, letters/short_line)
+    allocate (file%node_tag(room), file%node_at(room), file%x(3, room))
+    allocate (file%cell_tag(room), file%size(room), file%mark(room), file%cell_at(room))
+    allocate (file%corners(4, room), file%middles(most_middles, room))
     allocate (file%group(8), file%field(0), file%remarks(0))
   end subroutine start_file_mesh
 

@@ -29,7 +29,7 @@ contains
     type(file_mesh_t), intent(out) :: file !! its triangles
     type(cursor_t), intent(out) :: cursor !! what is wrong with it
 
-    call start_file_mesh(file)
+    call start_file_mesh(len(text), file)
     call start_cursor(text, cursor)
     if (is_binary(text)) then
       call read_bytes(text, file, cursor)

@@ -3,8 +3,9 @@
 module condensation
   use kinds, only: wp, sp, long
   use memory, only: memory_left
+  use threads, only: crew_t
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
-  use lapack_interface, only: dpotri
+  use product_inverse, only: invert_product
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_lower
   use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory
@@ -69,12 +70,13 @@ contains
   !! iteration is made in single precision, if it stays near; L22 is beside it then. Its place is
   !! taken before that of a factor in double precision: what the factor gives back when it shrinks
   !! lies at the end of the heap and serves the next body.
-  subroutine factorise_body(body, matrix, precedes, costs, outcome)
+  subroutine factorise_body(body, matrix, precedes, costs, outcome, crew)
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
     logical, intent(in) :: precedes !! it only precedes an iteration
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
+    type(crew_t), intent(in), optional :: crew !! threads that may share the work
     logical :: done
 
     done = precedes
@@ -82,7 +84,7 @@ contains
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
-    if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome)
+    if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome, crew)
     matrix = csc_matrix_t()
   end subroutine factorise_body
 
@@ -114,10 +116,11 @@ contains
 
   !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
   !! completed from its candidates.
-  subroutine form_compliance(body, costs, outcome)
+  subroutine form_compliance(body, costs, outcome, crew)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
+    type(crew_t), intent(in), optional :: crew !! threads that may share the work
     integer :: info, i
 
     outcome = solver_done
@@ -129,7 +132,7 @@ contains
       call trailing_block(body%solver, body%compliance)
       call drop_trailing_block(body%solver, body%m)
     end if
-    call dpotri('L', body%m, body%compliance, body%m, info)
+    call invert_product(body%m, body%compliance, info, crew)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
     body%softness = sum([(body%compliance(i, i), i=1, body%m)])/real(body%m, wp)

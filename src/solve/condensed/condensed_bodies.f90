@@ -3,7 +3,7 @@
 module condensed_bodies
   use kinds, only: wp
   use memory, only: memory_left
-  use threads, only: count_threads
+  use threads, only: count_threads, crew_t, begin_task, end_task
   use costs, only: cost_t, add_costs
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
@@ -37,6 +37,7 @@ contains
     logical :: ready(system%body%bodies), little
     real(wp) :: promised, needed
     logical :: threaded
+    type(crew_t) :: crew
 
     threaded = count_threads() > 1
     outcomes = solver_done
@@ -47,18 +48,22 @@ contains
     if (little) call begin_shares(model, system)
     order = largest_first(system)
     !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed) &
-    !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model) &
+    !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model, &
+    !$omp& crew) &
     !$omp& if(threaded)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
+      call begin_task(crew)
       !$omp critical (order_bodies)
       if (wanted(b) .and. all(outcomes == solver_done)) call begin_body(system, b, matrices(b), &
         promised, needed, ready(b), outcomes(b))
       !$omp end critical (order_bodies)
-      if (ready(b)) call finish_body(system, b, matrices(b), little, own(b), outcomes(b), model)
+      if (ready(b)) call finish_body(system, b, matrices(b), little, crew, own(b), outcomes(b), &
+        model)
       !$omp atomic
       promised = promised - needed
+      call end_task(crew)
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
@@ -139,20 +144,22 @@ contains
   end subroutine number_equations
 
   !> Factor, influence of the loads and compliance of a body.
-  subroutine finish_body(system, b, matrix, little, costs, outcome, model)
+  subroutine finish_body(system, b, matrix, little, crew, costs, outcome, model)
     type(system_t), intent(inout) :: system !! its body of condensed is prepared
     integer, intent(in) :: b !! the body
     type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
     logical, intent(in) :: little !! displacements inside will seldom be asked for
+    type(crew_t), intent(in) :: crew !! threads that may share its work
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
 
     call factorise_body(system%condensed%bodies(b), matrix, .not. system%bulk%linear, costs, &
-      outcome)
+      outcome, crew)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
-    if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, outcome)
+    if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
+      outcome, crew)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
       call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
