@@ -6,16 +6,10 @@ module threads
     omp_get_max_active_levels, omp_get_num_procs
   implicit none
   private
-  public :: set_threads, count_threads, count_cores, pays_threads, crew_t, begin_task, &
-    end_task, has_idle
+  public :: set_threads, count_threads, count_cores, pays_threads
 
   !> Multiplications and additions that take a few times as long as a thread takes to wake up.
   real(wp), parameter :: long_work = 5.0e5_wp
-
-  !> Threads that share large tasks.
-  type :: crew_t
-    integer :: at_work = 0 !! threads that have one
-  end type crew_t
 
   abstract interface
     !> What the compiler makes of a parallel region.
@@ -76,35 +70,6 @@ contains
   integer function count_threads() result(n)
     n = omp_get_max_threads()
   end function count_threads
-
-  !> A thread begins a large task.
-  subroutine begin_task(crew)
-    type(crew_t), intent(inout) :: crew !! its crew
-
-    !$omp atomic
-    crew%at_work = crew%at_work + 1
-  end subroutine begin_task
-
-  !> A thread has ended a large task.
-  subroutine end_task(crew)
-    type(crew_t), intent(inout) :: crew !! its crew
-
-    !$omp atomic
-    crew%at_work = crew%at_work - 1
-  end subroutine end_task
-
-  !> A thread has no large task: another one may give it part of its own.
-  logical function has_idle(crew) result(idle)
-    type(crew_t), intent(in), optional :: crew !! of the thread; none: it is alone
-    integer :: now, most
-
-    idle = .false.
-    if (.not. present(crew)) return
-    most = count_threads()
-    !$omp atomic read
-    now = crew%at_work
-    idle = now < most
-  end function has_idle
 
   !> A piece of work is worth waking other threads for, and there are some.
   logical function pays_threads(operations)

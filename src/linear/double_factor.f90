@@ -2,12 +2,11 @@
 !! product as long as its rows allow and put where it belongs (doc/theory, "Linear systems").
 module double_factor
   use kinds, only: wp, long
-  use threads, only: crew_t, has_idle
   use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
   use csc_matrix, only: csc_matrix_t
   use back_ends, only: solver_done, solver_not_definite
-  use cholmod_solver, only: cholmod_t, make_room
+  use cholmod_solver, only: cholmod_t, make_room, factor_work
   use supernodes, only: supernodes_t, supernodes_of
   use waiting_supernodes, only: waiting_t, begin_waiting, find_givers, pass_givers, &
     wait_for_next, place_rows
@@ -30,19 +29,23 @@ contains
 
   !> Factorises the lower triangle of a matrix whose equations are in the order of elimination. The
   !! factor is CHOLMOD's.
-  subroutine factorise_lower(solver, a, costs, outcome, crew)
+  subroutine factorise_lower(solver, a, costs, outcome, shared_from)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets values
     type(csc_matrix_t), intent(in) :: a !! its lower triangle
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
-    type(crew_t), intent(in), optional :: crew !! threads that may share the work
+    real(wp), intent(in), optional :: shared_from !! share from where on threads share the work, 1
+    !! for never
+    real(wp) :: alone, entries
     type(supernodes_t) :: nodes
 
     call begin_cost(costs, cost_symmetric_factor)
     call make_room(solver, outcome)
     if (outcome == solver_done) then
       nodes = supernodes_of(solver%factor)
-      call factorise_double(nodes, a, nodes%x, solver%definite, crew)
+      call factor_work(solver, alone, entries)
+      if (present(shared_from)) alone = shared_from*alone
+      call factorise_double(nodes, a, alone, nodes%x, solver%definite)
       if (.not. solver%definite) outcome = solver_not_definite
     end if
     call end_cost(costs, cost_symmetric_factor)
@@ -50,20 +53,22 @@ contains
 
   !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns. What stands above the
   !! diagonal has no meaning.
-  subroutine factorise_double(nodes, a, x, definite, crew)
+  subroutine factorise_double(nodes, a, alone, x, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
     type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
+    real(wp), intent(in) :: alone !! products and sums before threads share the others
     real(wp), intent(inout), contiguous :: x(:) !! gets the values
     logical, intent(out) :: definite !! no pivot was zero or negative
-    type(crew_t), intent(in), optional :: crew !! threads that may share the work
     type(waiting_t) :: waiting
-    integer :: place(a%n), k, w, rows, part, parts(most_parts + 1), n
+    integer :: place(a%n), k, j, w, rows, part, parts(most_parts + 1), n
+    real(wp) :: done
     real(wp), allocatable :: update(:, :)
     integer(long) :: first, last
 
     call begin_waiting(nodes, int(a%n), waiting)
     allocate (update(max(1_long, int(nodes%factor%maxcsize, long)), most_parts))
     definite = .true.
+    done = 0.0_wp
     do k = 1, int(nodes%factor%nsuper)
       w = int(nodes%super(k + 1) - nodes%super(k))
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
@@ -72,7 +77,8 @@ contains
       call place_rows(nodes, k, place)
       call gather_columns(nodes, a, k, place, x(first:last))
       call find_givers(nodes, k, waiting)
-      call divide_rows(rows, w, waiting%work, has_idle(crew), parts, n)
+      call divide_rows(rows, w, waiting%work, done >= alone, parts, n)
+      done = done + sum([(real(rows - j, wp)**2, j=0, w - 1)])
       do part = 1, n
         !$omp task default(none) firstprivate(part) &
         !$omp& shared(nodes, k, place, waiting, parts, x, update) if(n > 1)
@@ -97,19 +103,19 @@ contains
     end do
   end subroutine factorise_double
 
-  !> Rows of a supernode that are a task of their own: about half of its entries, if much is to be
-  !! done and a thread has nothing else to do.
-  pure subroutine divide_rows(rows, w, work, idle, parts, n)
+  !> Rows of a supernode that are a task of their own: about half of its entries, if threads share
+  !! the work and much is to be done.
+  pure subroutine divide_rows(rows, w, work, shared, parts, n)
     integer, intent(in) :: rows, w !! of the supernode, and its columns
     real(wp), intent(in) :: work !! products and sums that are taken off it
-    logical, intent(in) :: idle !! a thread has nothing else to do
+    logical, intent(in) :: shared !! threads share it
     integer, intent(out) :: parts(:) !! last row of each, after 0
     integer, intent(out) :: n !! how many
 
     n = 1
     parts = rows
     parts(1) = 0
-    if (.not. idle .or. work + real(rows, wp)*real(w, wp)**2 < shared_work) return
+    if (.not. shared .or. work + real(rows, wp)*real(w, wp)**2 < shared_work) return
     parts(2) = max(w, rows/2 + w/4)
     if (rows - parts(2) >= least_rows) n = 2
     if (n == 1) parts(2) = rows

@@ -1,9 +1,8 @@
-!> The inverse of a symmetric positive definite matrix from its Cholesky factor: LAPACK's, and where
-!! a thread has nothing else to do by halves that two threads share (doc/theory, "Condensed
+!> The inverse of a symmetric positive definite matrix from its Cholesky factor: LAPACK's, or by
+!! halves that two threads share (doc/theory, "Condensed
 !! contact").
 module product_inverse
   use kinds, only: wp
-  use threads, only: crew_t, has_idle
   use lapack_interface, only: dpotri, dsyrk, dtrsm
   implicit none
   private
@@ -15,16 +14,13 @@ module product_inverse
 contains
 
   !> (L L^T)^-1 in place of L.
-  subroutine invert_product(n, a, info, crew)
+  subroutine invert_product(n, shared, a, info)
     integer, intent(in) :: n !! rows
+    logical, intent(in) :: shared !! threads share the work
     real(wp), intent(inout) :: a(n, n) !! lower triangle; zero above
     integer, intent(out) :: info !! 0, or a pivot that is zero
-    type(crew_t), intent(in), optional :: crew !! threads that may share the work
-    logical :: shared
 
-    shared = n >= least_shared
-    if (shared) shared = has_idle(crew)
-    if (shared) then
+    if (shared .and. n >= least_shared) then
       call invert_by_halves(n, n/2, a, info)
     else
       call dpotri('L', n, a, n, info)

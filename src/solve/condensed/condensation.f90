@@ -3,7 +3,6 @@
 module condensation
   use kinds, only: wp, sp, long
   use memory, only: memory_left
-  use threads, only: crew_t
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use product_inverse, only: invert_product
   use block_matrix, only: block_matrix_t
@@ -70,13 +69,13 @@ contains
   !! iteration is made in single precision, if it stays near; L22 is beside it then. Its place is
   !! taken before that of a factor in double precision: what the factor gives back when it shrinks
   !! lies at the end of the heap and serves the next body.
-  subroutine factorise_body(body, matrix, precedes, costs, outcome, crew)
+  subroutine factorise_body(body, matrix, precedes, costs, outcome, shared_from)
     type(condensed_body_t), intent(inout) :: body !! analysed
     type(csc_matrix_t), intent(inout) :: matrix !! as prepared
     logical, intent(in) :: precedes !! it only precedes an iteration
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    type(crew_t), intent(in), optional :: crew !! threads that may share the work
+    real(wp), intent(in), optional :: shared_from !! share of it from where on threads share it
     logical :: done
 
     done = precedes
@@ -84,7 +83,7 @@ contains
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
-    if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome, crew)
+    if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome, shared_from)
     matrix = csc_matrix_t()
   end subroutine factorise_body
 
@@ -116,12 +115,13 @@ contains
 
   !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
   !! completed from its candidates.
-  subroutine form_compliance(body, costs, outcome, crew)
+  subroutine form_compliance(body, costs, outcome, shared_from)
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
-    type(crew_t), intent(in), optional :: crew !! threads that may share the work
+    real(wp), intent(in), optional :: shared_from !! threads share the work if that is not 1
     integer :: info, i
+    logical :: shared
 
     outcome = solver_done
     if (body%m == 0 .or. associated(body%compliance)) return
@@ -132,7 +132,9 @@ contains
       call trailing_block(body%solver, body%compliance)
       call drop_trailing_block(body%solver, body%m)
     end if
-    call invert_product(body%m, body%compliance, info, crew)
+    shared = .false.
+    if (present(shared_from)) shared = shared_from < 1.0_wp
+    call invert_product(body%m, shared, body%compliance, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
     body%softness = sum([(body%compliance(i, i), i=1, body%m)])/real(body%m, wp)

@@ -3,7 +3,7 @@
 module condensed_bodies
   use kinds, only: wp
   use memory, only: memory_left
-  use threads, only: count_threads, crew_t, begin_task, end_task
+  use threads, only: count_threads
   use costs, only: cost_t, add_costs
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
@@ -37,7 +37,7 @@ contains
     logical :: ready(system%body%bodies), little
     real(wp) :: promised, needed
     logical :: threaded
-    type(crew_t) :: crew
+    real(wp) :: shared_from(system%body%bodies)
 
     threaded = count_threads() > 1
     outcomes = solver_done
@@ -46,24 +46,22 @@ contains
     little = .false.
     if (present(model)) little = asks_little(model, system)
     if (little) call begin_shares(model, system)
-    order = largest_first(system)
+    call sort_bodies(system, order, shared_from)
     !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed) &
     !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model, &
-    !$omp& crew) &
+    !$omp& shared_from) &
     !$omp& if(threaded)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
-      call begin_task(crew)
       !$omp critical (order_bodies)
       if (wanted(b) .and. all(outcomes == solver_done)) call begin_body(system, b, matrices(b), &
         promised, needed, ready(b), outcomes(b))
       !$omp end critical (order_bodies)
-      if (ready(b)) call finish_body(system, b, matrices(b), little, crew, own(b), outcomes(b), &
-        model)
+      if (ready(b)) call finish_body(system, b, matrices(b), little, shared_from(b), own(b), &
+        outcomes(b), model)
       !$omp atomic
       promised = promised - needed
-      call end_task(crew)
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
@@ -107,22 +105,34 @@ contains
   end subroutine begin_body
 
   !> The bodies in the order of their nodes, the one with the most first: what it gives back when it
-  !! is done serves the others.
-  pure function largest_first(system) result(order)
+  !! is done serves the others. Once these are done as well, threads have nothing else to do than
+  !! to share it. Work goes with the square of the nodes; it is foreseen from these alone, so that
+  !! the same products are formed in each run.
+  subroutine sort_bodies(system, order, shared_from)
     type(system_t), intent(in) :: system !! bodies
-    integer :: order(system%body%bodies)
-    integer :: nodes(system%body%bodies), b, k
+    integer, intent(out) :: order(:) !! (bodies) their numbers
+    real(wp), intent(out) :: shared_from(:) !! (bodies) share of each factor from where on threads
+    !! share it, 1 for never
+    integer :: nodes(system%body%bodies), b, k, threads
 
     nodes = 0
     do k = 1, size(system%body%node_body)
       b = system%body%node_body(k)
       if (b > 0) nodes(b) = nodes(b) + 1
     end do
+    shared_from = 1.0_wp
+    threads = count_threads()
+    if (threads > 1 .and. size(nodes) > 0) then
+      associate (squares => real(nodes, wp)**2, largest => maxloc(nodes, 1))
+        shared_from(largest) = min(1.0_wp, (sum(squares) - squares(largest)) &
+          /(real(threads - 1, wp)*max(1.0_wp, squares(largest))))
+      end associate
+    end if
     do k = 1, size(order)
       order(k) = maxloc(nodes, 1)
       nodes(order(k)) = -1
     end do
-  end function largest_first
+  end subroutine sort_bodies
 
   !> Numbers the free degrees of freedom of a body.
   pure subroutine number_equations(system, b, equation)
@@ -144,22 +154,22 @@ contains
   end subroutine number_equations
 
   !> Factor, influence of the loads and compliance of a body.
-  subroutine finish_body(system, b, matrix, little, crew, costs, outcome, model)
+  subroutine finish_body(system, b, matrix, little, shared_from, costs, outcome, model)
     type(system_t), intent(inout) :: system !! its body of condensed is prepared
     integer, intent(in) :: b !! the body
     type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
     logical, intent(in) :: little !! displacements inside will seldom be asked for
-    type(crew_t), intent(in) :: crew !! threads that may share its work
+    real(wp), intent(in) :: shared_from !! share of its factor from where on threads share it
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
 
     call factorise_body(system%condensed%bodies(b), matrix, .not. system%bulk%linear, costs, &
-      outcome, crew)
+      outcome, shared_from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
-      outcome, crew)
+      outcome, shared_from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
       call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
