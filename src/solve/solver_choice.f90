@@ -81,8 +81,8 @@ contains
     call monitor%event(reason)
   end subroutine choose_solver
 
-  !> AUTO takes the whole system where the condensed form has found no way: with bodies in flight,
-  !! whose nodes it does not watch on all of their way. A study needs its factors.
+  !> AUTO takes the whole system where the condensed form has found no way (doc/theory, "Choice of
+  !! the solver"). A study needs its factors.
   subroutine decline_condensed(system, declined)
     type(system_t), intent(inout) :: system !! its choice is open again
     logical, intent(out) :: declined !! there is another choice

@@ -11,6 +11,7 @@ module stepping
     outcome_inverted, outcome_through
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies, has_flying_body
+  use statics, only: verdict_t, judge_statics, statics_carried
   use solver_choice, only: decline_condensed, retry_condensed
   use free_bodies, only: tell_free_bodies
   use signals, only: stop_exit_code
@@ -21,6 +22,11 @@ module stepping
 
   !> The interval between two end times is divided into this many parts at most.
   integer, parameter :: finest = 1024
+  !> The whole system, which is tried after REDUced has failed, cuts its increments into so many
+  !! parts at most where there are more equations than these: each solve takes a sparse factor.
+  integer, parameter :: finest_whole = 16, few_equations = 5000
+  !> A body touches what is no farther than this share of a facet.
+  real(wp), parameter :: close_by = 1.0e-3_wp
 
 contains
 
@@ -34,15 +40,20 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
     type(newton_t) :: progress
-    integer :: done, part
-    logical :: hopeless, otherwise
+    type(error_t), allocatable :: first
+    integer :: done, part, least
+    logical :: hopeless, flies
     real(wp) :: begin, time
 
     call retry_condensed(system)
     begin = state%time
     done = 0
     part = finest
+    least = 1
     do while (done < finest)
+      do while (done + part > finest)
+        part = part/2
+      end do
       time = begin + (end_time - begin)*(real(done + part, wp)/real(finest, wp))
       if (done + part == finest) time = end_time
       call solve_increment(model, system, state, time, settings, monitor, progress)
@@ -53,16 +64,15 @@ contains
         if (done < finest .and. mod(done, 2*part) == 0) part = 2*part
         cycle
       end if
-      hopeless = part == 1
+      hopeless = part <= least
       if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
       if (hopeless) then
-        call try_otherwise(model, system, progress, monitor, otherwise)
-        if (otherwise) then
-          part = merge(finest, iand(done, -done), done == 0)
-          cycle
-        end if
-        call raise_outcome(model, system, state, progress, time, part == 1, error, end_time)
-        return
+        call raise_outcome(model, system, state, progress, time, part <= least, error, end_time)
+        if (state%whole) &
+          call try_otherwise(model, system, progress, time, monitor, first, error, flies)
+        if (allocated(error)) return
+        call begin_whole(system, done, flies, part, least)
+        cycle
       end if
       part = part/2
       call monitor%cut(state%time, 2.0_wp*size_of(part), size_of(part), reason(progress%outcome))
@@ -78,24 +88,81 @@ contains
     end function size_of
   end subroutine advance
 
-  !> Once more with the whole system, where a body is in flight and AUTO may choose the solver.
-  subroutine try_otherwise(model, system, progress, monitor, otherwise)
+  !> Once more with the whole system, where REDUced has failed and AUTO may choose the solver (doc/
+  !! theory, "Choice of the solver"). A factor that the memory does not hold is no news then.
+  subroutine try_otherwise(model, system, progress, time, monitor, first, error, flies)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! the system at the failed iterate
     type(newton_t), intent(in) :: progress !! how the solve ended
+    real(wp), intent(in) :: time !! the time that was tried
     class(monitor_t), intent(inout) :: monitor !! hears of it
-    logical, intent(out) :: otherwise !! there is another way
+    type(error_t), allocatable, intent(inout) :: first !! why REDUced has failed, once it has
+    type(error_t), allocatable, intent(inout) :: error !! of this failure; none: go on
+    logical, intent(out) :: flies !! a body is in flight
+    logical :: otherwise
 
-    otherwise = .false.
+    flies = .false.
+    if (allocated(first)) then
+      if (progress%outcome == outcome_memory) then
+        call monitor%event('  the memory does not hold the factor of the whole system')
+        call move_alloc(first, error)
+      else if (progress%outcome /= outcome_stopped) then
+        error%message = error%message//new_line('a')//'  AUTO has tried REDUced before, and '// &
+          'then the whole system'
+      end if
+      return
+    end if
     if (any(progress%outcome == [outcome_memory, outcome_stopped])) return
-    if (.not. has_flying_body(model, system)) return
+    flies = has_flying_body(model, system)
+    if (.not. flies) then
+      if (cannot_rest(model, system, time)) return
+    end if
     call decline_condensed(system, otherwise)
     if (.not. otherwise) return
+    call move_alloc(error, first)
     system%body%in_vain = 0
     system%motion%hopeless = .false.
-    call monitor%event('  a body flies, and REDUced has not found where it '// &
-      'lands: once more with the whole system, to the next end time')
+    if (flies) then
+      call monitor%event('  a body flies, and REDUced has not found where it '// &
+        'lands: once more with the whole system, to the next end time')
+    else
+      call monitor%event('  REDUced has not found the way: once more with the whole system, to '// &
+        'the next end time')
+    end if
   end subroutine try_otherwise
+
+  !> The first increment of the whole system: as long as can be, with a body in flight as long as
+  !! would have come after the last one that was accepted.
+  pure subroutine begin_whole(system, done, flies, part, least)
+    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: done !! parts that are solved
+    logical, intent(in) :: flies !! a body is in flight
+    integer, intent(out) :: part !! parts of the increment
+    integer, intent(out) :: least !! it is cut no further than to these
+
+    least = 1
+    part = finest
+    do while (part > finest - done)
+      part = part/2
+    end do
+    if (flies) then
+      if (done > 0) part = iand(done, -done)
+    else if (system%equations > few_equations) then
+      least = max(1, part/finest_whole)
+    end if
+  end subroutine begin_whole
+
+  !> A body that touches in the last converged state has no equilibrium there: it slides or tips,
+  !! whatever solves for it.
+  logical function cannot_rest(model, system, time) result(gets_away)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the system, with the last converged positions
+    real(wp), intent(in) :: time !! whose loads are to be carried
+    type(verdict_t) :: verdict
+
+    call judge_statics(model, system, time, verdict)
+    gets_away = verdict%kind > statics_carried .and. verdict%apart <= close_by
+  end function cannot_rest
 
   !> A shorter increment cannot help.
   logical function is_final(outcome, model, system) result(final)

@@ -40,6 +40,8 @@ module statics
     real(wp) :: motion(6) = 0.0_wp !! how: velocity of its middle, rotation times its size
     real(wp) :: friction = 0.0_wp !! share of the friction that carries the loads, 0 if none does
     integer :: next = statics_unknown !! if carried: how it would get away with less friction
+    real(wp) :: apart = huge(1.0_wp) !! if not carried: how far the body that moves most is from
+    !! what it may touch, over the longest facet there
   end type verdict_t
 
 contains
@@ -78,7 +80,23 @@ contains
     else
       verdict%kind = statics_unknown
     end if
+    if (verdict%kind > statics_carried) verdict%apart = least_gap(parts, verdict%body)
   end subroutine judge_statics
+
+  !> How far a body is from what it may touch.
+  pure real(wp) function least_gap(parts, body) result(least)
+    type(assembly_t), intent(in) :: parts !! bodies and joints
+    integer, intent(in) :: body !! body of the system
+    integer :: i
+
+    least = huge(1.0_wp)
+    do i = 1, parts%n
+      associate (joint => parts%joints(i))
+        if (joint%support .or. .not. any(joint%sides == findloc(parts%body, body, 1))) cycle
+        least = min(least, joint%gap)
+      end associate
+    end do
+  end function least_gap
 
   !> Looks for forces within the friction cones that carry the loads: least squares with
   !! coefficients of one sign, a force at a time (the one that lessens the rest most).

@@ -24,6 +24,7 @@ module rigid_joints
     real(wp) :: normal(3) = 0.0_wp !! unit vector: the way in which the slave is pressed
     real(wp) :: mu = 0.0_wp !! coefficient of friction, the larger of the two
     logical :: support = .false. !! a support, which has no friction
+    real(wp) :: gap = 0.0_wp !! how far its sides are apart, over the longest facet of the pair
     integer :: sides(2) = 0 !! weak bodies, slave and master, 0 for one that supports hold
   end type joint_t
 
@@ -181,6 +182,7 @@ contains
     joint%place = matmul(x, weights/sum(weights))
     joint%normal = facet_normal(x)
     joint%mu = maxval(pair%friction%mu)
+    joint%gap = max(gap, 0.0_wp)/reach
     call keep(parts, joint)
   end subroutine add_joint
 
