@@ -19,10 +19,12 @@ module condensation
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
     solve_body, spread_body, reduce_body, complete_body, halve_body, shrink_body, &
-    body_work, drop_live, free_body
+    body_work, is_worth_sharing, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
   real(wp), parameter :: near_enough = 1.0e-3_wp
+  !> Products and sums of a factor that threads share.
+  real(wp), parameter :: large_work = 1.0e10_wp
 
 contains
 
@@ -284,6 +286,16 @@ contains
     call factor_work(body%solver, work, entries)
     solves = (work + 2.0_wp/3.0_wp*real(body%m, wp)**3)/max(4.0_wp*entries, 1.0_wp)
   end function body_work
+
+  !> The factor of a body is worth that threads share it: small ones are the same, to the last
+  !! digit, with any number of threads.
+  logical function is_worth_sharing(body) result(worth)
+    type(condensed_body_t), intent(in) :: body !! analysed
+    real(wp) :: work, entries
+
+    call factor_work(body%solver, work, entries)
+    worth = work >= large_work
+  end function is_worth_sharing
 
   !> Releases the factor.
   subroutine free_body(body)

@@ -13,7 +13,7 @@ module condensed_bodies
   use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
-    drop_live, free_body
+    drop_live, free_body, is_worth_sharing
   use sum_shares, only: sums_pay, begin_shares, form_shares
   use candidate_queue, only: queue_candidates
   use system_types, only: system_t
@@ -163,13 +163,15 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
+    real(wp) :: from
 
+    from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
     call factorise_body(system%condensed%bodies(b), matrix, .not. system%bulk%linear, costs, &
-      outcome, shared_from)
+      outcome, from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
-      outcome, shared_from)
+      outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
       call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
