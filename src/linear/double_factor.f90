@@ -43,8 +43,13 @@ contains
     call make_room(solver, outcome)
     if (outcome == solver_done) then
       nodes = supernodes_of(solver%factor)
-      call factor_work(solver, alone, entries)
-      if (present(shared_from)) alone = shared_from*alone
+      alone = huge(1.0_wp)
+      if (present(shared_from)) then
+        if (shared_from < 1.0_wp) then
+          call factor_work(solver, alone, entries)
+          alone = shared_from*alone
+        end if
+      end if
       call factorise_double(nodes, a, alone, nodes%x, solver%definite)
       if (.not. solver%definite) outcome = solver_not_definite
     end if

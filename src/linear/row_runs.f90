@@ -4,6 +4,7 @@
 module row_runs
   use kinds, only: wp, long
   use supernodes, only: supernodes_t
+  use waiting_supernodes, only: owners, columns_within
   implicit none
   private
   public :: gather_rows
@@ -45,11 +46,9 @@ contains
     integer, intent(in) :: n !! columns
     type(row_lists_t), intent(out) :: lists !! of their rows
     integer :: owner(n), d, k, many, pass
-    integer(long) :: i, j, end_of
+    integer(long) :: i, j
 
-    do k = 1, int(nodes%factor%nsuper)
-      owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
-    end do
+    owner = owners(nodes, n)
     allocate (lists%head(nodes%factor%nsuper), source=0)
     do pass = 1, 2
       many = 0
@@ -57,12 +56,7 @@ contains
         i = nodes%pi(d) + nodes%super(d + 1) - nodes%super(d) + 1
         do while (i <= nodes%pi(d + 1))
           k = owner(nodes%s(i) + 1)
-          end_of = nodes%super(k + 1)
-          j = i
-          do while (j < nodes%pi(d + 1))
-            if (nodes%s(j + 1) >= end_of) exit
-            j = j + 1
-          end do
+          j = i + columns_within(nodes, d, k, int(i - nodes%pi(d))) - 1
           many = many + 1
           if (pass == 2) then
             lists%before(many) = lists%head(k)

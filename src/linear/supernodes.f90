@@ -202,7 +202,7 @@ contains
   end subroutine invert_blocks
 
   !> The inverse of a lower triangle in its place, zero above: column by column from the last one,
-  !! each by those behind it.
+  !! each by those behind it. Of LAPACK's STRTRI each column is a call, which takes twice as long.
   pure subroutine invert_triangle(n, rows, l)
     integer, intent(in) :: n !! its rows, a block at most
     integer, intent(in) :: rows !! rows that it is stored with

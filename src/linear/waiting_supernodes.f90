@@ -5,8 +5,8 @@ module waiting_supernodes
   use supernodes, only: supernodes_t
   implicit none
   private
-  public :: waiting_t, begin_waiting, find_givers, pass_givers, wait_for_next, columns_within, &
-    place_rows
+  public :: waiting_t, begin_waiting, find_givers, pass_givers, wait_for_next, owners, &
+    columns_within, place_rows
 
   !> Supernodes that still have to be subtracted from others.
   type :: waiting_t
@@ -27,16 +27,24 @@ contains
     type(supernodes_t), intent(in) :: nodes !! analysed
     integer, intent(in) :: n !! columns
     type(waiting_t), intent(out) :: waiting !! empty lists
-    integer :: k
 
     associate (supers => int(nodes%factor%nsuper))
       allocate (waiting%head(supers), waiting%next(supers), waiting%from(supers), source=0)
-      allocate (waiting%owner(n), waiting%giver(supers), waiting%columns(supers))
-      do k = 1, supers
-        waiting%owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
-      end do
+      allocate (waiting%giver(supers), waiting%columns(supers))
     end associate
+    waiting%owner = owners(nodes, n)
   end subroutine begin_waiting
+
+  !> The supernode of each column.
+  pure function owners(nodes, n) result(owner)
+    type(supernodes_t), intent(in) :: nodes !! analysed
+    integer, intent(in) :: n !! columns
+    integer :: owner(n), k
+
+    do k = 1, int(nodes%factor%nsuper)
+      owner(nodes%super(k) + 1:nodes%super(k + 1)) = k
+    end do
+  end function owners
 
   !> The supernodes that wait for one.
   pure subroutine find_givers(nodes, k, waiting)
