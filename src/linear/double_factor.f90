@@ -4,7 +4,7 @@ module double_factor
   use kinds, only: wp, long
   use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
-  use csc_matrix, only: csc_matrix_t
+  use lower_columns, only: lower_columns_t
   use back_ends, only: solver_done, solver_not_definite
   use cholmod_solver, only: cholmod_t, make_room, factor_work
   use supernodes, only: supernodes_t, supernodes_of
@@ -31,7 +31,7 @@ contains
   !! factor is CHOLMOD's.
   subroutine factorise_lower(solver, a, costs, outcome, shared_from)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets values
-    type(csc_matrix_t), intent(in) :: a !! its lower triangle
+    class(lower_columns_t), intent(in) :: a !! in the order of elimination
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
     real(wp), intent(in), optional :: shared_from !! share from where on threads share the work, 1
@@ -60,17 +60,17 @@ contains
   !! diagonal has no meaning.
   subroutine factorise_double(nodes, a, alone, x, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
-    type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
+    class(lower_columns_t), intent(in) :: a !! in the order of elimination
     real(wp), intent(in) :: alone !! products and sums before threads share the others
     real(wp), intent(inout), contiguous :: x(:) !! gets the values
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(a%n), k, j, w, rows, part, parts(most_parts + 1), n
+    integer :: place(a%order()), k, j, w, rows, part, parts(most_parts + 1), n
     real(wp) :: done
     real(wp), allocatable :: update(:, :)
     integer(long) :: first, last
 
-    call begin_waiting(nodes, int(a%n), waiting)
+    call begin_waiting(nodes, size(place), waiting)
     allocate (update(max(1_long, int(nodes%factor%maxcsize, long)), most_parts))
     definite = .true.
     done = 0.0_wp
@@ -80,7 +80,7 @@ contains
       first = nodes%px(k) + 1
       last = nodes%px(k) + int(rows, long)*w
       call place_rows(nodes, k, place)
-      call gather_columns(nodes, a, k, place, x(first:last))
+      call a%gather(int(nodes%super(k)) + 1, int(nodes%super(k + 1)), place, rows, x(first:last))
       call find_givers(nodes, k, waiting)
       call divide_rows(rows, w, waiting%work, done >= alone, parts, n)
       done = done + sum([(real(rows - j, wp)**2, j=0, w - 1)])
@@ -125,25 +125,6 @@ contains
     if (rows - parts(2) >= least_rows) n = 2
     if (n == 1) parts(2) = rows
   end subroutine divide_rows
-
-  !> The columns of a supernode in the matrix.
-  pure subroutine gather_columns(nodes, a, k, place, panel)
-    type(supernodes_t), intent(in) :: nodes !! analysed
-    type(csc_matrix_t), intent(in) :: a !! lower triangle
-    integer, intent(in) :: k !! the supernode
-    integer, intent(in) :: place(:) !! (n) places of its rows
-    real(wp), intent(out) :: panel(:) !! (rows*columns) its values
-    integer(long) :: i, j, entry, rows
-
-    rows = nodes%pi(k + 1) - nodes%pi(k)
-    panel = 0.0_wp
-    do j = nodes%super(k), nodes%super(k + 1) - 1
-      do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)
-        i = (j - nodes%super(k))*rows + place(a%row(entry) + 1)
-        panel(i) = panel(i) + a%val(entry)
-      end do
-    end do
-  end subroutine gather_columns
 
   !> Subtracts from some rows of supernode k what all givers have in its columns.
   subroutine subtract_all(nodes, k, place, waiting, part, x, update)

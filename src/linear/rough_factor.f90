@@ -4,7 +4,7 @@ module rough_factor
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
   use lapack_interface, only: dtrsv
-  use csc_matrix, only: csc_matrix_t
+  use lower_columns, only: lower_columns_t
   use supernodes, only: supernodes_t, supernodes_of, values_before, place_last, invert_blocks, &
     reduce_single, complete_single
   use single_factor, only: factorise_single
@@ -20,16 +20,16 @@ contains
   !! asked of the answer to an answer, in which soft motions stand out.
   subroutine factorise_roughly(solver, a, share, block, costs, done)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets half
-    type(csc_matrix_t), intent(in) :: a !! its lower triangle in the order of elimination
+    class(lower_columns_t), intent(in) :: a !! in the order of elimination
     real(wp), intent(in) :: share !! most of an answer that may be wrong
     real(wp), intent(out), contiguous :: block(:, :) !! (m, m) L22 of the last ones; zero above
     type(cost_t), intent(inout) :: costs !! cost table
     logical, intent(out) :: done !! there is a factor that is near enough
     type(supernodes_t) :: nodes
-    real(wp) :: x(a%n), right(a%n), rest(a%n)
+    real(wp) :: x(a%order()), right(a%order()), rest(a%order())
     integer(long) :: skipped
 
-    done = maxval(abs(a%val(:a%ptr(a%n + 1)))) < sqrt(real(huge(1.0_sp), wp))
+    done = a%largest() < sqrt(real(huge(1.0_sp), wp))
     if (.not. done) return
     nodes = supernodes_of(solver%factor)
     call begin_cost(costs, cost_symmetric_factor)
@@ -43,7 +43,7 @@ contains
       right = x/max(norm2(x), tiny(1.0_wp))
       x = right
       call solve_roughly(nodes, solver%half, block, x)
-      rest = right - multiplied(a, x)
+      rest = right - a%multiply(x)
       call solve_roughly(nodes, solver%half, block, rest)
       done = norm2(rest) <= share*norm2(x)
       if (.not. done) call forget_half(solver)
@@ -68,21 +68,4 @@ contains
     end if
     call complete_single(nodes, half, m, x)
   end subroutine solve_roughly
-
-  !> A x for a lower triangle A of a symmetric matrix.
-  pure function multiplied(a, x) result(y)
-    type(csc_matrix_t), intent(in) :: a !! lower triangle
-    real(wp), intent(in) :: x(:) !! (n)
-    real(wp) :: y(size(x))
-    integer(long) :: j, k, row
-
-    y = 0.0_wp
-    do j = 1, a%n
-      do k = a%ptr(j) + 1, a%ptr(j + 1)
-        row = a%row(k) + 1
-        y(row) = y(row) + a%val(k)*x(j)
-        if (row /= j) y(j) = y(j) + a%val(k)*x(row)
-      end do
-    end do
-  end function multiplied
 end module rough_factor

@@ -1,9 +1,9 @@
 !> Cholesky factor of a lower triangle in single precision, in the supernodes of CHOLMOD's analysis:
 !! left-looking (doc/theory, "A bulk that is not linear").
 module single_factor
-  use kinds, only: sp, long
+  use kinds, only: wp, sp, long
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
-  use csc_matrix, only: csc_matrix_t
+  use lower_columns, only: lower_columns_t
   use supernodes, only: supernodes_t
   use waiting_supernodes, only: waiting_t, begin_waiting, find_givers, pass_givers, &
     wait_for_next, place_rows
@@ -16,15 +16,15 @@ contains
   !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns.
   subroutine factorise_single(nodes, a, half, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
-    type(csc_matrix_t), intent(in) :: a !! lower triangle, in the order of elimination
+    class(lower_columns_t), intent(in) :: a !! in the order of elimination
     real(sp), pointer, contiguous, intent(out) :: half(:) !! values; none if not definite
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(a%n), k, i, w, rows, info
+    integer :: place(a%order()), k, i, w, rows, info
     real(sp), allocatable :: update(:)
     integer(long) :: first, last
 
-    call begin_waiting(nodes, int(a%n), waiting)
+    call begin_waiting(nodes, size(place), waiting)
     allocate (half(nodes%factor%xsize), update(max(1_long, int(nodes%factor%maxcsize, long))))
     place = 0
     definite = .true.
@@ -34,7 +34,8 @@ contains
       first = nodes%px(k) + 1
       last = nodes%px(k) + int(rows, long)*w
       call place_rows(nodes, k, place)
-      call gather_columns(nodes, a, k, place, half(first:last))
+      call gather_single(a, int(nodes%super(k)) + 1, int(nodes%super(k + 1)), place, rows, &
+        half(first:last))
       call find_givers(nodes, k, waiting)
       do i = 1, waiting%givers
         associate (d => waiting%giver(i))
@@ -57,24 +58,18 @@ contains
     end if
   end subroutine factorise_single
 
-  !> The columns of a supernode in the matrix.
-  pure subroutine gather_columns(nodes, a, k, place, panel)
-    type(supernodes_t), intent(in) :: nodes !! analysed
-    type(csc_matrix_t), intent(in) :: a !! lower triangle
-    integer, intent(in) :: k !! the supernode
-    integer, intent(in) :: place(:) !! (n) places of its rows
-    real(sp), intent(out) :: panel(:) !! (rows*columns) its values
-    integer(long) :: i, j, entry, rows
+  !> Some columns of the matrix in single precision.
+  subroutine gather_single(a, first, last, place, rows, panel)
+    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    integer, intent(in) :: first, last !! the columns
+    integer, intent(in) :: place(:) !! (n) places of their rows
+    integer, intent(in) :: rows !! of the panel
+    real(sp), intent(out) :: panel(rows, last - first + 1) !! values
+    real(wp) :: double(rows, last - first + 1)
 
-    rows = nodes%pi(k + 1) - nodes%pi(k)
-    panel = 0.0_sp
-    do j = nodes%super(k), nodes%super(k + 1) - 1
-      do entry = a%ptr(j + 1) + 1, a%ptr(j + 2)
-        i = (j - nodes%super(k))*rows + place(a%row(entry) + 1)
-        panel(i) = panel(i) + real(a%val(entry), sp)
-      end do
-    end do
-  end subroutine gather_columns
+    call a%gather(first, last, place, rows, double)
+    panel = real(double, sp)
+  end subroutine gather_single
 
   !> Subtracts from supernode k what supernode d has in its columns: the rows from `from` on, times
   !! those of them that are columns of k.

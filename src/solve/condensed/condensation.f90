@@ -1,12 +1,12 @@
 !> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
 module condensation
-  use kinds, only: wp, sp, long
+  use kinds, only: wp, sp
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use product_inverse, only: invert_product
   use block_matrix, only: block_matrix_t
-  use csc_matrix, only: csc_matrix_t, build_lower
+  use ordered_blocks, only: ordered_blocks_t
   use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory
   use cholmod_solver, only: trailing_block, drop_trailing_block, factor_work
   use elimination_order, only: order_equations
@@ -36,34 +36,35 @@ contains
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    type(csc_matrix_t) :: matrix
+    type(ordered_blocks_t) :: matrix
     real(wp) :: needed
 
     call prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
     if (outcome /= solver_done) return
     if (needed > memory_left()) outcome = solver_out_of_memory
-    if (outcome == solver_done) call factorise_body(body, matrix, .false., costs, outcome)
+    if (outcome == solver_done) call factorise_body(blocks, matrix, body, .false., costs, outcome)
   end subroutine condense_body
 
-  !> Orders the equations of a body, forms and analyses its matrix. METIS draws from one series of
+  !> Orders the equations of a body and analyses its matrix. METIS draws from one series of
   !! random numbers: one body at a time.
   subroutine prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
-    type(csc_matrix_t), intent(out) :: matrix !! its lower triangle in the order of elimination
+    type(ordered_blocks_t), intent(out) :: matrix !! its columns in the order of elimination
     real(wp), intent(out) :: needed !! memory that factor and compliance will take [byte]
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    integer :: ordered(3, size(equation, 2))
 
     needed = 0.0_wp
+    allocate (matrix%equation(3, size(equation, 2)))
     call drop_compliance(body)
-    call order_equations(blocks, equation, queue, body, ordered, costs, outcome)
+    call order_equations(blocks, equation, queue, body, matrix%equation, costs, outcome)
     if (outcome /= solver_done) return
-    call build_lower(blocks, ordered, matrix)
-    call add_pins(body, ordered, matrix)
+    matrix%node = body%node
+    matrix%direction = body%direction
+    call add_pins(body, matrix)
     call estimate_bytes(body, needed)
   end subroutine prepare_body
 
@@ -71,39 +72,37 @@ contains
   !! iteration is made in single precision, if it stays near; L22 is beside it then. Its place is
   !! taken before that of a factor in double precision: what the factor gives back when it shrinks
   !! lies at the end of the heap and serves the next body.
-  subroutine factorise_body(body, matrix, precedes, costs, outcome, shared_from)
+  subroutine factorise_body(blocks, matrix, body, precedes, costs, outcome, shared_from)
+    type(block_matrix_t), intent(in), target :: blocks !! stiffness of all bodies
+    type(ordered_blocks_t), intent(inout) :: matrix !! as prepared
     type(condensed_body_t), intent(inout) :: body !! analysed
-    type(csc_matrix_t), intent(inout) :: matrix !! as prepared
     logical, intent(in) :: precedes !! it only precedes an iteration
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), intent(in), optional :: shared_from !! share of it from where on threads share it
     logical :: done
 
+    matrix%blocks => blocks
     done = precedes
     allocate (body%trailing(body%m, body%m))
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
     if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome, shared_from)
-    matrix = csc_matrix_t()
+    matrix = ordered_blocks_t()
   end subroutine factorise_body
 
   !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
   !! so that displacements with them are exact but for a rigid motion (doc/theory, "Bodies that
   !! contact holds").
-  pure subroutine add_pins(body, ordered, matrix)
+  pure subroutine add_pins(body, matrix)
     type(condensed_body_t), intent(in) :: body !! its pins
-    integer, intent(in) :: ordered(:, :) !! (3, nodes) equations in the order of elimination
-    type(csc_matrix_t), intent(inout) :: matrix !! lower triangle; gets the springs
-    integer :: pin, column
-    integer(long) :: k
+    type(ordered_blocks_t), intent(inout) :: matrix !! ordered; gets the springs
+    integer :: pin
 
+    matrix%doubled = spread(.false., 1, size(matrix%node))
     do pin = 1, body%motions%n
-      column = ordered(body%pin_direction(pin), body%pin_node(pin))
-      do k = matrix%ptr(column) + 1, matrix%ptr(column + 1)
-        if (matrix%row(k) == column - 1) matrix%val(k) = 2.0_wp*matrix%val(k)
-      end do
+      matrix%doubled(matrix%equation(body%pin_direction(pin), body%pin_node(pin))) = .true.
     end do
   end subroutine add_pins
 

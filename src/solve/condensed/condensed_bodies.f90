@@ -7,7 +7,7 @@ module condensed_bodies
   use costs, only: cost_t, add_costs
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
-  use csc_matrix, only: csc_matrix_t
+  use ordered_blocks, only: ordered_blocks_t
   use block_matrix, only: multiply
   use back_ends, only: solver_done, solver_out_of_memory
   use condensed_types, only: condensed_t, body_sums_t
@@ -32,7 +32,7 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
     integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies)
-    type(csc_matrix_t) :: matrices(system%body%bodies)
+    type(ordered_blocks_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies), little
     real(wp) :: promised, needed
@@ -75,7 +75,7 @@ contains
   subroutine begin_body(system, b, matrix, promised, needed, ready, outcome)
     type(system_t), intent(inout) :: system !! gets a body of condensed
     integer, intent(in) :: b !! the body
-    type(csc_matrix_t), intent(inout) :: matrix !! gets its lower triangle
+    type(ordered_blocks_t), intent(inout) :: matrix !! gets its columns
     real(wp), intent(inout) :: promised !! memory of all factors that are being made [byte]
     real(wp), intent(out) :: needed !! of this one [byte]
     logical, intent(out) :: ready !! there is something to factorise
@@ -157,7 +157,7 @@ contains
   subroutine finish_body(system, b, matrix, little, shared_from, costs, outcome, model)
     type(system_t), intent(inout) :: system !! its body of condensed is prepared
     integer, intent(in) :: b !! the body
-    type(csc_matrix_t), intent(inout) :: matrix !! its matrix; goes
+    type(ordered_blocks_t), intent(inout) :: matrix !! its matrix; goes
     logical, intent(in) :: little !! displacements inside will seldom be asked for
     real(wp), intent(in) :: shared_from !! share of its factor from where on threads share it
     type(cost_t), intent(inout) :: costs !! cost table
@@ -166,8 +166,8 @@ contains
     real(wp) :: from
 
     from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
-    call factorise_body(system%condensed%bodies(b), matrix, .not. system%bulk%linear, costs, &
-      outcome, from)
+    call factorise_body(system%whole%bulk_matrix, matrix, system%condensed%bodies(b), &
+      .not. system%bulk%linear, costs, outcome, from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
