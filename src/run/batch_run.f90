@@ -38,7 +38,7 @@ module batch_run
   public :: run_batch
 
   !> At every so many end times the audit has displacements inside, whoever else asks for them.
-  integer, parameter :: every_audit = 16
+  integer, parameter :: every_audit = 64
 
 contains
 

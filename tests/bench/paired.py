@@ -45,7 +45,7 @@ BEST_LIMIT = (
     'commit 91dae3a5).')
 MANY_LIMIT = (
     '1,000 increments: reactions and audit come from the contact forces, displacements inside are '
-    'found at every 16th end time, and a dense factor serves until a point changes its facet. What '
+    'found at every 64th end time, and a dense factor serves until a point changes its facet. What '
     'is left are the iterations themselves: an increment takes one of Newton and three steps with '
     'the same factor, each some products with the compliance. The results file is extended and '
     'flushed at each end time, so that a kill loses nothing that has converged.')
