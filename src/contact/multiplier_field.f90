@@ -12,7 +12,7 @@ module multiplier_field
   use contact_points, only: corner_weights, count_points
   implicit none
   private
-  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces
+  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces, product_of
 
   !> Points whose normals have a smaller cosine with the first one's lie on another face.
   real(wp), parameter :: same_face = 0.9_wp
@@ -33,9 +33,11 @@ module multiplier_field
     real(wp), allocatable :: normal(:, :) !! (3, n) mean normal of their points
     real(wp), allocatable :: point_normal(:, :) !! (3, points) normals of the points
     real(wp), allocatable :: stiffness(:) !! (n) sum of N_i and the penalty [force/length]
+    real(wp), allocatable :: share(:, :, :, :) !! (3, 3, 3, points) N_i R_i of each point's vectors
     integer, allocatable :: neighbours(:) !! (n) vectors that share points with each, itself as well
     integer, allocatable :: neighbour(:, :) !! (room, n) these
     real(wp), allocatable :: mass(:, :, :, :) !! (3, 3, room, n) their blocks of the mass matrix
+    real(wp), allocatable :: diagonal(:) !! (n) of the mass matrix, without the turns
   end type multiplier_field_t
 
 contains
@@ -64,6 +66,7 @@ contains
       end do
     end do
     call sum_up(pair, field)
+    call form_shares(pair, field)
     call form_mass(pair, field)
   end subroutine make_field
 
@@ -116,31 +119,55 @@ contains
     end do
   end subroutine sum_up
 
+  !> N_i R_i of the vectors of each point.
+  pure subroutine form_shares(pair, field)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(multiplier_field_t), intent(inout) :: field !! vectors and normals given; gets share
+    real(wp) :: weight(3)
+    integer :: p, b, k
+
+    allocate (field%share(3, 3, 3, size(field%vector, 2)), source=0.0_wp)
+    do p = 1, size(field%vector, 2)
+      weight = corner_weights(pair, p)
+      do b = 1, 3
+        if (field%vector(b, p) == 0) cycle
+        do k = 1, 3
+          field%share(:, k, b, p) = weight(b)*turned(field%normal(:, field%vector(b, p)), &
+            field%point_normal(:, p), identity(:, k))
+        end do
+      end do
+    end do
+  end subroutine form_shares
+
   !> The mass matrix sum_q A_q N_i N_j R_iq^T R_jq.
   pure subroutine form_mass(pair, field)
     type(pair_t), intent(in) :: pair !! the pair
-    type(multiplier_field_t), intent(inout) :: field !! vectors given; gets neighbours, mass
-    real(wp) :: turn(3, 3, 3), weight(3)
-    integer :: p, b, c, k, place
+    type(multiplier_field_t), intent(inout) :: field !! shares given; gets neighbours, mass
+    real(wp) :: weight(3)
+    integer :: p, b, c, i, j, place
 
     allocate (field%neighbours(field%n), source=0)
     allocate (field%neighbour(first_room, field%n), source=0)
     allocate (field%mass(3, 3, first_room, field%n), source=0.0_wp)
+    allocate (field%diagonal(field%n), source=0.0_wp)
     do p = 1, size(field%vector, 2)
       if (all(field%vector(:, p) == 0)) cycle
       weight = corner_weights(pair, p)
       do b = 1, 3
-        do k = 1, 3
-          turn(:, k, b) = turned(field%normal(:, field%vector(b, p)), field%point_normal(:, p), &
-            identity(:, k))
-        end do
+        associate (total => field%diagonal(field%vector(b, p)))
+          total = total + pair%points%area(p)*weight(b)**2
+        end associate
       end do
       do c = 1, 3
         do b = 1, 3
           call find_neighbour(field%vector(b, p), field%vector(c, p), field, place)
           associate (block => field%mass(:, :, place, field%vector(b, p)))
-            block = block + pair%points%area(p)*weight(b)*weight(c) &
-              *matmul(transpose(turn(:, :, b)), turn(:, :, c))
+            do j = 1, 3
+              do i = 1, 3
+                block(i, j) = block(i, j) + pair%points%area(p) &
+                  *dot_product(field%share(:, i, b, p), field%share(:, j, c, p))
+              end do
+            end do
           end associate
         end do
       end do
@@ -177,16 +204,26 @@ contains
   pure function mass_times(field, v) result(m)
     type(multiplier_field_t), intent(in) :: field !! its mass
     real(wp), intent(in) :: v(:, :) !! (3, n)
-    real(wp) :: m(3, field%n)
+    real(wp) :: m(3, field%n), total(3)
     integer :: i, k
 
-    m = 0.0_wp
     do i = 1, field%n
+      total = 0.0_wp
       do k = 1, field%neighbours(i)
-        m(:, i) = m(:, i) + matmul(field%mass(:, :, k, i), v(:, field%neighbour(k, i)))
+        total = total + product_of(field%mass(:, :, k, i), v(:, field%neighbour(k, i)))
       end do
+      m(:, i) = total
     end do
   end function mass_times
+
+  !> A v. Nothing is called, unlike matmul.
+  pure function product_of(a, v) result(w)
+    real(wp), intent(in) :: a(3, 3) !! a matrix
+    real(wp), intent(in) :: v(3) !! a vector
+    real(wp) :: w(3)
+
+    w = a(:, 1)*v(1) + a(:, 2)*v(2) + a(:, 3)*v(3)
+  end function product_of
 
   !> A vector turned by the smallest rotation that takes one direction to another.
   pure function turned(from, to, v) result(w)
@@ -202,21 +239,21 @@ contains
   end function turned
 
   !> Forces of points at the vectors: b_i = sum_q N_i R_iq^T f_q.
-  pure function gather_forces(pair, field, force) result(nodal)
-    type(pair_t), intent(in) :: pair !! the pair
+  pure function gather_forces(field, force) result(nodal)
     type(multiplier_field_t), intent(in) :: field !! its field
     real(wp), intent(in) :: force(:, :) !! (3, points) in global axes [force]
-    real(wp) :: nodal(3, field%n), weight(3)
-    integer :: p, b, i
+    real(wp) :: nodal(3, field%n)
+    integer :: p, b, i, k
 
     nodal = 0.0_wp
     do p = 1, size(force, 2)
-      weight = corner_weights(pair, p)
       do b = 1, 3
         i = field%vector(b, p)
         if (i == 0) cycle
-        nodal(:, i) = nodal(:, i) + weight(b) &
-          *turned(field%point_normal(:, p), field%normal(:, i), force(:, p))
+        do k = 1, 3
+          nodal(k, i) = nodal(k, i) + field%share(1, k, b, p)*force(1, p) &
+            + field%share(2, k, b, p)*force(2, p) + field%share(3, k, b, p)*force(3, p)
+        end do
       end do
     end do
   end function gather_forces
@@ -226,38 +263,38 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
     real(wp), intent(in) :: nodal(:, :) !! (3, n) vectors [force/length^2]
-    real(wp) :: force(3, size(field%vector, 2)), weight(3)
-    integer :: p, b, i
+    real(wp) :: force(3, size(field%vector, 2))
+    integer :: p, b
 
     force = 0.0_wp
     do p = 1, size(force, 2)
-      weight = corner_weights(pair, p)
       do b = 1, 3
-        i = field%vector(b, p)
-        if (i == 0) cycle
-        force(:, p) = force(:, p) + pair%points%area(p)*weight(b) &
-          *turned(field%normal(:, i), field%point_normal(:, p), nodal(:, i))
+        if (field%vector(b, p) == 0) cycle
+        force(:, p) = force(:, p) + pair%points%area(p)*product_of(field%share(:, :, b, p), &
+          nodal(:, field%vector(b, p)))
       end do
     end do
   end function spread_field
 
   !> The field that does the same work as the forces of the points with every other field: its
   !! forces at the points. Conjugate gradients with the diagonal of the mass matrix.
-  pure subroutine project_forces(pair, field, force, multiplier)
+  pure subroutine project_forces(pair, field, force, multiplier, share)
     type(pair_t), intent(in) :: pair !! the pair
     type(multiplier_field_t), intent(in) :: field !! its field
     real(wp), intent(in) :: force(:, :) !! (3, points) in global axes [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, points) those of the field [force]
-    real(wp) :: diagonal(field%n), nodal(3, field%n), r(3, field%n), s(3, field%n)
-    real(wp) :: m(3, field%n), energy, before, wanted, step
+    real(wp), intent(in), optional :: share !! of the right-hand side, may be left; else next to
+    !! nothing
+    real(wp), dimension(3, field%n) :: nodal, r, s, m
+    real(wp) :: energy, before, wanted, step
     integer :: iteration
 
-    diagonal = mass_diagonal(pair, field)
     nodal = 0.0_wp
-    r = gather_forces(pair, field, force)
-    s = scaled(r, diagonal)
+    r = gather_forces(field, force)
+    s = scaled(r, field%diagonal)
     energy = sum(r*s)
     wanted = projection_tolerance**2*energy
+    if (present(share)) wanted = max(projection_tolerance, share)**2*energy
     do iteration = 1, most_iterations
       if (energy <= wanted) exit
       m = mass_times(field, s)
@@ -266,29 +303,12 @@ contains
       nodal = nodal + step*s
       r = r - step*m
       before = energy
-      energy = sum(r*scaled(r, diagonal))
-      s = scaled(r, diagonal) + (energy/before)*s
+      m = scaled(r, field%diagonal)
+      energy = sum(r*m)
+      s = m + (energy/before)*s
     end do
     multiplier = spread_field(pair, field, nodal)
   end subroutine project_forces
-
-  !> Diagonal of the mass matrix.
-  pure function mass_diagonal(pair, field) result(diagonal)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(multiplier_field_t), intent(in) :: field !! its field
-    real(wp) :: diagonal(field%n), weight(3)
-    integer :: p, b, i
-
-    diagonal = 0.0_wp
-    do p = 1, size(field%vector, 2)
-      weight = corner_weights(pair, p)
-      do b = 1, 3
-        i = field%vector(b, p)
-        if (i == 0) cycle
-        diagonal(i) = diagonal(i) + pair%points%area(p)*weight(b)**2
-      end do
-    end do
-  end function mass_diagonal
 
   !> Values over a diagonal.
   pure function scaled(values, diagonal) result(divided)

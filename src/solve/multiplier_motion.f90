@@ -11,7 +11,7 @@ module multiplier_motion
   use contact_points, only: count_points
   use assembly, only: shift_derivatives, recover
   use bulk_term, only: form_bulk_change
-  use multiplier_field, only: project_forces
+  use multiplier_field, only: project_forces, product_of
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
@@ -33,6 +33,8 @@ module multiplier_motion
   !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
   !! these patterns of multipliers meet this compliance over the penalty's.
   real(wp), parameter :: yielding = 1.0e-6_wp
+  !> Projections of changes may be wrong by this share of what a direction may leave.
+  real(wp), parameter :: little = 1.0e-2_wp
   !> Most iterations of GMRES for the multipliers of one direction.
   integer, parameter :: most_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
@@ -82,7 +84,7 @@ contains
     type(point_forces_t) :: at(size(model%pairs))
     type(gmres_t) :: iteration
     real(wp), dimension(3, system%contact%n) :: lack, image
-    real(wp) :: du(3, size(system%u, 2)), floor
+    real(wp) :: du(3, size(system%u, 2)), floor, share
     real(wp) :: way(size(lack))
 
     call find_fields(model, system, at)
@@ -93,13 +95,14 @@ contains
       floor = wanted_share(norm2(lack), motion%rest)
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
-      call project(model, system, at, change_of_forces(system, system%du), image)
+      call project(model, system, at, change_of_forces(system, system%du), image, little*floor)
       call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
+      share = little*floor/max(iteration%rest, tiny(1.0_wp))
       do while (iteration%rest > floor .and. iteration%n < most_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call answer_multipliers(system, du)
-        call project(model, system, at, change_of_forces(system, du), image)
+        call project(model, system, at, change_of_forces(system, du), image, share)
         call add_image(reshape((1.0_wp + yielding)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
@@ -175,14 +178,15 @@ contains
   end subroutine form_tangent_of_forces
 
   !> P f: the multipliers that forces ask for.
-  subroutine project(model, system, at, force, multiplier)
+  subroutine project(model, system, at, force, multiplier, share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
     type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
     real(wp), intent(in) :: force(:, :) !! (3, n) in the hosts' frames [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
+    real(wp), intent(in), optional :: share !! of the forces, may be wrong; else next to nothing
     real(wp), allocatable :: global(:, :), field(:, :)
-    integer :: k, p
+    integer :: k, p, i
 
     multiplier = force
     do k = 1, size(model%pairs)
@@ -190,11 +194,14 @@ contains
       associate (first => system%place%first_point(k) - 1, n => size(at(k)%near))
         allocate (global(3, n), field(3, n), source=0.0_wp)
         do p = 1, n
-          if (at(k)%near(p)) global(:, p) = matmul(at(k)%frame(:, :, p), force(:, first + p))
+          if (at(k)%near(p)) global(:, p) = product_of(at(k)%frame(:, :, p), force(:, first + p))
         end do
-        call project_forces(model%pairs(k), at(k)%field, global, field)
+        call project_forces(model%pairs(k), at(k)%field, global, field, share)
         do p = 1, n
-          if (at(k)%near(p)) multiplier(:, first + p) = matmul(field(:, p), at(k)%frame(:, :, p))
+          if (.not. at(k)%near(p)) cycle
+          do i = 1, 3
+            multiplier(i, first + p) = dot_product(field(:, p), at(k)%frame(:, i, p))
+          end do
         end do
         deallocate (global, field)
       end associate
@@ -205,18 +212,20 @@ contains
   function change_of_forces(system, du) result(change)
     type(system_t), intent(in) :: system !! contact elements, motion
     real(wp), intent(in) :: du(:, :) !! (3, nodes) [length]
-    real(wp) :: change(3, system%contact%n)
-    integer :: k, a
+    real(wp) :: change(3, system%contact%n), total(3)
+    integer :: k, a, i
 
     change = 0.0_wp
     associate (motion => system%motion, list => system%contact)
       do k = 1, list%n
         if (motion%scale(k) <= 0.0_wp) cycle
-        change(:, k) = matmul(motion%by_shift(:, :, k), motion%scale(k)*motion%way(:, k))
+        total = motion%scale(k)*product_of(motion%by_shift(:, :, k), motion%way(:, k))
         do a = 1, list%nel(k)
-          change(:, k) = change(:, k) &
-            + matmul(motion%by_place(:, 3*a - 2:3*a, k), du(:, list%ix(a, k)))
+          do i = 1, 3
+            total = total + motion%by_place(:, 3*a - 3 + i, k)*du(i, list%ix(a, k))
+          end do
         end do
+        change(:, k) = total
       end do
     end associate
   end function change_of_forces
@@ -224,16 +233,20 @@ contains
   !> What the way of the multipliers adds to the nodal forces of contact.
   function forces_of_way(system) result(force)
     type(system_t), intent(in) :: system !! contact elements, motion
-    real(wp) :: force(3, size(system%u, 2))
-    integer :: k, a
+    real(wp) :: force(3, size(system%u, 2)), way(3)
+    integer :: k, a, i
 
     force = 0.0_wp
     associate (motion => system%motion, list => system%contact)
       do k = 1, list%n
         if (motion%scale(k) <= 0.0_wp) cycle
+        way = motion%scale(k)*motion%way(:, k)
         do a = 1, list%nel(k)
-          force(:, list%ix(a, k)) = force(:, list%ix(a, k)) + matmul(motion%scale(k) &
-            *motion%way(:, k), motion%of_nodes(:, 3*a - 2:3*a, k))
+          associate (node => list%ix(a, k))
+            do i = 1, 3
+              force(i, node) = force(i, node) + dot_product(way, motion%of_nodes(:, 3*a - 3 + i, k))
+            end do
+          end associate
         end do
       end do
     end associate

@@ -81,8 +81,8 @@ contains
     gap = 0.0_wp
     change = 0.0_wp
     force = 0.0_wp
-    associate (taken => gather_forces(model%pairs(k), at%field, multiplier), &
-               rest => gather_forces(model%pairs(k), at%field, multiplier - at%multiplier))
+    associate (taken => gather_forces(at%field, multiplier), &
+               rest => gather_forces(at%field, multiplier - at%multiplier))
       do i = 1, at%field%n
         change = max(change, norm2(rest(:, i)))
         force = max(force, norm2(taken(:, i)))
