@@ -105,3 +105,18 @@ class EntryLaws:
             run = self.run(os.path.join(DECKS, 'dropped_cube.inp'), '--set', f'height={height}',
                            out=f'dropped_{height}')
             self.near(f'height {height}: the floor', run.rea[1]['ground'][2], 0.25, 1e-9)
+
+    def test_a_falling_body_does_not_go_aside(self):
+        """What nothing holds along x1 but friction at points still to touch stays over its place."""
+        sprung = os.path.join(DECKS, 'sprung_in_corner.inp')
+        for words in ((), (('NTOS under track', 'GTOS under track\n    AUGMent'), ('NTOS left', 'GTOS left'))):
+            deck = self.edited('sprung_in_corner', *words, source=DECKS) if words else sprung
+            whole = self.run(deck, '--solver', 'UMFP', out='whole')
+            for solver in ('REDU', 'CHOL'):
+                self.agree(f'{solver}, {words}', self.run(deck, '--solver', solver, out=solver), whole, 1e-7)
+            self.near(f'the wall is not touched on the way down, {words}', whole.con[2]['wall']['active'], 0, 0)
+        for solver in ('REDU', 'UMFP'):
+            smooth = self.run(sprung, '--solver', solver, '--set', 'mu=0', out='smooth')
+            self.near(f'{solver}: nothing drives it against the wall', smooth.con[2]['wall']['active'], 0, 0)
+            ends = [float(x) for x in [x for x in smooth.text('.his').decode().splitlines() if x[0] != '#'][1].split()[2:]]
+            self.near(f'{solver}: it bulges to both sides', abs(sum(ends))/abs(ends[1] - ends[0]), 0, 1)
