@@ -120,3 +120,16 @@ class EntryLaws:
             self.near(f'{solver}: nothing drives it against the wall', smooth.con[2]['wall']['active'], 0, 0)
             ends = [float(x) for x in [x for x in smooth.text('.his').decode().splitlines() if x[0] != '#'][1].split()[2:]]
             self.near(f'{solver}: it bulges to both sides', abs(sum(ends))/abs(ends[1] - ends[0]), 0, 1)
+
+    def test_a_body_in_balance_does_not_fall(self):
+        """Pulled at both ends by the same, far over a floor: the sum of its loads is round-off and drives it nowhere."""
+        for law in ('LINEar', 'NEOHookean'):
+            deck = self.edited('dropped_cube', (r'GRAVity\n  0 0 -1 IN cube', 'TRACtion\n  under 0 0 -3\n  lid 0 0 3\nHOLD\n  cube'),
+                               (r'SURFace under', 'SET cap\n  PLANe 3 height+0.5\nSURFace lid FROM cap IN cube\nSURFace under'),
+                               (r'SOLId LINEar', f'SOLId {law}'),
+                               (r'BATCh', 'OUTPut\n  HISTory NODE 1 3\nBATCh'), source=DECKS)
+            for solver in ('UMFP', 'REDU'):
+                r = self.run(deck, '--solver', solver)
+                down = float(r.text('.his').decode().split()[-1])
+                self.near(f'{law}, {solver}: its lower end', down, 0, 0.01)
+

@@ -83,6 +83,7 @@ contains
     integer :: j, n, live, rank, info
 
     if (.not. allocated(system%condensed%rigid%loose)) return
+    if (system%condensed%alive%n_live == 0) return
     associate (condensed => system%condensed, loose => system%condensed%rigid%loose)
       n = size(loose, 2)
       live = condensed%alive%n_live
