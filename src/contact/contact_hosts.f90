@@ -17,7 +17,7 @@ module contact_hosts
   use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
-  use facet_geometry, only: unfold_vector, barycentric
+  use facet_geometry, only: unfold_vector, barycentric, corners, facet_size
   use master_facets, only: find_sharp_edges
   implicit none
   private
@@ -25,6 +25,9 @@ module contact_hosts
 
   !> Changes of host of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
+  !> A point that had no facet at the start and has used up its moves is let go if it is as far as
+  !! this share of a facet beyond the rim: else it might come and go for ever.
+  real(wp), parameter :: far_beyond = 0.25_wp
   !> So few points are not worth several threads.
   integer, parameter :: few = 64
 
@@ -143,6 +146,7 @@ contains
     integer, intent(inout) :: changes !! grows by one if the host has changed
     type(contact_point_t) :: before
     integer :: host
+    real(wp) :: zone
     logical :: touched, back
 
     back = .false.
@@ -158,10 +162,12 @@ contains
         call follow_tip(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
         if (point%host == pair%history%left(p)) point = before
-        if (tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) then
-          if (beyond_rim(pair, x, point_position(pair, p, x), point%host, 0.0_wp)) &
-            call let_go(point)
-        end if
+      end if
+      if (host > 0 .and. tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) then
+        zone = 0.0_wp
+        if (pair%history%moves(p) >= most_moves) zone = far_beyond*facet_size(corners(x, &
+          pair%surface%facets(:, point%host)))
+        if (beyond_rim(pair, x, point_position(pair, p, x), point%host, zone)) call let_go(point)
       end if
       if (point%host == host) return
       if (tolerance > 0.0_wp) then

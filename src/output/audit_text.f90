@@ -223,8 +223,23 @@ contains
         to_text(before, 12)//' is on disk'
       return
     end if
+    if (is_pinned(system, body)) then
+      t = t//'  HOLD alone stops it there, and may carry nothing: balance the loads, or '// &
+        'restrain the body with BOUNdary'//nl//'  everything up to time '//to_text(before, 12)// &
+        ' is on disk'
+      return
+    end if
     t = t//'  this is no solution: ask for more by TOL,RESI,1e-10, or for another SOLVer; see '// &
       'that supports, friction or a closed contact hold the body'//nl// &
       '  everything up to time '//to_text(before, 12)//' is on disk'
   end function balance_message
+
+  !> HOLD stops the body at pins.
+  pure logical function is_pinned(system, body) result(pinned)
+    type(system_t), intent(in) :: system !! pinned, if there are such bodies
+    integer, intent(in) :: body !! the body, 0 for none
+
+    pinned = body > 0 .and. allocated(system%body%pinned)
+    if (pinned) pinned = any(spread(system%body%node_body == body, 1, 3) .and. system%body%pinned)
+  end function is_pinned
 end module audit_text

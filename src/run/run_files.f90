@@ -12,6 +12,7 @@ module run_files
   use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
+  use body_audit, only: lever_ends
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
@@ -140,6 +141,7 @@ contains
     type(derivative_rows_t), intent(in), optional :: derivatives !! if they are asked for
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(end_row_t) :: row
+    real(wp), allocatable :: ends(:, :)
     integer :: k
 
     row%step = state%step
@@ -154,8 +156,9 @@ contains
         row%reactions(:, k) = system%condensed%sums%value(3*k - 2:3*k)
       end if
     end do
+    if (size(model%pairs) > 0) ends = lever_ends(model%mesh%x, state%u, system)
     do k = 1, size(model%pairs)
-      call sum_points(model, system, files%point_state, k, row%pairs(k))
+      call sum_points(model, system, ends, files%point_state, k, row%pairs(k))
     end do
     if (count_rigid(model) > 0) row%rigid = rigid_rows(model, system, state)
     call write_rows(files%reactions, state%step, state%time, row%reactions, error)
@@ -239,9 +242,10 @@ contains
   end function reaction_of
 
   !> Sums of one pair over its points (doc/manual, "Contact table").
-  subroutine sum_points(model, system, point_state, k, row)
+  subroutine sum_points(model, system, ends, point_state, k, row)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: ends(:, :) !! (3, nodes) where forces act [length]
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     integer, intent(in) :: k !! the pair
     type(contact_row_t), intent(out) :: row !! its sums
@@ -256,12 +260,11 @@ contains
       if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
       associate (point => point_state(:, element))
         f = -point(1:3)
-        ! small strain: the lever arms of the bulk's balance are the reference positions
-        x = point_field(model%pairs(k), p, model%mesh%x)
+        x = point_field(model%pairs(k), p, ends)
         row%normal = row%normal + point(13)
         row%tangential = row%tangential + point(14)
         row%force = row%force + f
-        row%moment = row%moment + cross(x, f) + lift_moment(model, system, element, f)
+        row%moment = row%moment + cross(x, f) + lift_moment(ends, system, element, f)
         row%max_penetration = max(row%max_penetration, -point(4) - withheld_gap(model%pairs(k), p))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
@@ -273,8 +276,8 @@ contains
   end subroutine sum_points
 
   !> Moment of the couple that holds a point over its slave facet, with the same lever arms.
-  pure function lift_moment(model, system, element, force) result(moment)
-    type(model_t), intent(in) :: model !! the problem
+  pure function lift_moment(ends, system, element, force) result(moment)
+    real(wp), intent(in) :: ends(:, :) !! (3, nodes) where forces act [length]
     type(system_t), intent(in) :: system !! contact elements
     integer, intent(in) :: element !! one of them
     real(wp), intent(in) :: force(3) !! on its point
@@ -287,7 +290,7 @@ contains
     r = reshape(lift_forces(patch_frame(system%position%x_now(:, nodes)), &
       system%contact%lift(element), force), [3, 3])
     do k = 1, 3
-      moment = moment + cross(model%mesh%x(:, nodes(k)), r(:, k))
+      moment = moment + cross(ends(:, nodes(k)), r(:, k))
     end do
   end function lift_moment
 

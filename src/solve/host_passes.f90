@@ -5,10 +5,12 @@ module host_passes
   use increment_start, only: start_rubbing
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple
   use first_touch, only: find_touches
+  use touch_bodies, only: some_drift
+  use touch_path, only: touch_waits
   use condensed_system, only: refresh_candidates, recover_interior
   use late_look, only: has_flown
-  use newton, only: newton_t, solve_frozen, outcome_converged, outcome_too_many, &
-    outcome_restless, outcome_adrift, outcome_hosts, is_converged
+  use newton, only: newton_t, solve_frozen, outcome_converged, outcome_too_many, outcome_singular, &
+    outcome_restless, outcome_adrift, outcome_hosts, outcome_singular, is_converged
   use early_hosts, only: may_look_early
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
@@ -77,6 +79,10 @@ contains
       call follow_solution(model, system, budget, monitor, renewals, changes, settled)
       if (settled .and. .not. rough) then
         if (given%roughly) return
+        if (has_drifted(model, system, monitor)) then
+          progress%outcome = outcome_singular
+          return
+        end if
         call settle_touches(model, system, monitor, settled)
         if (settled) return
         call start_rubbing(model, system, settings)
@@ -158,6 +164,18 @@ contains
     end if
     settled = settled .and. changes == 0
   end subroutine follow_solution
+
+  !> A pass without friction at new points has left bodies where nothing resists them: the increment
+  !! wants their friction from the start (doc/theory, "First touch").
+  logical function has_drifted(model, system, monitor) result(drift)
+    type(model_t), intent(in) :: model !! pairs: working points
+    type(system_t), intent(in) :: system !! converged; touch
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+
+    drift = system%touch%stage == touch_waits .and. any(system%body%weak)
+    if (drift) drift = some_drift(model, system)
+    if (drift) call monitor%detail('  friction alone holds a body that touches: not without it')
+  end function has_drifted
 
   !> After a solve that has settled: points whose friction has waited get their tips.
   subroutine settle_touches(model, system, monitor, settled)

@@ -240,19 +240,22 @@ contains
   end subroutine estimate_round_off
 
   !> Terms of the defects of bodies that their motions carry along: they are differences of
-  !! displacements, and there need be no force beside which these are small.
+  !! displacements, and there need be no force beside which these are small; and their loads, which
+  !! may be in balance by themselves.
   pure real(wp) function carried_terms(system) result(terms)
     type(system_t), intent(in) :: system !! u given
-    real(wp) :: farthest
+    real(wp) :: farthest, load
     integer :: i
 
     farthest = 0.0_wp
+    load = 0.0_wp
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) == 0) cycle
       if (.not. system%body%weak(system%body%node_body(i))) cycle
+      load = hypot(load, norm2(system%loads%external(:, i)))
       if (system%condensed%candidate(i)) farthest = max(farthest, maxval(abs(system%u(:, i))))
     end do
-    terms = system%scale%stiffest*farthest
+    terms = hypot(system%scale%stiffest*farthest, load)
   end function carried_terms
 
   !> A body of a contact element is not held by its supports alone.

@@ -30,6 +30,8 @@ module supports
   !> A body that comes to its first touch is let through the surface by this share of the size of
   !! the facets, so that the points next to the first one touch as well.
   real(wp), parameter :: overshoot = 1.0e-4_wp
+  !> Loads on a body whose sum is less than this share of their magnitudes push it nowhere.
+  real(wp), parameter :: in_balance = 1.0e-9_wp
 
 contains
 
@@ -327,6 +329,7 @@ contains
     way = 0.0_wp
     least = huge(1.0_wp)
     force = resultant(system, body)
+    if (norm2(force) <= in_balance*load_on(system, body)) return
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (.not. any(system%body%node_body(side_nodes(system%contact, k)) == body)) cycle
@@ -339,6 +342,18 @@ contains
       way = (gap + overshoot*size_of(x, k, system))*normal
     end do
   end function way_down
+
+  !> Sum of the magnitudes of the loads on the nodes of a body.
+  pure real(wp) function load_on(system, body) result(load)
+    type(system_t), intent(in) :: system !! external loads
+    integer, intent(in) :: body !! the body
+    integer :: node
+
+    load = 0.0_wp
+    do node = 1, size(system%body%node_body)
+      if (system%body%node_body(node) == body) load = load + norm2(system%loads%external(:, node))
+    end do
+  end function load_on
 
   !> Sum of the residual over a body.
   pure function resultant(system, body) result(force)

@@ -13,6 +13,7 @@ module system_building
   use springs, only: start_springs
   use rigid_bodies, only: start_rigid
   use supports, only: find_weak_bodies
+  use held_bodies, only: pin_held
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
   implicit none
@@ -43,6 +44,9 @@ contains
 
     call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
     call number_equations(model%conditions%restrained, system)
+    call pin_held(model, system)
+    if (allocated(system%body%pinned)) call number_equations(model%conditions%restrained .or. &
+      system%body%pinned, system)
     call start_rigid(model, system, state)
     call start_springs(model, system)
     if (allocated(model%conditions%pressures)) then
@@ -62,6 +66,7 @@ contains
     type(system_t), intent(inout) :: system !! gets equation, equations
     integer :: node, i
 
+    if (allocated(system%equation)) deallocate (system%equation)
     allocate (system%equation(3, size(restrained, 2)), source=0)
     system%equations = 0
     do node = 1, size(restrained, 2)

@@ -70,6 +70,7 @@ module system_types
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
+    logical, allocatable :: pinned(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
     logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration

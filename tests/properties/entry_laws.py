@@ -105,3 +105,31 @@ class EntryLaws:
             run = self.run(os.path.join(DECKS, 'dropped_cube.inp'), '--set', f'height={height}',
                            out=f'dropped_{height}')
             self.near(f'height {height}: the floor', run.rea[1]['ground'][2], 0.25, 1e-9)
+
+    def test_a_falling_body_does_not_go_aside(self):
+        """What nothing holds along x1 but friction at points still to touch stays over its place."""
+        sprung = os.path.join(DECKS, 'sprung_in_corner.inp')
+        for words in ((), (('NTOS under track', 'GTOS under track\n    AUGMent'), ('NTOS left', 'GTOS left'))):
+            deck = self.edited('sprung_in_corner', *words, source=DECKS) if words else sprung
+            whole = self.run(deck, '--solver', 'UMFP', out='whole')
+            for solver in ('REDU', 'CHOL'):
+                self.agree(f'{solver}, {words}', self.run(deck, '--solver', solver, out=solver), whole, 1e-7)
+            self.near(f'the wall is not touched on the way down, {words}', whole.con[2]['wall']['active'], 0, 0)
+        for solver in ('REDU', 'UMFP'):
+            smooth = self.run(sprung, '--solver', solver, '--set', 'mu=0', out='smooth')
+            self.near(f'{solver}: nothing drives it against the wall', smooth.con[2]['wall']['active'], 0, 0)
+            ends = [float(x) for x in [x for x in smooth.text('.his').decode().splitlines() if x[0] != '#'][1].split()[2:]]
+            self.near(f'{solver}: it bulges to both sides', abs(sum(ends))/abs(ends[1] - ends[0]), 0, 1)
+
+    def test_a_body_in_balance_does_not_fall(self):
+        """Pulled at both ends by the same, far over a floor: the sum of its loads is round-off and drives it nowhere."""
+        for law in ('LINEar', 'NEOHookean'):
+            deck = self.edited('dropped_cube', (r'GRAVity\n  0 0 -1 IN cube', 'TRACtion\n  under 0 0 -3\n  lid 0 0 3\nHOLD\n  cube'),
+                               (r'SURFace under', 'SET cap\n  PLANe 3 height+0.5\nSURFace lid FROM cap IN cube\nSURFace under'),
+                               (r'SOLId LINEar', f'SOLId {law}'),
+                               (r'BATCh', 'OUTPut\n  HISTory NODE 1 3\nBATCh'), source=DECKS)
+            for solver in ('UMFP', 'REDU'):
+                r = self.run(deck, '--solver', solver)
+                down = float(r.text('.his').decode().split()[-1])
+                self.near(f'{law}, {solver}: its lower end', down, 0, 0.01)
+

@@ -151,6 +151,30 @@ class LoadLaws:
             self.near(f'R{i + 1} of TET10', sums[1][i], sums[0][i], 1e-11)
         self.true('and it is something', min(map(abs, sums[0])) > 1)
 
+    def test_a_held_body_needs_no_supports(self):
+        """Loads that balance each other: HOLD and no pair; what does not balance has exit code 2."""
+        head = ('MFEC * * held\nMATErial 1\n  SOLId LAW\n  ELAStic ISOTropic 1000 0.3\nBLOCk bar\n  CART 2 2 4  MATErial 1  TET4\n'
+                '  1 0 0 0\n  2 1 0 0\n  3 1 1 0\n  4 0 1 0\n  5 0 0 2\n  6 1 0 2\n  7 1 1 2\n  8 0 1 2\nSET top\n  PLANe 3 2\n'
+                'SET bottom\n  PLANe 3 0\nSURFace lid FROM top\nSURFace base FROM bottom\n')
+        tail = ('OUTPut\n  REACtions top bottom\n  HISTory NODE 1 3\n  HISTory NODE 45 3\nBATCh\n  DT,,0.5\n  STEP,,2\nEND\n')
+        for law, long in (('LINEar', 0.01), ('NEOHookean', None)):
+            for support in ('', 'BOUNdary\n  bottom 0 0 1\n'):
+                deck = os.path.join(self.folder, 'held.inp')
+                with open(deck, 'w', encoding='ascii') as stream:
+                    stream.write(head.replace('LAW', law) + support + 'HOLD\n  bar\nTRACtion\n  lid 0 0 5\n  base 0 0 -5\n' + tail)
+                r = self.run(deck)
+                for name in ('top', 'bottom'):
+                    for i in (0, 1, 2) if not support else (0, 1):
+                        self.near(f'{law}: reaction of {name}', r.rea[2][name][i], 0, 1e-10)
+                ends = [float(x) for x in r.text('.his').decode().split()[-2:]]
+                self.true(f'{law}: the log has its reaction', b'without resistance and is held; the reaction' in r.text('.log'))
+                if long:
+                    self.near(f'{law}: longer by', ends[1] - ends[0], long, 1e-12)
+            with open(deck, 'w', encoding='ascii') as stream:
+                stream.write(head.replace('LAW', law) + 'HOLD\n  bar\nTRACtion\n  lid 0 0 5\n' + tail)
+            code, said = self.failing_deck(deck)
+            self.true(f'{law}: {code} {said}', code == 2 and 'HOLD alone stops it there' in said)
+
     def test_springs_take_their_share(self):
         runs = [self.input('manual/sprung_post', '--solver', solver, out=solver)
                 for solver in ('UMFP', 'REDU')]

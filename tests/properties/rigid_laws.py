@@ -119,6 +119,27 @@ class RigidLaws:
                     self.near(f'mu {mu}: forces along x{i + 1} in step {step}', load*t + rows['1'][f'F{i + 1}']
                               + tool[f'F{i + 1}'], 0, 1e-8)
 
+    def test_moments_stand_where_bodies_are(self):
+        """Those of a pair in x.con, of a tool that has moved and of rubber that has turned."""
+        r = self.run(self.edited('manual/rigid_tool', (r'TURN FREE', 'TURN 0 1 0 4 1')))
+        for step, rows in rigid_rows(r).items():
+            tool, pair = rows['tool'], r.con[step]['1']
+            x = [at + tool[u] for at, u in zip((0.45, 0.45, 0.65), ('U1', 'U2', 'U3'))]
+            f, m = ([pair[k + i] for i in '123'] for k in 'FM')
+            about = (m[0] - x[1]*f[2] + x[2]*f[1], m[1] - x[2]*f[0] + x[0]*f[2], m[2] - x[0]*f[1] + x[1]*f[0])
+            for i in range(3):
+                self.near(f'about the point of the tool, M{i + 1} in step {step}', about[i] + tool[f'M{i + 1}'], 0, 1e-9)
+        deck = self.edited('manual/block_on_plate', (r'  mu = 0.3', '  mu = 0\n  turn = 0'), (r'LINEar', 'NEOHookean'),
+                           (r'BOUNdary\n  top .*\n', 'ROTAtion\n  top  0 0 0  0 0 1  turn  2\n'),
+                           (r'0.4 0 -0.01', '0 0 -0.01  1'), (r'FPROportional .*\n.*\n', ''),
+                           (r'STEP,,8', 'STEP,,4\n  DT,,1/7\n  STEP,,7'))
+        still, turned = (self.run(deck, '--set', f'turn={t}', out=f'by{t}').con[11]['sliding'] for t in (0, 25))
+        c, s = math.cos(math.radians(25)), math.sin(math.radians(25))
+        for what, value, wanted in (('M1', turned['M1'], c*still['M1'] - s*still['M2']),
+                                    ('M2', turned['M2'], s*still['M1'] + c*still['M2']),
+                                    ('M3', turned['M3'], 0.0), ('F3', turned['F3'], still['F3'])):
+            self.near(f'rubber that has turned, {what}', value, wanted, 1e-8*still['F3'])
+
     def test_prescribed_rigid_body_is_a_displacement(self):
         changes = ((r'MOVE 0.02 0 FREE  2', 'MOVE 0 0 -0.003 1\n  MOVE 0.02 0 0 2'),
                    (r'TURN FREE', 'TURN 0 0 1 0'), (r'  LOAD  ?0 0 -5  0 0 0  1\n', ''))

@@ -14,6 +14,7 @@ module audit
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
   use balance_audit, only: judge_balance
+  use held_bodies, only: supports_of
   use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
     has_finite_strain
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
@@ -110,11 +111,12 @@ contains
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance)
       call add_supports(model, value, audit%balance)
     else if (system%bulk%linear) then
-      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, state%reaction)
+      call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, &
+        supports_of(system, state%reaction))
       if (size(value) > 0) call compare_balance(model, system, value, audit)
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
-        audit%balance, state%reaction)
+        audit%balance, supports_of(system, state%reaction))
     end if
     if (system%tools%border%n > 0) then
       do b = 1, system%body%bodies

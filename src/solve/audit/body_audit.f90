@@ -3,7 +3,7 @@
 module body_audit
   use kinds, only: wp, pi
   use vectors, only: cross
-  use elmlib, only: routine_finite
+  use elmlib, only: routine_none, routine_finite
   use system_types, only: system_t
   implicit none
   private
@@ -132,17 +132,34 @@ contains
     angle = asin(min(1.0_wp, norm2(matmul(inertia, turn))))*180.0_wp/pi
   end function angle_of
 
-  !> Where forces act: at the present positions in bodies of finite strain, else at the reference.
+  !> Where forces act: at the reference positions in bodies whose small strains balance them
+  !! there, else (finite strain, or a body that does not deform) at the present ones.
   pure function lever_ends(x, u, system) result(y)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(in) :: system !! bulk elements, bodies
     real(wp) :: y(3, size(u, 2))
-    logical :: finite(0:system%body%bodies)
+    logical :: small(0:system%body%bodies)
 
-    finite = has_finite_strain(system)
-    y = x(:, :size(u, 2)) + merge(u, 0.0_wp, spread(finite(system%body%node_body), 1, 3))
+    small = has_small_strain(system)
+    y = x(:, :size(u, 2)) + merge(0.0_wp, u, spread(small(system%body%node_body), 1, 3))
   end function lever_ends
+
+  !> Bodies that deform, and whose elements are all of small strain.
+  pure function has_small_strain(system) result(small)
+    type(system_t), intent(in) :: system !! bulk elements, bodies, equations
+    logical :: small(0:system%body%bodies)
+    integer :: k, b
+
+    small = .false.
+    do k = 1, system%bulk%n
+      if (system%bulk%routine(k) == routine_none) cycle
+      b = system%body%node_body(system%bulk%ix(1, k))
+      if (small(b)) cycle
+      small(b) = any(system%equation(:, system%bulk%ix(:system%bulk%nel(k), k)) > 0)
+    end do
+    small = small .and. .not. has_finite_strain(system)
+  end function has_small_strain
 
   !> Bodies with elements of finite strain.
   pure function has_finite_strain(system) result(finite)

@@ -13,6 +13,7 @@ module condensed_direction
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
     answer_leading
   use contact_sums, only: add_leading
+  use condensed_ground, only: stay_in_place
   use rough_tangent, only: has_long_products, apply_roughly, shows
   use system_types, only: system_t
   implicit none
@@ -78,6 +79,7 @@ contains
       end if
       condensed%norm_before = residual_size(condensed)
     end associate
+    call stay_in_place(system)
     call take_answer(system, y)
     call begin_trials(system)
   end subroutine find_condensed_direction
@@ -153,6 +155,7 @@ contains
     system%condensed%alive%right = system%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
     call respond(system, 1.0_wp, floor, most_allowed(system%condensed), 0.0_wp, y, arrived)
+    call stay_in_place(system)
     call take_answer(system, y)
   end subroutine push_direction
 

@@ -179,6 +179,7 @@ module condensed_types
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
+    real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while grounded
     real(wp) :: drag = 0.0_wp !! on them [force/length]
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]
   end type carried_t
