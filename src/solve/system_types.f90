@@ -105,6 +105,8 @@ module system_types
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
+    real(wp), allocatable :: x_alone(:, :) !! (3, nodes) the same without what contact carries,
+    !! where that is not the same [length]
     real(wp) :: growth = 1.0_wp !! the start is the last state times this
   end type positions_t
 
@@ -125,6 +127,7 @@ module system_types
   !> Rigid bodies with a point, and their unknowns beside those of the nodes.
   type :: rigid_part_t
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
+    logical :: ahead = .false. !! they start with the predictor
     integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
     type(border_t) :: border !! what these unknowns add to the matrix
   end type rigid_part_t
