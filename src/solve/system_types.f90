@@ -56,6 +56,7 @@ module system_types
     integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
     real(wp) :: first = 0.0_wp !! residual after the first of them [force]
     real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the drag
+    integer :: steady = 0 !! steps on end after which it was the same
     real(wp) :: too_small = 0.0_wp !! a drag that has been, or nearly so [force/length]
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
     real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
