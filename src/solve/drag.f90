@@ -25,6 +25,10 @@ module drag
   real(wp), parameter :: getting_worse = 3.0_wp, safety = 3.0_wp, forgetting = 0.8_wp
   !> Share of a facet that a body goes in a step at most.
   real(wp), parameter :: longest_way = 0.5_wp
+  !> A body that so many steps on end, each at its longest, have not brought nearer to rest, by this
+  !! share of what moves it, glides for ever.
+  integer, parameter :: most_steady = 30
+  real(wp), parameter :: steady = 1.0e-3_wp
   !> A drag of this share of the bulk's stiffness holds what nothing else does.
   real(wp), parameter :: least_drag = 1.0e-10_wp
 
@@ -39,6 +43,7 @@ contains
       system%body%drag = system%body%first_drag
       system%body%euler%too_small = 0.0_wp
       system%body%euler%at_rest = huge(1.0_wp)
+      system%body%euler%steady = 0
     end if
     system%body%adrift = .false.
     if (system%body%drag > 0.0_wp) call note_center(system)
@@ -50,10 +55,12 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     logical, intent(inout) :: halved !! of a step that is over: it has halved what is out of balance
     logical, intent(out) :: rests !! no step is under way: the residual knows of no drag
-    logical, intent(out) :: hopeless !! no drag is large enough
+    logical, intent(out) :: hopeless !! no drag is large enough, or the body glides for ever
     real(wp) :: norm
+    logical :: taken
 
     hopeless = .false.
+    taken = .false.
     rests = system%body%drag <= 0.0_wp .or. system%body%euler%iterations == 0
     if (rests) return
     norm = residual_norm(system)
@@ -61,6 +68,7 @@ contains
       if (euler%iterations == 1) euler%first = norm
       rests = norm <= max(solved*drag_norm(system), round_off_factor*system%scale%round_off) .and. &
         way_of(system) <= longest_way*system%scale%facet_size
+      taken = rests
       if (rests) then
         system%body%adrift = .true.
         euler%too_small = forgetting*euler%too_small
@@ -78,8 +86,13 @@ contains
     if (.not. rests) return
     call form_residual(system, x)
     norm = residual_norm(system)
-    halved = norm <= 0.5_wp*system%body%euler%at_rest
-    system%body%euler%at_rest = norm
+    associate (euler => system%body%euler)
+      halved = norm <= 0.5_wp*euler%at_rest
+      if (taken) euler%steady = merge(euler%steady + 1, 0, &
+        abs(norm - euler%at_rest) <= steady*norm)
+      hopeless = hopeless .or. euler%steady >= most_steady
+      euler%at_rest = norm
+    end associate
   end subroutine settle_drag
 
   !> The step takes too long, goes too far or leads away from its goal.

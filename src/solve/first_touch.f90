@@ -316,6 +316,7 @@ contains
 
     associate (touch => system%touch, x => model%mesh%x)
       touch%x_free = system%position%x_ahead
+      if (allocated(system%position%x_alone)) touch%x_free = system%position%x_alone
       if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
       ratio = touch%span/touch%span_before
       u_old = system%position%x_old - x

@@ -4,7 +4,7 @@ module increment_start
   use kinds, only: wp
   use loads, only: conditions_at, load_factor
   use follower_pressure, only: set_pressures
-  use rigid_bodies, only: begin_rigid, return_rigid
+  use rigid_bodies, only: begin_rigid, return_rigid, forget_carrying
   use model_types, only: model_t
   use contact_cells, only: forget_first_cells
   use contact_parameters, only: shifts_gap
@@ -12,6 +12,7 @@ module increment_start
   use first_touch, only: begin_touch, begin_touch_again
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies, turn_bodies
+  use contact_carrying, only: carry_with_contact
   use grown_start, only: is_pile, load_growth, grow_multipliers
   use force_scales, only: begin_scales, force_scale
   use touch_path, only: touch_waits
@@ -25,7 +26,11 @@ module increment_start
   implicit none
   private
   public :: take_overlaps, begin_at, choose_start, take_grown, start_here, start_again, &
-    start_rubbing
+    start_rubbing, leave_bodies
+
+  !> Bodies that contact carries along start there if the residual is not more than so many times
+  !! what it is without.
+  real(wp), parameter :: most_growth = 20.0_wp
 
 contains
 
@@ -40,10 +45,10 @@ contains
     call begin_touch_again(system)
     system%condensed%near = .false.
     if (carried) then
-      system%u = system%position%carried
+      call take_along(system)
       call monitor%detail('  no convergence: once more with the predictor')
     else
-      system%u = system%position%left
+      call leave_bodies(system)
       call monitor%detail('  no convergence: once more without the predictor')
     end if
     call start_here(model, system, norm)
@@ -85,6 +90,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm
     integer :: k
+    logical :: taken
 
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
@@ -107,16 +113,63 @@ contains
       if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
       call place_starts(system)
       if (system%condensed%outer%foretold) then
-        system%u = system%position%carried
+        call take_along(system)
         call start_here(model, system, norm)
         return
       end if
     end if
+    call start_carried(model, system, state, taken)
+    if (taken) return
     call take_better(model, system, monitor)
     if (.not. system%condensed%near) return
     system%condensed%near = jumps_little(model%mesh%x, system)
     if (.not. system%condensed%near) call take_better(model, system, monitor)
   end subroutine choose_start
+
+  !> Starts from where bodies that contact holds roll and glide to with what they touch, if that
+  !! leaves not much more than where they were: penalties make much of small ways along normals.
+  subroutine start_carried(model, system, state, taken)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left, carried given; u may become the start
+    type(state_t), intent(in) :: state !! last converged state
+    logical, intent(out) :: taken !! it has
+    real(wp), allocatable :: alone(:, :)
+    real(wp) :: norm, norm_left
+
+    if (allocated(system%position%x_alone)) deallocate (system%position%x_alone)
+    taken = .false.
+    if (.not. any(system%body%weak)) return
+    alone = system%position%carried
+    call carry_with_contact(model, system, state, taken)
+    if (.not. taken) return
+    system%position%x_alone = system%position%x_ahead
+    system%position%x_ahead = model%mesh%x + system%position%carried
+    call leave_bodies(system)
+    call start_here(model, system, norm_left)
+    call take_along(system)
+    call start_here(model, system, norm)
+    taken = norm <= most_growth*norm_left
+    if (taken) return
+    system%position%carried = alone
+    call move_alloc(system%position%x_alone, system%position%x_ahead)
+    call forget_carrying(system)
+  end subroutine start_carried
+
+  !> Starts from where the bodies were.
+  pure subroutine leave_bodies(system)
+    type(system_t), intent(inout) :: system !! left given; u
+
+    system%u = system%position%left
+    system%tools%ahead = .false.
+  end subroutine leave_bodies
+
+  !> Starts from where the predictor takes the bodies.
+  pure subroutine take_along(system)
+    type(system_t), intent(inout) :: system !! carried given; u
+
+    system%u = system%position%carried
+    system%tools%ahead = .true.
+  end subroutine take_along
 
   !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
   !! condensed form the defects of the latter, which cost next to nothing, often tell that it leaves
@@ -135,23 +188,23 @@ contains
     if (carried_first) then
       least_left = force_scale(system)
       if (system%condensed%active) then
-        system%u = system%position%left
+        call leave_bodies(system)
         call restore_forces(system%condensed)
         call find_defects(system)
         least_left = system%condensed%bulk%defect_norm
       end if
-      system%u = system%position%carried
+      call take_along(system)
       call start_here(model, system, norm_carried)
       if (norm_carried <= least_left) return
     end if
-    system%u = system%position%left
+    call leave_bodies(system)
     call start_here(model, system, norm_left)
     if (.not. moved) return
     if (.not. (carried_first .and. norm_left < norm_carried)) then
-      system%u = system%position%carried
+      call take_along(system)
       call start_here(model, system, norm_carried)
       if (norm_carried <= norm_left) return
-      system%u = system%position%left
+      call leave_bodies(system)
       call start_here(model, system, norm_left)
     end if
     call monitor%detail('  predictor dropped: it does not lower the residual')

@@ -4,7 +4,7 @@ module increments
   use linear_solver, only: rest_solver
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
-    start_again
+    start_again, leave_bodies
   use contact_system, only: settle_contact
   use touch_path, only: touch_waits
   use first_touch, only: keep_path
@@ -224,7 +224,7 @@ contains
     type(settings_t), intent(out) :: patient !! those with a drag
     real(wp) :: norm
 
-    system%u = system%position%left
+    call leave_bodies(system)
     call start_here(model, system, norm)
     patient = settings
     patient%most_solves = drag_patience*settings%most_solves

@@ -4,7 +4,7 @@ module soft_penalties
   use kinds, only: wp
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use increment_start, only: start_here
+  use increment_start, only: start_here, leave_bodies
   use host_passes, only: solve_with_hosts
   use contact_parameters, only: shifts_gap
   use expected_status, only: forget_expected
@@ -50,7 +50,7 @@ contains
     real(wp) :: norm
 
     call monitor%detail('  no convergence: once more from a state with softer penalties')
-    system%u = system%position%left
+    call leave_bodies(system)
     call start_here(model, system, norm)
     call forget_expected(system%contact)
     model%pairs%history%raise = min(1.0_wp, softest/max(model%pairs%points%relative, softest))

@@ -56,6 +56,7 @@ module system_types
     integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
     real(wp) :: first = 0.0_wp !! residual after the first of them [force]
     real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the drag
+    integer :: steady = 0 !! steps on end after which it was the same
     real(wp) :: too_small = 0.0_wp !! a drag that has been, or nearly so [force/length]
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
     real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
@@ -106,6 +107,8 @@ module system_types
     real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
+    real(wp), allocatable :: x_alone(:, :) !! (3, nodes) the same without what contact carries,
+    !! where that is not the same [length]
     real(wp) :: growth = 1.0_wp !! the start is the last state times this
   end type positions_t
 
@@ -126,6 +129,7 @@ module system_types
   !> Rigid bodies with a point, and their unknowns beside those of the nodes.
   type :: rigid_part_t
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
+    logical :: ahead = .false. !! they start with the predictor
     integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
     type(border_t) :: border !! what these unknowns add to the matrix
   end type rigid_part_t

@@ -100,7 +100,10 @@ class RigidLaws:
                     self.near(f'{tool}: {m} in step {step}', rows['ball'][m], 0, 1e-12)
 
     def test_cylinder_rolls(self):  # strains are 1 %, and so is the creep of a soft floor at most
-        table = rigid_rows(self.input('gallery/rolling_cylinder'))
+        r = self.input('gallery/rolling_cylinder')
+        # 451 before bodies were carried along with what they roll on, then 129
+        self.true(f"{r.costs()['iterations']} iterations", r.costs()['iterations'] <= 180)
+        table = rigid_rows(r)
         for step in range(3, 27):
             wheel = table[step]['roller']
             self.near(f'angle over way in step {step}', wheel['ROT2'] - wheel['U1'], 0, 0.002)

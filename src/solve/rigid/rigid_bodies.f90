@@ -12,7 +12,7 @@ module rigid_bodies
   private
   public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
     spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_yields, &
-    rigid_values, rigid_force, rigid_loads
+    rigid_values, rigid_force, rigid_loads, carry_rigid, forget_carrying
 
 contains
 
@@ -85,6 +85,7 @@ contains
         rigid%old_turn = rotation_matrix(state%rigid(4:6, b))
       end associate
     end do
+    call forget_carrying(system)
     call return_rigid(system)
   end subroutine begin_rigid
 
@@ -103,6 +104,35 @@ contains
     end do
   end subroutine place_nodes
 
+  !> The predictor leaves all bodies where they are but for what is prescribed.
+  pure subroutine forget_carrying(system)
+    type(system_t), intent(inout) :: system !! rigid bodies
+    integer :: b
+
+    system%tools%ahead = .false.
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        rigid%ahead_move = rigid%old_move
+        rigid%ahead_turn = rigid%old_turn
+      end associate
+    end do
+  end subroutine forget_carrying
+
+  !> Moves a body by values of its unknowns, where the predictor takes it.
+  pure subroutine carry_rigid(rigid, values, u)
+    type(rigid_t), intent(inout) :: rigid !! the body: gets ahead_move, ahead_turn
+    real(wp), intent(in) :: values(:) !! (unknowns) [length]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements with predictor [length]
+    real(wp) :: step(6)
+
+    step = 0.0_wp
+    step(rigid%unknown) = values
+    rigid%ahead_move = rigid%old_move + step(1:3)
+    rigid%ahead_turn = matmul(rotation_matrix(step(4:6)/rigid%length), rigid%old_turn)
+    call place_nodes(rigid, rigid%ahead_move, rigid%ahead_turn, u)
+  end subroutine carry_rigid
+
   !> Back to the start of the increment.
   subroutine return_rigid(system)
     type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
@@ -111,8 +141,8 @@ contains
     if (.not. allocated(system%tools%rigid)) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b))
-        rigid%move = rigid%old_move
-        rigid%turn = rigid%old_turn
+        rigid%move = merge(rigid%ahead_move, rigid%old_move, system%tools%ahead)
+        rigid%turn = merge(rigid%ahead_turn, rigid%old_turn, system%tools%ahead)
         if (size(rigid%unknown) > 0) call place_nodes(rigid, rigid%move, rigid%turn, system%u)
       end associate
     end do

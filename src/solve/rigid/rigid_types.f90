@@ -20,6 +20,7 @@ module rigid_types
     real(wp) :: move(3) = 0.0_wp !! free translation of the iterate [length]
     real(wp) :: turn(3, 3) = 0.0_wp !! free rotation of the iterate
     real(wp) :: old_move(3) = 0.0_wp, old_turn(3, 3) = 0.0_wp !! at the last converged state
+    real(wp) :: ahead_move(3) = 0.0_wp, ahead_turn(3, 3) = 0.0_wp !! with predictor
     real(wp) :: trial_move(3) = 0.0_wp, trial_turn(3, 3) = 0.0_wp !! of a trial
     real(wp), allocatable :: reach(:, :) !! (3, nodes) of the nodes from the point at rest [length]
     real(wp), allocatable :: base(:, :) !! (3, nodes) displacements that are prescribed [length]
