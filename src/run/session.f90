@@ -192,6 +192,7 @@ contains
       if (.not. allocated(error)) call start_derivatives(options, states, context, error)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       context%system%whole_factors = study%active
+      context%system%slopes_due = context%sensitivity%active
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
         states%base, study, context, variant_seconds, error)

@@ -182,5 +182,6 @@ module system_types
     logical :: inside_due = .true. !! displacements inside are asked for at the end time
     integer :: spared = 0 !! end times of the run at which they are not
     logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
+    logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
   end type system_t
 end module system_types

@@ -41,7 +41,7 @@ SEGMENT_LIMIT = (
 BEST_LIMIT = (
     'The factors of the two bodies are bound by the speed of products, and CalculiX, whose '
     'iterations wait for the memory, loses less on a processor that multiplies slowly: on one that '
-    'does so twice as fast 37.9 times was measured with the program before (this table in the '
+    'does so twice as fast 37.9 times was measured with an older program (this table in the '
     'commit 91dae3a5).')
 MANY_LIMIT = (
     '1,000 increments: reactions and audit come from the contact forces, displacements inside are '

@@ -72,6 +72,8 @@ contains
     end if
     t = t//new_line('a')//'  lower the load, raise the coefficient of FRICtion, or restrain '// &
       'the body with BOUNdary'
+    if (factor <= 0.0_wp) t = t//new_line('a')//'  if it would come to rest farther on, let it '// &
+      'start nearer to that place'
   end function friction_text
 
   !> A direction in words.

@@ -44,7 +44,8 @@ contains
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       rough = condensed%active .and. tangent%modes == 0 .and. .not. (tangent%whole .or. &
-        tangent%parts%iterated .or. system%motion%active .or. system%whole_factors)
+        tangent%parts%iterated .or. system%motion%active .or. system%whole_factors .or. &
+        system%slopes_due)
       if (rough) rough = has_long_products(condensed) .and. &
         sum(real(condensed%bodies%n_live, wp)**2) > many_entries
       if (rough) rough = stiffest_contact(condensed, tangent) <= stiffest_rough
