@@ -73,8 +73,8 @@ contains
     type(system_t), intent(in) :: system !! bodies
     type(pair_t), intent(in) :: pair !! the pair
 
-    follows = .not. (pair%segmented .or. pair%smooth .or. any(system%body%weak)) &
-      .and. all(model%conditions%loads%force%n == 0)
+    follows = .not. (pair%segmented .or. pair%smooth .or. any(system%body%weak) .or. &
+      allocated(system%loads%pressed)) .and. all(model%conditions%loads%force%n == 0)
   end function follows_supports
 
   !> Marks what comes close to each other in a pair while its bodies go rigidly from place to place.
