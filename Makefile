@@ -154,7 +154,11 @@ $$(PROGRAM_$(1)): $$(OBJECTS_$(1)) build/$(1)/mfec.o
 	@echo '  $(1) $$@'
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(LIBS) -o $$@
 
-# Unit tests under the stand-in.
+# Unit tests under the stand-in. What several of them use is a module of its own.
+build/$(1)/unit/lower_blocks.o build/$(1)/pfunit/lower_blocks.o: tests/unit/lower_blocks.f90 \
+    $$(OBJECTS_$(1))
+	@mkdir -p $$(@D)
+	@$$(call compile,$(1),$$<,-J$$(@D) $(TESTED))
 build/$(1)/unit/funit.o: tests/pfunit_standin/funit.f90 build/$(1)/flags
 	@mkdir -p $$(@D)
 	@$$(call compile,$(1),$$<,-J$$(@D))
@@ -162,7 +166,7 @@ $$(patsubst %,build/$(1)/unit/%.f90,$$(TESTS)): build/$(1)/unit/test_%.f90: test
 	@mkdir -p $$(@D)
 	@awk -f tests/pfunit_standin/preprocess.awk -v name=test_$$* $$< > $$@
 $$(patsubst %,build/$(1)/unit/%.o,$$(TESTS)): build/$(1)/unit/%.o: build/$(1)/unit/%.f90 \
-    build/$(1)/unit/funit.o $$(OBJECTS_$(1))
+    build/$(1)/unit/funit.o build/$(1)/unit/lower_blocks.o $$(OBJECTS_$(1))
 	@$$(call compile,$(1),$$<,-J$$(@D) $(TESTED))
 build/$(1)/unit/driver.o: tests/pfunit_standin/driver.f90 build/$(1)/unit/suites.inc \
     build/$(1)/unit/funit.o
@@ -173,7 +177,7 @@ build/$(1)/unit/suites.inc: build/tests
 	  '  import :: TestSuite' '  type(TestSuite) :: suite' "end function $$$${t}_suite"; \
 	done > $$(@D)/suite_interfaces.inc
 	@for t in $$(TESTS); do echo "call runner%run_suite($$$${t}_suite())"; done > $$@
-build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit $$(TESTS) driver) \
+build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit lower_blocks $$(TESTS) driver) \
     $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1):-flto%=-fno-lto) $$^ $$(LIBS) -o $$@
@@ -187,14 +191,14 @@ $$(patsubst %,build/$(1)/pfunit/%.F90,$$(TESTS)): build/$(1)/pfunit/test_%.F90: 
 	@mkdir -p $$(@D)
 	@$$(PFUNIT_BIN_DIR)/funitproc -quiet $$< $$@
 $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS)): build/$(1)/pfunit/%.o: build/$(1)/pfunit/%.F90 \
-    $$(OBJECTS_$(1))
+    build/$(1)/pfunit/lower_blocks.o $$(OBJECTS_$(1))
 	@echo '  $(1) $$<'
 	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -Ibuild/$(1) -J$$(@D) -c $$< -o $$@
 build/$(1)/pfunit/driver.o: $$(PFUNIT_INCLUDE_DIR)/driver.F90 build/$(1)/pfunit/suites.inc \
     $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS))
 	@$$(FC) $$(FLAGS_$(1)) $$(PFUNIT_FLAGS) -D_TEST_SUITES='"suites.inc"' -I$$(@D) -J$$(@D) \
 	  -c $$< -o $$@
-build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,$$(TESTS) driver) $$(OBJECTS_$(1))
+build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,lower_blocks $$(TESTS) driver) $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef

@@ -3,7 +3,8 @@ module vectors
   use kinds, only: wp
   implicit none
   private
-  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length
+  public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length, &
+    product_of
 
   !> The unit matrix.
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
@@ -48,6 +49,15 @@ contains
       high = max(high, x(:, i))
     end do
   end subroutine find_extent
+
+  !> A v; nothing is called for it, unlike matmul with parts of arrays.
+  pure function product_of(a, v) result(w)
+    real(wp), intent(in) :: a(3, 3) !! a matrix
+    real(wp), intent(in) :: v(3) !! a vector
+    real(wp) :: w(3)
+
+    w = a(:, 1)*v(1) + a(:, 2)*v(2) + a(:, 3)*v(3)
+  end function product_of
 
   !> Determinant of three columns.
   pure real(wp) function determinant(a)

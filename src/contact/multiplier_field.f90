@@ -7,12 +7,12 @@
 !! vector for each of them.
 module multiplier_field
   use kinds, only: wp
-  use vectors, only: identity, cross
+  use vectors, only: identity, cross, product_of
   use contact_types, only: pair_t
   use contact_points, only: corner_weights, count_points
   implicit none
   private
-  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces, product_of
+  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces
 
   !> Points whose normals have a smaller cosine with the first one's lie on another face.
   real(wp), parameter :: same_face = 0.9_wp
@@ -215,15 +215,6 @@ contains
       m(:, i) = total
     end do
   end function mass_times
-
-  !> A v. Nothing is called, unlike matmul.
-  pure function product_of(a, v) result(w)
-    real(wp), intent(in) :: a(3, 3) !! a matrix
-    real(wp), intent(in) :: v(3) !! a vector
-    real(wp) :: w(3)
-
-    w = a(:, 1)*v(1) + a(:, 2)*v(2) + a(:, 3)*v(3)
-  end function product_of
 
   !> A vector turned by the smallest rotation that takes one direction to another.
   pure function turned(from, to, v) result(w)

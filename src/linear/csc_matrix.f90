@@ -3,24 +3,18 @@
 module csc_matrix
   use kinds, only: wp, long
   use block_matrix, only: block_matrix_t
-  use lower_columns, only: lower_columns_t
   implicit none
   private
   public :: csc_matrix_t, build_pattern, build_lower, fill_values
 
-  !> A square matrix in compressed columns. Its lower triangle can be factorised as it stands.
-  type, extends(lower_columns_t) :: csc_matrix_t
+  !> A square matrix in compressed columns.
+  type :: csc_matrix_t
     integer(long) :: n = 0 !! order
     integer(long), allocatable :: ptr(:) !! (n+1) first entry of each column, 0-based
     integer(long), allocatable :: row(:) !! row of each entry, 0-based
     real(wp), allocatable :: val(:) !! values
     logical :: lower = .false. !! the lower triangle alone; rows are in no order
     logical :: changed = .true. !! values differ from those that were factorised last
-  contains
-    procedure :: order
-    procedure :: gather
-    procedure :: multiply
-    procedure :: largest
   end type csc_matrix_t
 
 contains
@@ -133,53 +127,4 @@ contains
       end do
     end do
   end subroutine fill_values
-
-  !> Order of the matrix.
-  pure integer function order(a) result(n)
-    class(csc_matrix_t), intent(in) :: a !! the matrix
-
-    n = int(a%n)
-  end function order
-
-  !> Some columns of a lower triangle.
-  subroutine gather(a, first, last, place, rows, panel)
-    class(csc_matrix_t), intent(in) :: a !! the matrix
-    integer, intent(in) :: first, last !! the columns
-    integer, intent(in) :: place(:) !! (n) row of the panel that each row of them belongs to
-    integer, intent(in) :: rows !! of the panel
-    real(wp), intent(out) :: panel(rows, last - first + 1) !! values
-    integer :: j
-    integer(long) :: k
-
-    panel = 0.0_wp
-    do j = first, last
-      do k = a%ptr(j) + 1, a%ptr(j + 1)
-        panel(place(a%row(k) + 1), j - first + 1) = a%val(k)
-      end do
-    end do
-  end subroutine gather
-
-  !> y = A x for the lower triangle of a symmetric matrix.
-  pure function multiply(a, x) result(y)
-    class(csc_matrix_t), intent(in) :: a !! the matrix
-    real(wp), intent(in) :: x(:) !! (n)
-    real(wp) :: y(size(x))
-    integer(long) :: j, k, row
-
-    y = 0.0_wp
-    do j = 1, a%n
-      do k = a%ptr(j) + 1, a%ptr(j + 1)
-        row = a%row(k) + 1
-        y(row) = y(row) + a%val(k)*x(j)
-        if (row /= j) y(j) = y(j) + a%val(k)*x(row)
-      end do
-    end do
-  end function multiply
-
-  !> The largest entry, without its sign.
-  pure real(wp) function largest(a) result(most)
-    class(csc_matrix_t), intent(in) :: a !! the matrix
-
-    most = maxval(abs(a%val(:a%ptr(a%n + 1))))
-  end function largest
 end module csc_matrix

@@ -4,7 +4,7 @@ module double_factor
   use kinds, only: wp, long
   use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
-  use lower_columns, only: lower_columns_t
+  use ordered_blocks, only: ordered_blocks_t, gather_columns
   use back_ends, only: solver_done, solver_not_definite
   use cholmod_solver, only: cholmod_t, make_room, factor_work
   use supernodes, only: supernodes_t, supernodes_of
@@ -31,7 +31,7 @@ contains
   !! factor is CHOLMOD's.
   subroutine factorise_lower(solver, a, costs, outcome, shared_from)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets values
-    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    type(ordered_blocks_t), intent(in) :: a !! in the order of elimination
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes, or not definite
     real(wp), intent(in), optional :: shared_from !! share from where on threads share the work, 1
@@ -60,12 +60,12 @@ contains
   !! diagonal has no meaning.
   subroutine factorise_double(nodes, a, alone, x, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
-    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    type(ordered_blocks_t), intent(in) :: a !! in the order of elimination
     real(wp), intent(in) :: alone !! products and sums before threads share the others
     real(wp), intent(inout), contiguous :: x(:) !! gets the values
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(a%order()), k, j, w, rows, part, parts(most_parts + 1), n
+    integer :: place(size(a%node)), k, j, w, rows, part, parts(most_parts + 1), n
     real(wp) :: done
     real(wp), allocatable :: update(:, :)
     integer(long) :: first, last
@@ -80,7 +80,8 @@ contains
       first = nodes%px(k) + 1
       last = nodes%px(k) + int(rows, long)*w
       call place_rows(nodes, k, place)
-      call a%gather(int(nodes%super(k)) + 1, int(nodes%super(k + 1)), place, rows, x(first:last))
+      call gather_columns(a, int(nodes%super(k)) + 1, int(nodes%super(k + 1)), place, rows, &
+        x(first:last))
       call find_givers(nodes, k, waiting)
       call divide_rows(rows, w, waiting%work, done >= alone, parts, n)
       done = done + sum([(real(rows - j, wp)**2, j=0, w - 1)])

@@ -3,36 +3,24 @@
 module ordered_blocks
   use kinds, only: wp
   use block_matrix, only: block_matrix_t
-  use lower_columns, only: lower_columns_t
   implicit none
   private
-  public :: ordered_blocks_t
+  public :: ordered_blocks_t, gather_columns, multiply_ordered, largest_entry
 
   !> Some equations of a symmetric block matrix.
-  type, extends(lower_columns_t) :: ordered_blocks_t
+  type :: ordered_blocks_t
     type(block_matrix_t), pointer :: blocks => null() !! matrix of all degrees of freedom
     integer, allocatable :: equation(:, :) !! (3, nodes) place in the order of elimination, or 0
-    integer, allocatable :: node(:), direction(:) !! (n) where each equation belongs
+    integer, pointer, contiguous :: node(:) => null(), direction(:) => null() !! (n) where each
+    !! equation belongs
     logical, allocatable :: doubled(:) !! (n) its entry on the diagonal counts twice
-  contains
-    procedure :: order
-    procedure :: gather
-    procedure :: multiply
-    procedure :: largest
   end type ordered_blocks_t
 
 contains
 
-  !> Order of the matrix.
-  pure integer function order(a) result(n)
-    class(ordered_blocks_t), intent(in) :: a !! the matrix
-
-    n = size(a%node)
-  end function order
-
-  !> Some columns, from the diagonal on.
-  subroutine gather(a, first, last, place, rows, panel)
-    class(ordered_blocks_t), intent(in) :: a !! the matrix
+  !> Some columns, from the diagonal on, with zeros where there are no entries.
+  pure subroutine gather_columns(a, first, last, place, rows, panel)
+    type(ordered_blocks_t), intent(in) :: a !! the matrix
     integer, intent(in) :: first, last !! the columns
     integer, intent(in) :: place(:) !! (n) row of the panel that each row of them belongs to
     integer, intent(in) :: rows !! of the panel
@@ -51,11 +39,11 @@ contains
         if (a%doubled(j)) column(place(j)) = 2.0_wp*column(place(j))
       end associate
     end do
-  end subroutine gather
+  end subroutine gather_columns
 
   !> y = A x; the columns hold the rows of a symmetric matrix.
-  pure function multiply(a, x) result(y)
-    class(ordered_blocks_t), intent(in) :: a !! the matrix
+  pure function multiply_ordered(a, x) result(y)
+    type(ordered_blocks_t), intent(in) :: a !! the matrix
     real(wp), intent(in) :: x(:) !! (n)
     real(wp) :: y(size(x))
     integer :: j, k, i, row
@@ -71,11 +59,11 @@ contains
         end do
       end do
     end do
-  end function multiply
+  end function multiply_ordered
 
   !> The largest entry, without its sign.
-  pure real(wp) function largest(a) result(most)
-    class(ordered_blocks_t), intent(in) :: a !! the matrix
+  pure real(wp) function largest_entry(a) result(most)
+    type(ordered_blocks_t), intent(in) :: a !! the matrix
     integer :: j
 
     most = 0.0_wp
@@ -84,5 +72,5 @@ contains
         a%blocks%ptr(a%node(j)):a%blocks%ptr(a%node(j) + 1) - 1))))
     end do
     if (any(a%doubled)) most = 2.0_wp*most
-  end function largest
+  end function largest_entry
 end module ordered_blocks

@@ -4,7 +4,7 @@ module rough_factor
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor
   use lapack_interface, only: dtrsv
-  use lower_columns, only: lower_columns_t
+  use ordered_blocks, only: ordered_blocks_t, multiply_ordered, largest_entry
   use supernodes, only: supernodes_t, supernodes_of, values_before, place_last, invert_blocks, &
     reduce_single, complete_single
   use single_factor, only: factorise_single
@@ -20,16 +20,16 @@ contains
   !! asked of the answer to an answer, in which soft motions stand out.
   subroutine factorise_roughly(solver, a, share, block, costs, done)
     type(cholmod_t), intent(inout) :: solver !! analysed; gets half
-    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    type(ordered_blocks_t), intent(in) :: a !! in the order of elimination
     real(wp), intent(in) :: share !! most of an answer that may be wrong
     real(wp), intent(out), contiguous :: block(:, :) !! (m, m) L22 of the last ones; zero above
     type(cost_t), intent(inout) :: costs !! cost table
     logical, intent(out) :: done !! there is a factor that is near enough
     type(supernodes_t) :: nodes
-    real(wp) :: x(a%order()), right(a%order()), rest(a%order())
+    real(wp) :: x(size(a%node)), right(size(a%node)), rest(size(a%node))
     integer(long) :: skipped
 
-    done = a%largest() < sqrt(real(huge(1.0_sp), wp))
+    done = largest_entry(a) < sqrt(real(huge(1.0_sp), wp))
     if (.not. done) return
     nodes = supernodes_of(solver%factor)
     call begin_cost(costs, cost_symmetric_factor)
@@ -43,7 +43,7 @@ contains
       right = x/max(norm2(x), tiny(1.0_wp))
       x = right
       call solve_roughly(nodes, solver%half, block, x)
-      rest = right - a%multiply(x)
+      rest = right - multiply_ordered(a, x)
       call solve_roughly(nodes, solver%half, block, rest)
       done = norm2(rest) <= share*norm2(x)
       if (.not. done) call forget_half(solver)

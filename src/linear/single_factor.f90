@@ -3,7 +3,7 @@
 module single_factor
   use kinds, only: wp, sp, long
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf
-  use lower_columns, only: lower_columns_t
+  use ordered_blocks, only: ordered_blocks_t, gather_columns
   use supernodes, only: supernodes_t
   use waiting_supernodes, only: waiting_t, begin_waiting, find_givers, pass_givers, &
     wait_for_next, place_rows
@@ -16,11 +16,11 @@ contains
   !> L of A = L L^T, as CHOLMOD stores it: rows of a supernode by its columns.
   subroutine factorise_single(nodes, a, half, definite)
     type(supernodes_t), intent(in) :: nodes !! analysed
-    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    type(ordered_blocks_t), intent(in) :: a !! in the order of elimination
     real(sp), pointer, contiguous, intent(out) :: half(:) !! values; none if not definite
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(a%order()), k, i, w, rows, info
+    integer :: place(size(a%node)), k, i, w, rows, info
     real(sp), allocatable :: update(:)
     integer(long) :: first, last
 
@@ -60,14 +60,14 @@ contains
 
   !> Some columns of the matrix in single precision.
   subroutine gather_single(a, first, last, place, rows, panel)
-    class(lower_columns_t), intent(in) :: a !! in the order of elimination
+    type(ordered_blocks_t), intent(in) :: a !! in the order of elimination
     integer, intent(in) :: first, last !! the columns
     integer, intent(in) :: place(:) !! (n) places of their rows
     integer, intent(in) :: rows !! of the panel
     real(sp), intent(out) :: panel(rows, last - first + 1) !! values
     real(wp) :: double(rows, last - first + 1)
 
-    call a%gather(first, last, place, rows, double)
+    call gather_columns(a, first, last, place, rows, double)
     panel = real(double, sp)
   end subroutine gather_single
 

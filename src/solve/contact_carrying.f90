@@ -5,7 +5,7 @@ module contact_carrying
   use vectors, only: cross, identity, dyad
   use rotations, only: rotation_matrix
   use element_types, only: status_open, status_stick
-  use lapack_interface, only: dpotrf
+  use lapack_interface, only: dpotrf, dtrsv
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: point_field, point_position
@@ -273,7 +273,7 @@ contains
     type(fit_t), intent(inout) :: fit !! right becomes the motions; apart
     integer, intent(out) :: info !! not zero: none found
     real(wp) :: wanted(fit%n), raise
-    integer :: k, j
+    integer :: k
 
     raise = 0.0_wp
     do k = 1, fit%n
@@ -285,15 +285,8 @@ contains
     wanted = fit%right
     call dpotrf('U', fit%n, fit%a, fit%n, info)
     if (info /= 0) return
-    do k = 1, fit%n
-      fit%right(k) = (fit%right(k) - dot_product(fit%a(:k - 1, k), fit%right(:k - 1)))/fit%a(k, k)
-    end do
-    do k = fit%n, 1, -1
-      fit%right(k) = fit%right(k)/fit%a(k, k)
-      do j = 1, k - 1
-        fit%right(j) = fit%right(j) - fit%a(j, k)*fit%right(k)
-      end do
-    end do
+    call dtrsv('U', 'T', 'N', fit%n, fit%a, fit%n, fit%right, 1)
+    call dtrsv('U', 'N', 'N', fit%n, fit%a, fit%n, fit%right, 1)
     fit%apart = fit%apart - dot_product(wanted, fit%right)
   end subroutine solve_fit
 

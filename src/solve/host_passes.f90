@@ -10,7 +10,7 @@ module host_passes
   use condensed_system, only: refresh_candidates, recover_interior
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_too_many, outcome_singular, &
-    outcome_restless, outcome_adrift, outcome_hosts, outcome_singular, is_converged
+    outcome_restless, outcome_adrift, outcome_hosts, is_converged
   use early_hosts, only: may_look_early
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers

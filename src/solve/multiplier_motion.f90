@@ -3,6 +3,7 @@
 !! "Multipliers that come along").
 module multiplier_motion
   use kinds, only: wp
+  use vectors, only: product_of
   use element_types, only: element_t, task_stress, n_element_stress
   use elmlib, only: routine_none
   use model_types, only: model_t
@@ -11,7 +12,7 @@ module multiplier_motion
   use contact_points, only: count_points
   use assembly, only: shift_derivatives, recover
   use bulk_term, only: form_bulk_change
-  use multiplier_field, only: project_forces, product_of
+  use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent

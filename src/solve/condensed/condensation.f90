@@ -62,8 +62,6 @@ contains
     call drop_compliance(body)
     call order_equations(blocks, equation, queue, body, matrix%equation, costs, outcome)
     if (outcome /= solver_done) return
-    matrix%node = body%node
-    matrix%direction = body%direction
     call add_pins(body, matrix)
     call estimate_bytes(body, needed)
   end subroutine prepare_body
@@ -75,7 +73,7 @@ contains
   subroutine factorise_body(blocks, matrix, body, precedes, costs, outcome, shared_from)
     type(block_matrix_t), intent(in), target :: blocks !! stiffness of all bodies
     type(ordered_blocks_t), intent(inout) :: matrix !! as prepared
-    type(condensed_body_t), intent(inout) :: body !! analysed
+    type(condensed_body_t), intent(inout), target :: body !! analysed
     logical, intent(in) :: precedes !! it only precedes an iteration
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
@@ -83,6 +81,8 @@ contains
     logical :: done
 
     matrix%blocks => blocks
+    matrix%node => body%node
+    matrix%direction => body%direction
     done = precedes
     allocate (body%trailing(body%m, body%m))
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
@@ -100,7 +100,7 @@ contains
     type(ordered_blocks_t), intent(inout) :: matrix !! ordered; gets the springs
     integer :: pin
 
-    matrix%doubled = spread(.false., 1, size(matrix%node))
+    matrix%doubled = spread(.false., 1, size(body%node))
     do pin = 1, body%motions%n
       matrix%doubled(matrix%equation(body%pin_direction(pin), body%pin_node(pin))) = .true.
     end do
