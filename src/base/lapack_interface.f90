@@ -5,9 +5,19 @@ module lapack_interface
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
     dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
-    ssyrk, strsm, spotrf, dsyrk, dpotrf
+    ssyrk, strsm, spotrf, dsyrk, dpotrf, dlasrt
 
   interface
+    !> Sorts numbers.
+    subroutine dlasrt(id, n, d, info)
+      import :: wp
+      implicit none
+      character(1), intent(in) :: id
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: d(*)
+      integer, intent(out) :: info
+    end subroutine dlasrt
+
     !> Least squares of minimum norm by singular values.
     subroutine dgelss(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, info)
       import :: wp

@@ -4,38 +4,92 @@ module key_sorting
   private
   public :: sort_columns, ascending, unique_numbers
 
+  !> So many columns with the same first key are sorted among each other.
+  integer, parameter :: few_columns = 64
+
 contains
 
-  !> Order in which the columns of `keys` are lexicographically ascending (stable radix sort).
+  !> Order in which the columns of `keys` are lexicographically ascending; equal ones stay as they
+  !! are. Few columns with the same first key are sorted among each other; where there are many, all
+  !! are sorted by one row after the other, the last one first.
   pure subroutine sort_columns(keys, order)
     integer, intent(in) :: keys(:, :) !! (rows, columns) keys >= 0, row 1 most significant
     integer, allocatable, intent(out) :: order(:) !! (columns) column at each place
-    integer, allocatable :: start(:), sorted(:)
-    integer :: n, top, row, i, key
+    integer, allocatable :: end_of(:)
+    integer :: row, i, first
 
-    n = size(keys, 2)
-    allocate (order(n), sorted(n))
-    order = [(i, i=1, n)]
-    if (n == 0) return
-    top = maxval(keys)
-    allocate (start(0:top + 1))
-    do row = size(keys, 1), 1, -1
-      start = 0
-      do i = 1, n
-        key = keys(row, i) + 1
-        start(key) = start(key) + 1
+    order = [(i, i=1, size(keys, 2))]
+    if (size(order) == 0) return
+    allocate (end_of(0:maxval(keys) + 1))
+    call distribute(keys, 1, end_of, order)
+    if (max(end_of(0), maxval(end_of(1:) - end_of(:ubound(end_of, 1) - 1))) > few_columns) then
+      do row = size(keys, 1), 1, -1
+        call distribute(keys, row, end_of, order)
       end do
-      do i = 1, top + 1
-        start(i) = start(i) + start(i - 1)
+    else
+      first = 1
+      do i = 0, ubound(end_of, 1)
+        call insert_columns(keys, order(first:end_of(i)))
+        first = end_of(i) + 1
       end do
-      do i = 1, n
-        key = keys(row, order(i))
-        start(key) = start(key) + 1
-        sorted(start(key)) = order(i)
-      end do
-      order = sorted
-    end do
+    end if
   end subroutine sort_columns
+
+  !> Sorts columns by one row, stably.
+  pure subroutine distribute(keys, row, end_of, order)
+    integer, intent(in) :: keys(:, :) !! (rows, columns)
+    integer, intent(in) :: row !! the row
+    integer, intent(out) :: end_of(0:) !! last place of each key
+    integer, intent(inout) :: order(:) !! the columns
+    integer :: sorted(size(order)), i, key
+
+    end_of = 0
+    do i = 1, size(order)
+      key = keys(row, i) + 1
+      end_of(key) = end_of(key) + 1
+    end do
+    do i = 1, ubound(end_of, 1)
+      end_of(i) = end_of(i) + end_of(i - 1)
+    end do
+    do i = 1, size(order)
+      key = keys(row, order(i))
+      end_of(key) = end_of(key) + 1
+      sorted(end_of(key)) = order(i)
+    end do
+    order = sorted
+  end subroutine distribute
+
+  !> Sorts a few columns by the rows behind the first.
+  pure subroutine insert_columns(keys, order)
+    integer, intent(in) :: keys(:, :) !! (rows, columns) all columns
+    integer, intent(inout) :: order(:) !! the few
+    integer :: i, k, column
+
+    do i = 2, size(order)
+      column = order(i)
+      k = i - 1
+      do while (k >= 1)
+        if (.not. comes_before(keys(2:, column), keys(2:, order(k)))) exit
+        order(k + 1) = order(k)
+        k = k - 1
+      end do
+      order(k + 1) = column
+    end do
+  end subroutine insert_columns
+
+  !> Lexicographic order of two columns.
+  pure logical function comes_before(a, b)
+    integer, intent(in) :: a(:) !! first column
+    integer, intent(in) :: b(:) !! second column
+    integer :: i
+
+    comes_before = .false.
+    do i = 1, size(a)
+      if (a(i) == b(i)) cycle
+      comes_before = a(i) < b(i)
+      return
+    end do
+  end function comes_before
 
   !> Three numbers in ascending order.
   pure function ascending(a) result(b)

@@ -266,7 +266,7 @@ contains
     associate (output => context%model%output)
       due = fields_due(output, step) .and. (any(output%field) .or. output%contact .or. &
         output%state /= state_none)
-      due = due .or. mod(step, every_audit) == 0 .or. step == 1 .or. size(output%history) > 0 .or. &
+      due = due .or. mod(step, every_audit) == 0 .or. size(output%history) > 0 .or. &
         context%sensitivity%active .or. count_rigid(context%model) > 0
     end associate
   end function is_inside_due

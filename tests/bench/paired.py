@@ -53,7 +53,7 @@ MANY_LIMIT = (
 
 EIGHT_LIMIT = (
     'Eight derivatives: a run without them keeps its contact factor in single precision, shrinks the '
-    'factors of the bodies and finds displacements inside at three of 22 end times; with derivatives '
+    'factors of the bodies and finds displacements inside at the last of 22 end times; with derivatives '
     'these are found at each, from whole factors, and the contact factor has to answer to more '
     'digits. Of what they add themselves about half are products of blocks of six directions with the '
     'compliance and with C U, bound by reading these; the other half has no largest part: solves '

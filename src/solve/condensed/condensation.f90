@@ -19,7 +19,7 @@ module condensation
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
     solve_body, spread_body, reduce_body, complete_body, halve_body, shrink_body, &
-    body_work, is_worth_sharing, drop_live, free_body
+    body_work, needed_bytes, is_worth_sharing, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
   real(wp), parameter :: near_enough = 1.0e-3_wp
@@ -29,41 +29,37 @@ module condensation
 contains
 
   !> Factorises the free equations of one body with its candidates last.
-  subroutine condense_body(blocks, equation, queue, body, costs, outcome)
+  subroutine condense_body(blocks, x, equation, queue, body, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     type(ordered_blocks_t) :: matrix
-    real(wp) :: needed
 
-    call prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
+    call prepare_body(blocks, x, equation, queue, body, matrix, costs, outcome)
     if (outcome /= solver_done) return
-    if (needed > memory_left()) outcome = solver_out_of_memory
+    if (needed_bytes(body) > memory_left()) outcome = solver_out_of_memory
     if (outcome == solver_done) call factorise_body(blocks, matrix, body, .false., costs, outcome)
   end subroutine condense_body
 
-  !> Orders the equations of a body and analyses its matrix. METIS draws from one series of
-  !! random numbers: one body at a time.
-  subroutine prepare_body(blocks, equation, queue, body, matrix, needed, costs, outcome)
+  !> Orders the equations of a body and analyses its matrix.
+  subroutine prepare_body(blocks, x, equation, queue, body, matrix, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
     type(ordered_blocks_t), intent(out) :: matrix !! its columns in the order of elimination
-    real(wp), intent(out) :: needed !! memory that factor and compliance will take [byte]
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
 
-    needed = 0.0_wp
     allocate (matrix%equation(3, size(equation, 2)))
     call drop_compliance(body)
-    call order_equations(blocks, equation, queue, body, matrix%equation, costs, outcome)
-    if (outcome /= solver_done) return
-    call add_pins(body, matrix)
-    call estimate_bytes(body, needed)
+    call order_equations(blocks, x, equation, queue, body, matrix%equation, costs, outcome)
+    if (outcome == solver_done) call add_pins(body, matrix)
   end subroutine prepare_body
 
   !> The factor of a body that has been prepared; its matrix goes. One that only precedes an
@@ -107,12 +103,11 @@ contains
   end subroutine add_pins
 
   !> Memory that the factor and the compliance of a body will take [byte].
-  subroutine estimate_bytes(body, bytes)
+  real(wp) function needed_bytes(body) result(bytes)
     type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
-    real(wp), intent(out) :: bytes !! the estimate
 
     bytes = body%solver%factor_bytes() + 8.0_wp*real(body%m, wp)**2
-  end subroutine estimate_bytes
+  end function needed_bytes
 
   !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
   !! completed from its candidates.

@@ -13,7 +13,7 @@ module condensed_bodies
   use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
-    drop_live, free_body, is_worth_sharing
+    drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
   use candidate_queue, only: queue_candidates
   use system_types, only: system_t
@@ -24,14 +24,13 @@ module condensed_bodies
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
-  !! done before the next one has its own. With several threads bodies are still ordered one after
-  !! the other, but the next one while the factor of the last is made.
+  !! done before the next one has its own. Several threads take one body each.
   subroutine condense_all(system, wanted, outcome, model)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies)
+    integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies), failures, failed
     type(ordered_blocks_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies), little
@@ -43,23 +42,28 @@ contains
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
+    failures = 0
     little = .false.
     if (present(model)) little = asks_little(model, system)
     if (little) call begin_shares(model, system)
     call sort_bodies(system, order, shared_from)
-    !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed) &
+    !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed, failed) &
     !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model, &
-    !$omp& shared_from) &
+    !$omp& shared_from, failures) &
     !$omp& if(threaded)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
-      !$omp critical (order_bodies)
-      if (wanted(b) .and. all(outcomes == solver_done)) call begin_body(system, b, matrices(b), &
-        promised, needed, ready(b), outcomes(b))
-      !$omp end critical (order_bodies)
+      !$omp atomic read
+      failed = failures
+      if (wanted(b) .and. failed == 0) call begin_body(system, b, matrices(b), promised, needed, &
+        ready(b), own(b), outcomes(b))
       if (ready(b)) call finish_body(system, b, matrices(b), little, shared_from(b), own(b), &
         outcomes(b), model)
+      if (outcomes(b) /= solver_done) then
+        !$omp atomic
+        failures = failures + 1
+      end if
       !$omp atomic
       promised = promised - needed
     end do
@@ -72,13 +76,14 @@ contains
 
   !> Numbers and orders the equations of a body, analyses its matrix, and looks whether the factor
   !! fits into the memory.
-  subroutine begin_body(system, b, matrix, promised, needed, ready, outcome)
+  subroutine begin_body(system, b, matrix, promised, needed, ready, costs, outcome)
     type(system_t), intent(inout) :: system !! gets a body of condensed
     integer, intent(in) :: b !! the body
     type(ordered_blocks_t), intent(inout) :: matrix !! gets its columns
     real(wp), intent(inout) :: promised !! memory of all factors that are being made [byte]
     real(wp), intent(out) :: needed !! of this one [byte]
     logical, intent(out) :: ready !! there is something to factorise
+    type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     integer :: equation(3, size(system%body%node_body)), queue(size(system%body%node_body))
     real(wp) :: in_all
@@ -92,8 +97,9 @@ contains
     call pin_body(system, b)
     call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
       any(equation > 0, 1), queue)
-    call prepare_body(system%whole%bulk_matrix, equation, queue, system%condensed%bodies(b), &
-      matrix, needed, system%costs, outcome)
+    call prepare_body(system%whole%bulk_matrix, system%condensed%rigid%x, equation, queue, &
+      system%condensed%bodies(b), matrix, costs, outcome)
+    if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
     !$omp atomic capture
     promised = promised + needed
     in_all = promised

@@ -7,6 +7,7 @@ module elimination_order
   use csc_matrix, only: csc_matrix_t, build_pattern, build_lower
   use back_ends, only: solver_done
   use nested_dissection, only: dissect
+  use plane_dissection, only: dissect_planes
   use cholmod_solver, only: cholmod_t, analyse_in_order, analyse_nodes, expand_nodes, factor_order
   use condensed_types, only: condensed_body_t
   implicit none
@@ -21,8 +22,9 @@ contains
 
   !> The equations in the order of elimination: the graph of the other nodes by nested dissection,
   !! their equations together; then the candidates in their queue. The body is analysed so.
-  subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
+  subroutine order_equations(blocks, x, equation, queue, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m, analysis
@@ -38,7 +40,7 @@ contains
     outer(queue(outer)) = outer
     outer = pack(outer, any(equation(:, outer) > 0, 1))
     outcome = solver_done
-    if (size(inner) > 0) call dissect_nodes(blocks, queue, inner, costs, outcome)
+    if (size(inner) > 0) call dissect_nodes(blocks, x, queue, outer, inner, costs, outcome)
     if (outcome /= solver_done) return
     nodes = [inner, outer]
     allocate (order(size(nodes)))
@@ -60,34 +62,59 @@ contains
     call expand_nodes(body%solver, before, costs, outcome)
   end subroutine order_equations
 
-  !> The nodes inside by nested dissection of their graph, in postorder.
-  subroutine dissect_nodes(blocks, queue, inner, costs, outcome)
+  !> The nodes inside by nested dissection of their graph, in postorder. METIS draws from one series
+  !! of random numbers: it orders one body at a time.
+  subroutine dissect_nodes(blocks, x, queue, outer, inner, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: queue(:) !! (nodes) place among the candidates of this body, or 0
+    integer, intent(in) :: outer(:) !! these
     integer, intent(inout) :: inner(:) !! its other nodes; get their order
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    integer :: vertex(3, size(queue)), i
     integer(long), allocatable :: order(:)
+    integer(long) :: i
+    integer, allocatable :: weight(:)
     logical :: found
     type(csc_matrix_t) :: graph
     type(cholmod_t) :: orderer
 
-    vertex = 0
-    vertex(1, inner) = [(i, i=1, size(inner))]
-    call build_pattern(blocks, vertex, graph)
-    graph%val = 1.0_wp
     call begin_cost(costs, cost_symbolic)
-    call dissect(graph, weights(blocks, queue, inner), order, found)
+    call dissect_planes(blocks, x, outer, inner, found)
+    if (found) then
+      graph = lower_graph(blocks, inner)
+      order = [(i, i=0, size(inner) - 1)]
+    else
+      graph = whole_graph(blocks, inner)
+      weight = weights(blocks, queue, inner)
+      !$omp critical (order_by_metis)
+      call dissect(graph, weight, order, found)
+      !$omp end critical (order_by_metis)
+    end if
     call end_cost(costs, cost_symbolic)
     if (found) then
       call analyse_in_order(orderer, graph, order, costs, outcome)
     else
+      !$omp critical (order_by_metis)
       call orderer%analyse(graph, costs, outcome)
+      !$omp end critical (order_by_metis)
     end if
     if (outcome == solver_done) inner = inner(factor_order(orderer) + 1)
     call orderer%free()
   end subroutine dissect_nodes
+
+  !> The graph of some nodes, both triangles.
+  function whole_graph(blocks, nodes) result(graph)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    integer, intent(in) :: nodes(:) !! the nodes
+    type(csc_matrix_t) :: graph
+    integer :: vertex(3, blocks%nodes), i
+
+    vertex = 0
+    vertex(1, nodes) = [(i, i=1, size(nodes))]
+    call build_pattern(blocks, vertex, graph)
+    graph%val = 1.0_wp
+  end function whole_graph
 
   !> The graph of some nodes in their order, its lower triangle.
   function lower_graph(blocks, nodes) result(graph)
