@@ -63,6 +63,7 @@ module element_lists
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
     real(wp), allocatable :: keep(:) !! (n) shift to the gap that is expected in it [length]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
+    integer, allocatable :: reached(:) !! nodes that the last forces act at, if that is known
   end type element_list_t
 
 contains

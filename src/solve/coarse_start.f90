@@ -192,7 +192,6 @@ contains
     type(system_t), intent(inout) :: system !! contact elements
     real(wp), intent(out) :: right(:) !! (n) [force]
 
-    system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, u, system%contact_force)
     call project_field(coarse, system%contact_force, right)
     right = load - right

@@ -40,7 +40,6 @@ contains
     call begin_cost(system%costs, cost_residual)
     if (.not. (system%condensed%active .or. system%inner%known)) call form_bulk_force(x, system)
     system%inner%known = .false.
-    system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
     call gather_right(system, 0.0_wp, .false.)
     call end_cost(system%costs, cost_residual)
@@ -61,7 +60,6 @@ contains
     call try_rigid(system, length)
     if (system%motion%active) call shift_multipliers(system, length)
     call form_bulk_trial(x, system)
-    system%contact_force = 0.0_wp
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
     call gather_right(system, length, .true.)
     call end_cost(system%costs, cost_residual)
@@ -91,7 +89,6 @@ contains
           system%whole%bulk_matrix%val(:, :, k)
       end do
     end if
-    system%contact_force = 0.0_wp
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       system%whole%matrix)
     call gather_right(system, 0.0_wp, .false.)

@@ -74,6 +74,7 @@ contains
     call add_reactions(model, system, state, s)
     system%right = right
     system%contact_force = contact_force
+    if (allocated(system%contact%reached)) deallocate (system%contact%reached)
   end subroutine follow_increment
 
   !> Displacements of some candidates are not complete.

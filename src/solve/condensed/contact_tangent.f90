@@ -49,7 +49,6 @@ contains
     associate (tangent => system%condensed%tangent)
       if (.not. allocated(tangent%s)) allocate (tangent%s(3*size(system%contact%ix, 1), &
         3*size(system%contact%ix, 1), system%contact%n))
-      system%contact_force = 0.0_wp
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
       if (system%condensed%active) then
         call gather_condensed(system, 0.0_wp)

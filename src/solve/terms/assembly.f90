@@ -18,14 +18,15 @@ module assembly
 
 contains
 
-  !> Adds the internal force of all elements to r, and with task_tangent their matrices to a, or
-  !! hands them out one by one.
+  !> The internal force of all elements, and with task_tangent their matrices, added to a or handed
+  !! out one by one.
   subroutine assemble(list, task, x, u, r, a, s)
     type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
     integer, intent(in) :: task !! task_tangent or task_residual
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force; what it was the last time, if
+    !! the list knows where that acted [force]
     type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
     real(wp), intent(inout), optional :: s(:, :, :) !! (dofs, dofs, n) matrices of the elements
     type(element_t), allocatable :: elements(:)
@@ -35,6 +36,7 @@ contains
     allocate (elements(batch))
     if (task == task_tangent) call give_room(3*size(list%ix, 1), elements)
     if (task == task_tangent) list%asymmetry = 0.0_wp
+    call clear_forces(list, r)
     do first = 1, list%n, batch
       call compute(list, task, x, u, first, elements)
       do k = first, min(first + batch - 1, list%n)
@@ -56,6 +58,35 @@ contains
       end do
     end do
   end subroutine assemble
+
+  !> Takes the forces of the last time away, and notes where the next ones will act. Where elements
+  !! are many beside the nodes that is not noted.
+  pure subroutine clear_forces(list, r)
+    type(element_list_t), intent(inout) :: list !! elements; gets reached
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) gets zeros [force]
+    integer :: k, n
+
+    if (allocated(list%reached)) then
+      r(:, list%reached) = 0.0_wp
+    else
+      r = 0.0_wp
+    end if
+    n = sum(list%nel, list%routine /= routine_none)
+    if (n > size(r, 2)) then
+      if (allocated(list%reached)) deallocate (list%reached)
+      return
+    end if
+    if (allocated(list%reached)) then
+      if (size(list%reached) /= n) deallocate (list%reached)
+    end if
+    if (.not. allocated(list%reached)) allocate (list%reached(n))
+    n = 0
+    do k = 1, list%n
+      if (list%routine(k) == routine_none) cycle
+      list%reached(n + 1:n + list%nel(k)) = list%ix(:list%nel(k), k)
+      n = n + list%nel(k)
+    end do
+  end subroutine clear_forces
 
   !> Matrix and force of one element, for those who do with them what `assemble` does not.
   subroutine element_tangent(list, k, x, u, e)
