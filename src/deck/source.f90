@@ -117,6 +117,7 @@ contains
 
     n = 0
     do i = 1, len(file%text)
+      if (file%text(i:i) > achar(13)) cycle ! nearly all of them
       if (ends_line(file%text, i)) n = n + 1
     end do
     if (len(file%text) > 0) then
@@ -130,6 +131,7 @@ contains
     end if
     n = 0
     do i = 1, len(file%text)
+      if (file%text(i:i) > achar(13)) cycle
       if (ends_line(file%text, i)) call close_line(i - 1)
     end do
     if (n < file%lines) call close_line(len(file%text))
@@ -155,8 +157,6 @@ contains
     character(*), intent(in) :: text !! bytes of a file
     integer, intent(in) :: i !! place of the character
 
-    ends = .false.
-    if (text(i:i) > achar(13)) return
     ends = text(i:i) == achar(10)
     if (text(i:i) /= achar(13)) return
     ends = i == len(text)
