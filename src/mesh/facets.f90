@@ -3,7 +3,7 @@ module facets
   use kinds, only: wp
   use cells, only: tet4
   use mesh_types, only: mesh_t
-  use key_sorting, only: sort_columns, ascending
+  use key_sorting, only: sort_columns, comes_before, ascending
   use tetrahedra, only: facet_vector
   implicit none
   private
@@ -87,27 +87,13 @@ contains
       if (all(keys(:, middle) == key)) then
         place = middle
         return
-      else if (before(keys(:, middle), key)) then
+      else if (comes_before(keys(:, middle), key)) then
         low = middle + 1
       else
         high = middle - 1
       end if
     end do
   end function find_key
-
-  !> Lexicographic order of two keys.
-  pure logical function before(a, b)
-    integer, intent(in) :: a(3) !! first key
-    integer, intent(in) :: b(3) !! second key
-    integer :: i
-
-    before = .false.
-    do i = 1, 3
-      if (a(i) == b(i)) cycle
-      before = a(i) < b(i)
-      return
-    end do
-  end function before
 
   !> The facet across each edge. An edge of one facet is the rim; so is one of three or more,
   !! because there the surface does not say which way it goes on.

@@ -2,7 +2,7 @@
 module key_sorting
   implicit none
   private
-  public :: sort_columns, ascending, unique_numbers
+  public :: sort_columns, comes_before, ascending, unique_numbers
 
   !> So many columns with the same first key are sorted among each other.
   integer, parameter :: few_columns = 64

@@ -44,7 +44,8 @@ contains
     if (outcome /= solver_done) return
     nodes = [inner, outer]
     allocate (order(size(nodes)))
-    call analyse_nodes(body%solver, lower_graph(blocks, nodes), size(outer), order, costs, outcome)
+    call analyse_nodes(body%solver, graph_of(blocks, nodes, .true.), size(outer), order, costs, &
+      outcome)
     if (outcome /= solver_done) return
     nodes = nodes(order)
     body%node = spread(0, 1, count(equation > 0))
@@ -82,10 +83,10 @@ contains
     call begin_cost(costs, cost_symbolic)
     call dissect_planes(blocks, x, outer, inner, found)
     if (found) then
-      graph = lower_graph(blocks, inner)
+      graph = graph_of(blocks, inner, .true.)
       order = [(i, i=0, size(inner) - 1)]
     else
-      graph = whole_graph(blocks, inner)
+      graph = graph_of(blocks, inner, .false.)
       weight = weights(blocks, queue, inner)
       !$omp critical (order_by_metis)
       call dissect(graph, weight, order, found)
@@ -103,30 +104,22 @@ contains
     call orderer%free()
   end subroutine dissect_nodes
 
-  !> The graph of some nodes, both triangles.
-  function whole_graph(blocks, nodes) result(graph)
-    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    integer, intent(in) :: nodes(:) !! the nodes
-    type(csc_matrix_t) :: graph
-    integer :: vertex(3, blocks%nodes), i
-
-    vertex = 0
-    vertex(1, nodes) = [(i, i=1, size(nodes))]
-    call build_pattern(blocks, vertex, graph)
-    graph%val = 1.0_wp
-  end function whole_graph
-
-  !> The graph of some nodes in their order, its lower triangle.
-  function lower_graph(blocks, nodes) result(graph)
+  !> The graph of some nodes in their order: both triangles, or the lower one.
+  function graph_of(blocks, nodes, lower) result(graph)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     integer, intent(in) :: nodes(:) !! in their order
+    logical, intent(in) :: lower !! the lower triangle alone
     type(csc_matrix_t) :: graph
     integer :: vertex(3, blocks%nodes), i
 
     vertex = 0
     vertex(1, nodes) = [(i, i=1, size(nodes))]
-    call build_lower(blocks, vertex, graph)
-  end function lower_graph
+    if (lower) then
+      call build_lower(blocks, vertex, graph)
+    else
+      call build_pattern(blocks, vertex, graph)
+    end if
+  end function graph_of
 
   !> Weights of the other nodes for their dissection. The rows of the candidates fill the columns of
   !! what is near them: both halves shall have their share of these.
