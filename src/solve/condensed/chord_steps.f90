@@ -7,6 +7,7 @@ module chord_steps
   use bulk_preconditioner, only: solve_tangent
   use near_steps, only: find_near_again, note_near_step
   use condensed_direction, only: find_chord
+  use rough_tangent, only: show_direction
   use condensed_system, only: settle_live
   use residuals, only: form_residual, form_trial, residual_norm
   use live_values, only: direction_norm, direction_work
@@ -43,8 +44,10 @@ module chord_steps
   !> No further one is tried after a step that leaves more than this, where a direction is found by
   !! iteration, with blocks of groups too.
   real(wp), parameter :: promising = 0.5_wp
-  !> What steps in single precision may hide each, over what counts as converged.
+  !> What steps in single precision may hide, over what counts as converged,
   real(wp), parameter :: hidden_share = 0.03_wp
+  !> and over the residual before the next of them: that leaves no less.
+  real(wp), parameter :: early_share = 1.0e-5_wp
   !> Nor is one needed where no more than this share of what counts as converged is left.
   real(wp), parameter :: well_within = 0.1_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
@@ -67,7 +70,7 @@ contains
 
     call take_chords(model, system, tolerance, first_energy, energy, wanted, hidden_share*wanted, &
       chords)
-    if (.not. system%condensed%bulk%hidden) return
+    if (system%condensed%bulk%hidden <= 0.0_wp) return
     call settle_live(system)
     call form_residual(system, model%mesh%x)
     if (.not. (chords%settled .or. chords%energy_met)) return
@@ -104,8 +107,10 @@ contains
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status
-      call find_direction_again(model, system, sought, found)
+      call find_direction_again(model, system, found)
       if (found .and. .not. system%condensed%near) call bend_direction(secants, system, found)
+      if (found .and. system%condensed%active) call show_direction(system, &
+        merge(max(sought, early_share*before), 0.0_wp, sought > 0.0_wp))
       length = direction_norm(system)
       found = found .and. length <= share*last
       if (found) then
@@ -174,16 +179,15 @@ contains
   end subroutine stay
 
   !> The direction that the factor at hand gives for the present residual.
-  subroutine find_direction_again(model, system, sought, found)
+  subroutine find_direction_again(model, system, found)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
-    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     logical, intent(out) :: found !! there is one
     real(wp) :: share
     integer :: outcome
 
     if (system%condensed%active) then
-      call find_chord(system, sought, found)
+      call find_chord(system, found)
     else if (system%condensed%near) then
       call find_near_again(system, found)
       if (found) call spread_direction(system)

@@ -14,7 +14,7 @@ module condensed_direction
     answer_leading
   use contact_sums, only: add_leading
   use condensed_ground, only: stay_in_place
-  use rough_tangent, only: has_long_products, apply_roughly, shows
+  use rough_tangent, only: has_long_products, apply_roughly, show_direction
   use system_types, only: system_t
   implicit none
   private
@@ -40,6 +40,9 @@ module condensed_direction
   !> Share of a residual or image that is no round-off yet, where the factor is in single precision
   !! and where it is in double.
   real(wp), parameter :: least_of_single = 1.0e-4_wp, least_of_double = 1.0e-10_wp
+  !> Share of the residual by which displacements may be off after a step of the first kind: steps
+  !! with the same factor follow.
+  real(wp), parameter :: early_share = 1.0e-3_wp
   !> And of the answers that multipliers ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
@@ -65,14 +68,14 @@ contains
       if (is_worth_trying(system)) then
         condensed%tangent%fresh = .false.
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_stale, 0.0_wp, y, arrived)
+        call respond(system, 1.0_wp, floor, most_stale, y, arrived)
         if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
       end if
       if (.not. arrived) then
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_allowed(condensed), 0.0_wp, y, arrived)
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. arrived .and. condensed%tangent%parts%iterated) call answer_densely(system, x, &
           floor, y, arrived, outcome)
         if (outcome /= solver_done) return
@@ -81,13 +84,13 @@ contains
     end associate
     call stay_in_place(system)
     call take_answer(system, y)
+    call show_direction(system, early_share*residual_size(system%condensed))
     call begin_trials(system)
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
-  subroutine find_chord(system, sought, arrived)
+  subroutine find_chord(system, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
-    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     logical, intent(out) :: arrived !! there is one
     real(wp) :: y(system%condensed%alive%n_live), floor, share
 
@@ -95,7 +98,7 @@ contains
       share = merge(of_factor, of_chord, has_long_products(condensed))
       if (system%motion%active) share = coarsest
       floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
-      call respond(system, 1.0_wp, floor, most_allowed(condensed), sought, y, arrived)
+      call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
     end associate
@@ -154,7 +157,7 @@ contains
 
     system%condensed%alive%right = system%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
-    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), 0.0_wp, y, arrived)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
     call stay_in_place(system)
     call take_answer(system, y)
   end subroutine push_direction
@@ -181,7 +184,7 @@ contains
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system)
-    call respond(system, 1.0_wp, floor, most_vectors, 0.0_wp, y, arrived)
+    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
@@ -236,12 +239,11 @@ contains
   end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
-  subroutine respond(system, share, floor, most, sought, y, arrived)
+  subroutine respond(system, share, floor, most, y, arrived)
     type(system_t), intent(inout) :: system !! right given; gets change of condensed
     real(wp), intent(in) :: share !! of the defect
     real(wp), intent(in) :: floor !! residual to arrive at [force]
     integer, intent(in) :: most !! iterations allowed
-    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
@@ -256,16 +258,6 @@ contains
       call yield_to_residual(condensed, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
-      if (condensed%tangent%rough%used) then
-        b = condensed%alive%right - y
-        if (shows(b, sought)) then
-          call apply_compliance(condensed, b, condensed%alive%change)
-          condensed%alive%change = condensed%alive%change &
-            + share*condensed%bulk%defect(condensed%alive%live)
-        else
-          condensed%bulk%hidden = .true.
-        end if
-      end if
     end associate
     call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
     call end_cost(system%costs, cost_solve)
@@ -393,7 +385,7 @@ contains
     logical :: arrived
 
     allocate (y(system%condensed%alive%n_live))
-    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, huge(1.0_wp), y, arrived)
+    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
     next = norm2(system%condensed%alive%change)
   end function next_condensed_length
 end module condensed_direction

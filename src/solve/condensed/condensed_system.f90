@@ -210,7 +210,7 @@ contains
     type(system_t), intent(inout) :: system !! u of candidates that are live
 
     call put_candidates(system, .true.)
-    system%condensed%bulk%hidden = .false.
+    system%condensed%bulk%hidden = 0.0_wp
   end subroutine settle_live
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.

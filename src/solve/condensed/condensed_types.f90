@@ -205,8 +205,10 @@ module condensed_types
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
-    logical :: hidden = .false. !! a step in single precision has left some more, which nobody
-    !! has measured
+    real(wp) :: hidden = 0.0_wp !! what steps in single precision have left of it, which nobody has
+    !! measured, at most [force]
+    real(wp) :: hides = 0.0_wp !! what the direction adds to that [force]
+    logical :: shows = .false. !! or it takes all of that away
   end type defects_t
 
   !> Steps by near factors and what they make of the residual.

@@ -48,6 +48,8 @@ contains
     condensed%bulk%defect = (1.0_wp - length)*condensed%bulk%defect
     condensed%bulk%defect_norm = (1.0_wp - length)*condensed%bulk%defect_norm
     condensed%bulk%defect_share = 1.0_wp
+    if (condensed%bulk%shows) condensed%bulk%hidden = (1.0_wp - length)*condensed%bulk%hidden
+    condensed%bulk%hidden = condensed%bulk%hidden + length*condensed%bulk%hides
     if (condensed%rigid%modes == 0) return
     condensed%rigid%alpha = condensed%rigid%alpha + length*condensed%rigid%alpha_change
     condensed%rigid%imbalance = condensed%rigid%imbalance + length*condensed%rigid%imbalance_change

@@ -7,12 +7,14 @@ module rough_tangent
   use lapack_interface, only: sgemv, ssymv, sgetrf, sgetrs
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use contact_sums, only: take_shares
-  use live_candidates, only: own_part
+  use costs, only: begin_cost, end_cost, count_cost, cost_solve
+  use live_candidates, only: own_part, apply_compliance
   use whole_tangent, only: stiffest_contact
   use system_types, only: system_t
   implicit none
   private
-  public :: has_long_products, may_be_rough, form_rough, answer_roughly, apply_roughly, shows
+  public :: has_long_products, may_be_rough, form_rough, answer_roughly, apply_roughly, &
+    show_direction
 
   !> A product with the compliances is long if it has this many entries of them for a closed
   !! element: it takes longer than the residual of one more step.
@@ -52,13 +54,41 @@ contains
     end associate
   end function may_be_rough
 
-  !> What single precision leaves of the displacements of forces would show in a residual.
-  pure logical function shows(force, sought)
-    real(wp), intent(in) :: force(:) !! (live) [force]
-    real(wp), intent(in) :: sought !! residual below which nothing counts [force]
+  !> Finds in double precision what a direction of single precision does to displacements, unless
+  !! what is off by then, with the steps before it, is too little to matter; if it is found, it
+  !! leads to where the forces put the candidates.
+  subroutine show_direction(system, sought)
+    type(system_t), intent(inout) :: system !! force_change given; gets du, solution, change
+    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
+    real(wp) :: force(system%condensed%alive%n_live), moved(system%condensed%alive%n_live)
+    integer :: i
 
-    shows = digits*norm2(force) > sought
-  end function shows
+    associate (condensed => system%condensed, alive => system%condensed%alive, &
+      bulk => system%condensed%bulk)
+      bulk%hides = 0.0_wp
+      bulk%shows = .false.
+      if (.not. condensed%tangent%rough%used) return
+      force = bulk%force_change(alive%live)
+      bulk%hides = digits*norm2(force)
+      if (bulk%hides + bulk%hidden <= sought) return
+      call begin_cost(system%costs, cost_solve)
+      moved = 0.0_wp
+      call apply_compliance(condensed, bulk%force(alive%live) + force, moved)
+      do i = 1, alive%n_live
+        associate (c => alive%live(i))
+          associate (k => condensed%direction(c), node => condensed%node(c))
+            alive%change(i) = condensed%outer%loaded(c) - moved(i) - system%u(k, node)
+            system%du(k, node) = alive%change(i)
+            system%solution(system%equation(k, node)) = alive%change(i)
+          end associate
+        end associate
+      end do
+      bulk%hides = 0.0_wp
+      bulk%shows = .true.
+      call end_cost(system%costs, cost_solve)
+      call count_cost(system%costs, cost_solve, -1)
+    end associate
+  end subroutine show_direction
 
   !> C U and the factor of I + V^T C U.
   subroutine form_rough(condensed, tangent, info)
