@@ -4,11 +4,16 @@ module vectors
   implicit none
   private
   public :: identity, cross, determinant, dyad, invert, sum_products, find_extent, length, &
-    product_of
+    norm_of, largest_of, product_of
 
   !> The unit matrix.
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
     0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+
+  !> Numbers between these can be squared.
+  real(wp), parameter :: least = 1.0e-140_wp, largest = 1.0e140_wp
+  !> Numbers of a long list that are dealt with beside each other.
+  integer, parameter :: lanes = 8
 
 contains
 
@@ -24,7 +29,6 @@ contains
   !> Length of a short vector: norm2 divides by the largest of its numbers, which few of them need.
   pure real(wp) function length(a)
     real(wp), intent(in) :: a(:) !! the vector
-    real(wp), parameter :: least = 1.0e-140_wp, largest = 1.0e140_wp
     real(wp) :: most
 
     most = maxval(abs(a))
@@ -34,6 +38,57 @@ contains
       length = norm2(a)
     end if
   end function length
+
+  !> Length of a long list of numbers: norm2 divides each by the largest so far.
+  pure real(wp) function norm_of(a)
+    real(wp), intent(in), contiguous :: a(:, :) !! the numbers
+
+    norm_of = sqrt(sum_of_squares(size(a), a))
+    if (.not. (norm_of > least .and. norm_of < largest)) norm_of = norm2(a)
+  end function norm_of
+
+  !> Sum of the squares of some numbers.
+  pure real(wp) function sum_of_squares(n, a) result(total)
+    integer, intent(in) :: n !! how many
+    real(wp), intent(in) :: a(n) !! the numbers
+    real(wp) :: part(lanes)
+    integer :: i, j
+
+    part = 0.0_wp
+    do i = 1, n - lanes + 1, lanes
+      do j = 1, lanes
+        part(j) = part(j) + a(i + j - 1)**2
+      end do
+    end do
+    total = sum(part) + sum(a(n - mod(n, lanes) + 1:)**2)
+  end function sum_of_squares
+
+  !> Largest magnitude of a long list of numbers, 0 if there are none.
+  pure real(wp) function largest_of(a)
+    real(wp), intent(in), contiguous :: a(:, :) !! the numbers
+
+    largest_of = largest_magnitude(size(a), a)
+  end function largest_of
+
+  !> The same.
+  pure real(wp) function largest_magnitude(n, a) result(most)
+    integer, intent(in) :: n !! how many
+    real(wp), intent(in) :: a(n) !! the numbers
+    real(wp) :: part(lanes), now(lanes)
+    integer :: i, j
+
+    part = 0.0_wp
+    do i = 1, n - lanes + 1, lanes
+      now = abs(a(i:i + lanes - 1))
+      do j = 1, lanes
+        part(j) = merge(now(j), part(j), now(j) > part(j))
+      end do
+    end do
+    most = maxval(part)
+    do i = n - mod(n, lanes) + 1, n
+      most = max(most, abs(a(i)))
+    end do
+  end function largest_magnitude
 
   !> The least and the largest coordinates of some places.
   pure subroutine find_extent(x, low, high)

@@ -2,7 +2,7 @@
 !! body can go (doc/theory, "When an increment has converged").
 module force_scales
   use kinds, only: wp
-  use vectors, only: find_extent
+  use vectors, only: find_extent, norm_of, largest_of
   use system_types, only: system_t, state_t
   use rigid_bodies, only: rigid_loads
   implicit none
@@ -31,15 +31,21 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(state_t), intent(in) :: state !! last converged state
     type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
-    real(wp) :: low(3), high(3)
+    real(wp) :: low(3), high(3), prescribed
+    integer :: i, k
 
-    system%scale%given_forces = max(hypot(norm2(system%loads%external), rigid_loads(system)), &
-      norm2(state%reaction))
+    system%scale%given_forces = max(hypot(norm_of(system%loads%external), rigid_loads(system)), &
+      norm_of(state%reaction))
     system%scale%seen_forces = 0.0_wp
     call find_extent(x, low, high)
-    system%scale%bound = farthest*norm2(high - low) + maxval(abs(state%u)) + &
-      max(0.0_wp, maxval(abs(system%u), system%equation == 0))
-    system%scale%stroke = maxval(abs(system%u - state%u))
+    prescribed = 0.0_wp
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) == 0) prescribed = max(prescribed, abs(system%u(k, i)))
+      end do
+    end do
+    system%scale%bound = farthest*norm2(high - low) + largest_of(state%u) + prescribed
+    system%scale%stroke = largest_of(system%u - state%u)
   end subroutine begin_scales
 
   !> Residual over right-hand side that an iterative solver may leave of a direction: as many
@@ -78,7 +84,7 @@ contains
     type(system_t), intent(in) :: system !! forces given
     integer :: i, k
 
-    norm = norm2(system%contact_force)
+    norm = norm_of(system%contact_force)
     if (system%condensed%active) return
     do i = 1, size(system%equation, 2)
       do k = 1, 3

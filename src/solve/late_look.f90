@@ -3,7 +3,6 @@
 !! when the displacements of all nodes are known (doc/theory, "Condensed contact").
 module late_look
   use kinds, only: wp
-  use vectors, only: length
   use model_types, only: model_t
   use contact_types, only: pair_t, point_history_t
   use contact_points, only: count_points
@@ -123,7 +122,7 @@ contains
           end do
         end if
         way = merge(way - seen%carried(:, i), 0.0_wp, system%equation(:, i) > 0)
-        strayed = length(way) > far*system%scale%facet_size
+        strayed = dot_product(way, way) > (far*system%scale%facet_size)**2
         if (strayed) return
       end do
     end associate

@@ -95,14 +95,14 @@ contains
     motion = 0.0_wp
     largest = 0.0_wp
     do i = 1, size(x, 2)
-      if (node_body(i) == body) largest = max(largest, maxval(abs(u(:, i) - u_old(:, i)), &
-        equation(:, i) == 0))
+      if (node_body(i) /= body .or. all(equation(:, i) > 0)) cycle
+      largest = max(largest, maxval(abs(u(:, i) - u_old(:, i)), equation(:, i) == 0))
     end do
     if (largest <= 0.0_wp) return
     normal = 0.0_wp
     right = 0.0_wp
     do i = 1, size(x, 2)
-      if (node_body(i) /= body) cycle
+      if (node_body(i) /= body .or. all(equation(:, i) > 0)) cycle
       y = (x(:, i) - center)/size_x
       do k = 1, 3
         if (equation(k, i) > 0) cycle

@@ -1,6 +1,7 @@
 !> Whether each body is in balance, beyond what round-off makes (doc/theory, "The audit").
 module balance_audit
   use kinds, only: wp, machine_epsilon
+  use vectors, only: norm_of, largest_of
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -40,15 +41,16 @@ contains
     integer :: b, i
     logical :: failed
 
-    now = norm2([norm2(system%loads%external), norm2(state%reaction), norm2(system%contact_force)])
+    now = norm2([norm_of(system%loads%external), norm_of(state%reaction), &
+      norm_of(system%contact_force)])
     sane = sane_share(audit, system%equation, state%u)
-    audit%scale = max(norm2(system%loads%external), audit%sum%force_before)
+    audit%scale = max(norm_of(system%loads%external), audit%sum%force_before)
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
     audit%sum%force_before = audit%scale
     if (sane >= 1.0_wp) audit%sum%force_before = now
     noise = round_off_factor*(sane*system%scale%round_off + place_noise(system, &
       audit%fixed%model_size) &
-      + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*maxval(abs(state%u)))
+      + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*largest_of(state%u))
     audit%noise = noise
     ! round-off below what is allowed in any case asks for no strains
     strain = 0.0_wp
@@ -195,16 +197,16 @@ contains
     real(wp) :: most, allowed
     integer :: i, k
 
-    most = 0.0_wp
+    share = 1.0_wp
+    most = largest_of(u)
+    if (most <= most_sizes*audit%fixed%model_size) return
     allowed = 0.0_wp
     do i = 1, size(u, 2)
       do k = 1, 3
-        most = max(most, abs(u(k, i)))
         if (equation(k, i) == 0) allowed = max(allowed, abs(u(k, i)))
       end do
     end do
     allowed = allowed + most_sizes*audit%fixed%model_size
-    share = 1.0_wp
     if (most > allowed) share = allowed/most
   end function sane_share
 end module balance_audit

@@ -157,6 +157,8 @@ contains
       b = system%body%node_body(system%bulk%ix(1, k))
       if (small(b)) cycle
       small(b) = any(system%equation(:, system%bulk%ix(:system%bulk%nel(k), k)) > 0)
+      if (.not. small(b)) cycle
+      if (all(small(1:))) exit
     end do
     small = small .and. .not. has_finite_strain(system)
   end function has_small_strain

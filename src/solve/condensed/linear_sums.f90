@@ -19,11 +19,27 @@ contains
   logical function can_do_without(model, system) result(can)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! converged
+    integer :: i
 
     can = system%condensed%active .and. .not. system%condensed%surface_only
     if (can) can = sums_pay(model, system)
-    if (can) can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
+    if (.not. can) return
+    if (allocated(system%contact%reached)) then
+      do i = 1, size(system%contact%reached)
+        can = can .and. .not. presses_on_support(system, system%contact%reached(i))
+      end do
+    else
+      can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
+    end if
   end function can_do_without
+
+  !> A contact force acts on a support of a node.
+  pure logical function presses_on_support(system, node) result(presses)
+    type(system_t), intent(in) :: system !! equations, contact forces
+    integer, intent(in) :: node !! the node
+
+    presses = any(system%equation(:, node) == 0 .and. abs(system%contact_force(:, node)) > 0.0_wp)
+  end function presses_on_support
 
   !> What contact forces and loads do to each sum.
   subroutine form_sums(model, system)
