@@ -31,10 +31,11 @@ contains
 
   !> Interprets COORdinates, ELEMents, BLOCk, MESH, TRANsform, TIE, SET and SURFace. A mesh that is
   !! not sound must not be computed with, but the names of its parts can be looked up.
-  subroutine read_mesh(deck, diagnostics, mesh)
+  subroutine read_mesh(deck, diagnostics, mesh, exterior)
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(out) :: mesh !! the mesh
+    type(facet_table_t), intent(out) :: exterior !! its exterior facets, if it has surfaces
     type(element_origin_t) :: origin
     type(surface_draft_t), allocatable :: drafts(:)
     integer :: names, errors, i, n, parts, region, material
@@ -91,7 +92,7 @@ contains
     mesh%filled = mesh%filled .and. (complete .or. .not. has_tie(deck)) .and. &
       error_count(diagnostics) == errors + mesh%misplaced
     complete = complete .and. error_count(diagnostics) == errors
-    call evaluate_parts(deck, mesh%filled, diagnostics, mesh, drafts)
+    call evaluate_parts(deck, mesh%filled, diagnostics, mesh, drafts, exterior)
     mesh%sound = complete .and. is_whole(deck, ['set ', 'surf']) .and. &
       error_count(diagnostics) == names
   end subroutine read_mesh
@@ -105,12 +106,13 @@ contains
     type(mesh_t), intent(inout) :: mesh !! the mesh
     type(mesh_t) :: named
     type(diagnostics_t) :: unheard
+    type(facet_table_t) :: unused
     logical, allocatable :: mask(:)
     integer :: i
 
     named = mesh
     unheard = diagnostics
-    call evaluate_parts(deck, .true., unheard, named, drafts)
+    call evaluate_parts(deck, .true., unheard, named, drafts, unused)
     call join_nodes(deck, named, diagnostics, mesh)
     do i = 1, size(mesh%sets)
       if (size(mesh%sets(i)%nodes) == 0) cycle

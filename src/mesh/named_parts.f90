@@ -141,14 +141,14 @@ contains
 
   !> Fills all sets and surfaces of a mesh that is complete. If it is not sound (`sound` false)
   !! only the names are checked.
-  subroutine evaluate_parts(deck, sound, diagnostics, mesh, drafts)
+  subroutine evaluate_parts(deck, sound, diagnostics, mesh, drafts, table)
     type(deck_t), intent(in) :: deck !! the deck
     logical, intent(in) :: sound !! nodes and elements are without error
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(inout) :: mesh !! the mesh
-    type(surface_draft_t), intent(in), optional :: drafts(:) !! surfaces of mesh files
+    type(surface_draft_t), intent(in) :: drafts(:) !! surfaces of mesh files
+    type(facet_table_t), intent(out) :: table !! exterior facets, if there are surfaces
     type(part_list_t) :: list
-    type(facet_table_t) :: table
     integer, allocatable :: nodes(:), facets(:, :), elements(:)
     integer :: i
 
@@ -163,7 +163,7 @@ contains
       to_text(table%crowded(3))//' share one facet', 'elements overlap; a facet belongs to '// &
       'one or two of them')
     if (table%crowded(1) > 0) return
-    if (present(drafts)) call settle_surfaces(drafts, table, diagnostics, mesh)
+    call settle_surfaces(drafts, table, diagnostics, mesh)
     do i = 1, list%ordered
       associate (part => list%parts(list%order(i)))
         if (part%set > 0) then

@@ -26,10 +26,11 @@ contains
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(out) :: model !! the problem
+    type(facet_table_t) :: exterior
 
     model%title = deck%title
-    call read_mesh(deck, diagnostics, model%mesh)
-    call read_rest(deck, diagnostics, model)
+    call read_mesh(deck, diagnostics, model%mesh, exterior)
+    call read_rest(deck, diagnostics, model, exterior)
   end subroutine read_model
 
   !> All but the mesh, which is there. After errors the rest is read all the same, where nodes and
@@ -38,7 +39,7 @@ contains
     type(deck_t), intent(in) :: deck !! the deck
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! the problem, with its mesh
-    type(facet_table_t), intent(in), optional :: exterior !! its exterior facets, if at hand
+    type(facet_table_t), intent(in) :: exterior !! its exterior facets, if at hand
     type(pair_draft_t), allocatable :: drafts(:)
     logical :: sound
 

@@ -41,7 +41,7 @@ contains
     logical, intent(in) :: elastic !! the materials are without error
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(model_t), intent(inout) :: model !! mesh and materials; receives the pairs
-    type(facet_table_t), intent(in), optional :: known !! exterior facets, if they are at hand
+    type(facet_table_t), intent(in) :: known !! exterior facets, if they are at hand
     type(facet_table_t) :: exterior
     type(body_facets_t) :: outside
     integer :: i
@@ -50,7 +50,7 @@ contains
     sound = error_count(diagnostics) == 0
     allocate (model%pairs(size(drafts)))
     if (size(drafts) == 0) return
-    if (present(known)) then
+    if (allocated(known%corners)) then
       exterior = known
     else
       call exterior_facets(model%mesh, exterior)
