@@ -21,6 +21,9 @@ module condensed_bodies
   private
   public :: condense_all, begin_influence, number_candidates, load_candidates, free_condensed
 
+  !> A factor that takes more is changed to single precision though no other body follows [byte].
+  real(wp), parameter :: large_factor = 1.0e9_wp
+
 contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
@@ -58,8 +61,8 @@ contains
       failed = failures
       if (wanted(b) .and. failed == 0) call begin_body(system, b, matrices(b), promised, needed, &
         ready(b), own(b), outcomes(b))
-      if (ready(b)) call finish_body(system, b, matrices(b), little, shared_from(b), own(b), &
-        outcomes(b), model)
+      if (ready(b)) call finish_body(system, b, matrices(b), little, k < size(order), &
+        shared_from(b), own(b), outcomes(b), model)
       if (outcomes(b) /= solver_done) then
         !$omp atomic
         failures = failures + 1
@@ -160,11 +163,12 @@ contains
   end subroutine number_equations
 
   !> Factor, influence of the loads and compliance of a body.
-  subroutine finish_body(system, b, matrix, little, shared_from, costs, outcome, model)
+  subroutine finish_body(system, b, matrix, little, gives, shared_from, costs, outcome, model)
     type(system_t), intent(inout) :: system !! its body of condensed is prepared
     integer, intent(in) :: b !! the body
     type(ordered_blocks_t), intent(inout) :: matrix !! its matrix; goes
     logical, intent(in) :: little !! displacements inside will seldom be asked for
+    logical, intent(in) :: gives !! what its factor gives back serves others
     real(wp), intent(in) :: shared_from !! share of its factor from where on threads share it
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
@@ -180,7 +184,8 @@ contains
       outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
-      call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
+      if (gives .or. needed_bytes(system%condensed%bodies(b)) > large_factor) &
+        call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 

@@ -30,11 +30,19 @@ module sum_shares
   !! through the factors, `most_together` sums cost about four.
   integer, parameter :: least_spared = 4, sums_of_pass = 4
 
+  !> Pulls are multiples of each other if no entry is off by more than this share of the largest.
+  real(wp), parameter :: same = 1.0e-14_wp
+
   !> Pulls of sums on a body.
   type :: pulls_t
     integer :: n = 0 !! how many
     integer, allocatable :: row(:) !! (most) the sum of each
     real(wp), allocatable :: right(:, :) !! (equations, most) the pulls
+    integer :: at(most_together) = 0 !! the largest entry of each
+    integer :: twins = 0 !! sums whose pulls are multiples of one of them
+    integer :: twin(most_together) = 0 !! these sums
+    integer :: of(most_together) = 0 !! the sum whose multiple each is
+    real(wp) :: times(most_together) = 0.0_wp !! by how much
   end type pulls_t
 
 contains
@@ -181,6 +189,7 @@ contains
     type(body_sums_t), intent(inout) :: shares !! gets the shares of those that are due
     type(cost_t), intent(inout) :: costs !! cost table
     integer :: i
+    logical :: has_twin
 
     associate (body => system%condensed%bodies(b))
       if (body%m == 0) return
@@ -191,12 +200,41 @@ contains
           right(i) = pull(body%direction(i), body%node(i))
         end do
         if (all(abs(right) <= 0.0_wp)) return
+        call find_twin(right, row, pulls, has_twin)
+        if (has_twin) return
+        pulls%at(pulls%n + 1) = maxloc(abs(right), 1)
       end associate
       pulls%n = pulls%n + 1
       pulls%row(pulls%n) = row
       if (pulls%n == most_together) call find_shares(system, b, pulls, shares, costs)
     end associate
   end subroutine take_pull
+
+  !> A pull that is a multiple of one that is kept needs no answer of its own: the supports of a body
+  !! may be one set of reactions, and move as a whole.
+  pure subroutine find_twin(right, row, pulls, found)
+    real(wp), intent(in) :: right(:) !! (equations) the pull
+    integer, intent(in) :: row !! the sum
+    type(pulls_t), intent(inout) :: pulls !! those that are kept; gets a twin
+    logical, intent(out) :: found !! it has one
+    real(wp) :: times
+    integer :: k
+
+    found = .false.
+    if (pulls%twins == most_together) return
+    do k = 1, pulls%n
+      associate (other => pulls%right(:, k))
+        times = right(pulls%at(k))/other(pulls%at(k))
+        if (all(abs(right - times*other) <= same*abs(times*other(pulls%at(k))))) exit
+      end associate
+    end do
+    found = k <= pulls%n
+    if (.not. found) return
+    pulls%twins = pulls%twins + 1
+    pulls%twin(pulls%twins) = row
+    pulls%of(pulls%twins) = pulls%row(k)
+    pulls%times(pulls%twins) = times
+  end subroutine find_twin
 
   !> What a unit of force at each candidate of a body does to the sums whose pulls are kept: the
   !! work of a pull on what it moves.
@@ -207,6 +245,7 @@ contains
     type(body_sums_t), intent(inout) :: shares !! gets the shares
     type(cost_t), intent(inout) :: costs !! cost table
     real(wp), allocatable :: share(:, :)
+    integer :: k
 
     if (pulls%n == 0) return
     associate (body => system%condensed%bodies(b), last => size(pulls%right, 1))
@@ -216,6 +255,10 @@ contains
         pulls%right(last - body%m + 1:, :pulls%n), body%m, 0.0_wp, share, body%m)
       shares%by_force(:, pulls%row(:pulls%n)) = share
     end associate
+    do k = 1, pulls%twins
+      shares%by_force(:, pulls%twin(k)) = pulls%times(k)*shares%by_force(:, pulls%of(k))
+    end do
+    pulls%twins = 0
     pulls%n = 0
   end subroutine find_shares
 
