@@ -44,7 +44,11 @@ contains
     real(wp), intent(in), contiguous :: a(:, :) !! the numbers
 
     norm_of = sqrt(sum_of_squares(size(a), a))
-    if (.not. (norm_of > least .and. norm_of < largest)) norm_of = norm2(a)
+    if (norm_of > least .and. norm_of < largest) return
+    if (norm_of <= 0.0_wp) then
+      if (largest_of(a) <= 0.0_wp) return
+    end if
+    norm_of = norm2(a)
   end function norm_of
 
   !> Sum of the squares of some numbers.

@@ -105,24 +105,25 @@ contains
     type(system_t), intent(inout) :: system !! converged; gets carried of seen
     type(state_t), intent(in) :: state !! last converged state
     logical, intent(out) :: strayed !! by more than a share of a facet
-    real(wp) :: way(3)
+    real(wp) :: way(3, size(system%u, 2)), squared
     integer :: i, k
 
     associate (outer => system%condensed%outer, seen => system%condensed%outer%seen)
       if (.not. allocated(seen%u)) call see(load_factors(model, state%time), state%u, seen)
       seen%carried = seen%carried + system%position%x_ahead - model%mesh%x - state%u
+      way = -seen%carried
+      do k = 1, size(outer%factors)
+        way = way + (outer%factors(k) - seen%factors(k))*outer%influence(:, :, k)
+      end do
       strayed = .false.
-      do i = 1, size(seen%u, 2)
-        if (system%condensed%candidate(i)) then
-          way = system%u(:, i) - seen%u(:, i)
-        else
-          way = 0.0_wp
-          do k = 1, size(outer%factors)
-            way = way + (outer%factors(k) - seen%factors(k))*outer%influence(:, i, k)
-          end do
-        end if
-        way = merge(way - seen%carried(:, i), 0.0_wp, system%equation(:, i) > 0)
-        strayed = dot_product(way, way) > (far*system%scale%facet_size)**2
+      do i = 1, size(way, 2)
+        if (system%condensed%candidate(i)) way(:, i) = system%u(:, i) - seen%u(:, i) &
+          - seen%carried(:, i)
+        squared = 0.0_wp
+        do k = 1, 3
+          if (system%equation(k, i) > 0) squared = squared + way(k, i)**2
+        end do
+        strayed = squared > (far*system%scale%facet_size)**2
         if (strayed) return
       end do
     end associate

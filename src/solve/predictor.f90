@@ -29,7 +29,7 @@ contains
     real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) in: prescribed values set; out: all [length]
     real(wp) :: motion(6), center(3), low(3), high(3), size_x
-    real(wp) :: turned(3)
+    real(wp) :: turned(3), turn(3)
     integer :: body, i, k
 
     call find_extent(x, low, high)
@@ -38,9 +38,10 @@ contains
     do body = 1, bodies
       motion = best_motion(x, equation, node_body, body, u_old, u, center, size_x)
       if (all(abs(motion) <= 0.0_wp)) cycle
+      turn = motion(4:6)/size_x
       do i = 1, size(x, 2)
         if (node_body(i) /= body) cycle
-        turned = cross(motion(4:6), (x(:, i) - center)/size_x)
+        turned = cross(turn, x(:, i) - center)
         do k = 1, 3
           if (equation(k, i) > 0) u(k, i) = u_old(k, i) + motion(k) + turned(k)
         end do
@@ -95,14 +96,16 @@ contains
     motion = 0.0_wp
     largest = 0.0_wp
     do i = 1, size(x, 2)
-      if (node_body(i) /= body .or. all(equation(:, i) > 0)) cycle
+      if (node_body(i) /= body) cycle
+      if (minval(equation(:, i)) > 0) cycle
       largest = max(largest, maxval(abs(u(:, i) - u_old(:, i)), equation(:, i) == 0))
     end do
     if (largest <= 0.0_wp) return
     normal = 0.0_wp
     right = 0.0_wp
     do i = 1, size(x, 2)
-      if (node_body(i) /= body .or. all(equation(:, i) > 0)) cycle
+      if (node_body(i) /= body) cycle
+      if (minval(equation(:, i)) > 0) cycle
       y = (x(:, i) - center)/size_x
       do k = 1, 3
         if (equation(k, i) > 0) cycle

@@ -11,7 +11,7 @@ module contact_tangent
   use assembly, only: assemble
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
-  use live_candidates, only: gather_compliance, apply_compliance
+  use live_candidates, only: gather_compliance, complete_compliance, apply_compliance
   use condensed_motions, only: add_live_motion
   use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
@@ -102,6 +102,7 @@ contains
         call form_rough(condensed, tangent, info)
         tangent%rough%used = info == 0
       end if
+      if (.not. tangent%rough%used) call complete_compliance(condensed)
       if (tangent%parts%iterated) then
         call form_blocks(system, x, outcome)
       else if (.not. tangent%rough%used) then

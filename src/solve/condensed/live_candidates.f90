@@ -8,7 +8,8 @@ module live_candidates
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
-  public :: widen_live, number_live, forget_live, gather_compliance, apply_compliance, own_part
+  public :: widen_live, number_live, forget_live, gather_compliance, &
+    complete_compliance, apply_compliance, own_part
 
   !> Live candidates over those that are needed.
   real(wp), parameter :: most_idle = 1.25_wp
@@ -130,8 +131,6 @@ contains
     n = body%n_live
     if (n > 0) then
       if (body%gathered(n) - body%gathered(1) == n - 1) then
-        if (.not. body%mirrored) call mirror(body%compliance)
-        body%mirrored = .true.
         body%skipped = body%gathered(1) - 1
         body%live => body%compliance(:, body%gathered(1):body%gathered(n))
         return
@@ -144,6 +143,21 @@ contains
     end do
     call mirror(body%live)
   end subroutine take_part
+
+  !> Fills the upper triangles of compliances that are no copies: products with them ask for the
+  !! lower ones alone, columns of the tangent for both.
+  subroutine complete_compliance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gathered; gets them
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%n_live == 0 .or. body%copied .or. body%mirrored) cycle
+        call mirror(body%compliance)
+        body%mirrored = .true.
+      end associate
+    end do
+  end subroutine complete_compliance
 
   !> Fills the upper triangle of a symmetric matrix from the lower one, in blocks.
   pure subroutine mirror(a)

@@ -138,11 +138,26 @@ contains
       end do
     else
       allocate (body%near%single(body%m, body%m))
-      do j = 1, body%m
-        body%near%single(:, j) = real(body%compliance(:, j), sp)
-      end do
+      call take_lower(body%compliance, body%near%single)
     end if
   end subroutine make_single
+
+  !> A symmetric matrix in single precision from the lower triangle of one in double.
+  pure subroutine take_lower(a, b)
+    real(wp), intent(in), contiguous :: a(:, :) !! its lower triangle counts
+    real(sp), intent(out), contiguous :: b(:, :) !! both triangles
+    integer :: i, k, last
+
+    do k = 1, size(a, 2), block
+      last = min(k + block - 1, size(a, 2))
+      do i = k, last
+        b(i:, i) = real(a(i:, i), sp)
+      end do
+      do i = k + 1, size(a, 1)
+        b(k:min(i - 1, last), i) = real(a(i, k:min(i - 1, last)), sp)
+      end do
+    end do
+  end subroutine take_lower
 
   !> Room for C U and the small matrix.
   subroutine make_room(rows, tangent)
