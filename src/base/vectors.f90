@@ -43,12 +43,14 @@ contains
   pure real(wp) function norm_of(a)
     real(wp), intent(in), contiguous :: a(:, :) !! the numbers
 
-    norm_of = sqrt(sum_of_squares(size(a), a))
-    if (norm_of > least .and. norm_of < largest) return
-    if (norm_of <= 0.0_wp) then
-      if (largest_of(a) <= 0.0_wp) return
+    real(wp) :: most
+
+    most = largest_of(a)
+    if (most <= 0.0_wp .or. (most > least .and. most < largest)) then
+      norm_of = sqrt(sum_of_squares(size(a), a))
+    else
+      norm_of = norm2(a)
     end if
-    norm_of = norm2(a)
   end function norm_of
 
   !> Sum of the squares of some numbers.

@@ -210,8 +210,8 @@ contains
     end associate
   end subroutine take_pull
 
-  !> A pull that is a multiple of one that is kept needs no answer of its own: the supports of a body
-  !! may be one set of reactions, and move as a whole.
+  !> A pull that is a multiple of one that is kept needs no answer of its own: the supports of a
+  !! body may be one set of reactions, and move as a whole.
   pure subroutine find_twin(right, row, pulls, found)
     real(wp), intent(in) :: right(:) !! (equations) the pull
     integer, intent(in) :: row !! the sum
