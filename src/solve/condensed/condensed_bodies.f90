@@ -174,6 +174,7 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
     real(wp) :: from
+    logical :: large
 
     from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
     call factorise_body(system%whole%bulk_matrix, matrix, system%condensed%bodies(b), &
@@ -184,8 +185,8 @@ contains
       outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
-      if (gives .or. needed_bytes(system%condensed%bodies(b)) > large_factor) &
-        call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
+      large = needed_bytes(system%condensed%bodies(b)) > large_factor
+      if (gives .or. large) call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 
