@@ -186,7 +186,8 @@ contains
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, costs)
       large = needed_bytes(system%condensed%bodies(b)) > large_factor
-      if (gives .or. large) call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
+      if (gives .or. large) call shrink_body(system%condensed%bodies(b), &
+        max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 
