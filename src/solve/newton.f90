@@ -18,9 +18,9 @@ module newton
   use expected_status, only: forget_expected, turned_back, most_single
   use line_search, only: search_line, approach
   use live_values, only: direction_work
-  use chord_steps, only: chords_t, follow_chords
+  use chord_steps, only: chords_t, follow_chords, settle_hidden
   use equation_values, only: spread_direction
-  use condensed_system, only: find_defects, renew_defects, settle_live
+  use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
   use bulk_preconditioner, only: find_bulk_direction
   use near_steps, only: judge_nearness
@@ -94,7 +94,7 @@ contains
       call iterate(model, system, time, settings, monitor, progress)
       if (progress%outcome == outcome_going_on) call go_on(model, system, settings, progress)
     end do
-    call settle(model, system)
+    call settle_hidden(model, system)
   end subroutine solve_frozen
 
   !> Whether the iterate is in balance, and if not, whether to go on.
@@ -161,7 +161,7 @@ contains
     ! what single precision has left shows with the next step
     if (system%condensed%bulk%hidden > 0.0_wp) progress%energy_met = .false.
     if (progress%energy_met .or. .not. may_go_on(system, progress)) then
-      call settle(model, system)
+      call settle_hidden(model, system)
       return
     end if
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
@@ -171,16 +171,6 @@ contains
     progress%halved = progress%halved .and. .not. chords%settled .and. &
       residual_norm(system) <= 0.5_wp*progress%start
   end subroutine go_on
-
-  !> Nothing is left hidden of what steps in single precision have done to displacements.
-  subroutine settle(model, system)
-    type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! residual formed before and after
-
-    if (system%condensed%bulk%hidden <= 0.0_wp) return
-    call settle_live(system)
-    call form_residual(system, model%mesh%x)
-  end subroutine settle
 
   !> Directions of bodies that hardly anything holds are long and lose digits, and with them the
   !! defects that the condensed form carries on: what has converged is looked at with true ones.

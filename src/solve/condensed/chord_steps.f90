@@ -22,7 +22,7 @@ module chord_steps
   use system_types, only: system_t
   implicit none
   private
-  public :: chords_t, follow_chords
+  public :: chords_t, follow_chords, settle_hidden
 
   !> What the steps with one factor have led to.
   type :: chords_t
@@ -71,14 +71,23 @@ contains
     call take_chords(model, system, tolerance, first_energy, energy, wanted, hidden_share*wanted, &
       chords)
     if (system%condensed%bulk%hidden <= 0.0_wp) return
-    call settle_live(system)
-    call form_residual(system, model%mesh%x)
+    call settle_hidden(model, system)
     if (.not. (chords%settled .or. chords%energy_met)) return
     if (residual_norm(system) <= wanted) return
     chords%settled = .false.
     chords%energy_met = .false.
     call take_chords(model, system, tolerance, first_energy, energy, wanted, 0.0_wp, chords)
   end subroutine follow_chords
+
+  !> Puts displacements where the forces have them, if single precision has hidden some of that.
+  subroutine settle_hidden(model, system)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! residual formed before and after
+
+    if (system%condensed%bulk%hidden <= 0.0_wp) return
+    call settle_live(system)
+    call form_residual(system, model%mesh%x)
+  end subroutine settle_hidden
 
   !> Steps with the factor at hand, while each leads on.
   subroutine take_chords(model, system, tolerance, first_energy, energy, wanted, sought, chords)

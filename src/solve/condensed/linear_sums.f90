@@ -25,11 +25,10 @@ contains
     if (can) can = sums_pay(model, system)
     if (.not. can) return
     if (allocated(system%contact%reached)) then
-      do i = 1, size(system%contact%reached)
-        can = can .and. .not. presses_on_support(system, system%contact%reached(i))
-      end do
+      can = .not. any([(presses_on_support(system, system%contact%reached(i)), i=1, &
+        size(system%contact%reached))])
     else
-      can = .not. any(system%equation == 0 .and. abs(system%contact_force) > 0.0_wp)
+      can = .not. any([(presses_on_support(system, i), i=1, size(system%equation, 2))])
     end if
   end function can_do_without
 
