@@ -8,7 +8,7 @@ module libc
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
   public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, &
-    read_errno, c_memcpy
+    read_errno, c_memcpy, c_sched_yield
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -59,6 +59,13 @@ module libc
       integer(c_size_t), value :: bytes !! how many
       type(c_ptr) :: place
     end function c_memcpy
+
+    !> Offers the processor to others; 0 is success.
+    function c_sched_yield() result(status) bind(c, name='sched_yield')
+      import :: c_int
+      implicit none
+      integer(c_int) :: status
+    end function c_sched_yield
 
     !> Makes a folder; 0 is success.
     function c_mkdir(path, mode) result(status) bind(c, name='mkdir')

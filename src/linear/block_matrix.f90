@@ -6,7 +6,7 @@ module block_matrix
   use kinds, only: wp
   implicit none
   private
-  public :: block_matrix_t, find_block, find_blocks, multiply, multiply_some, reached_by, &
+  public :: block_matrix_t, find_block, find_column, multiply, multiply_some, reached_by, &
     multiply_absolute, sum_absolute
 
   !> Blocks of one matrix.
@@ -42,19 +42,18 @@ contains
     end do
   end function find_block
 
-  !> Places of the blocks that couple some nodes with each other.
-  pure function find_blocks(matrix, nodes) result(place)
+  !> Places of some blocks of a column.
+  pure subroutine find_column(matrix, rows, column, place)
     type(block_matrix_t), intent(in) :: matrix !! the matrix
-    integer, intent(in) :: nodes(:) !! the nodes
-    integer :: place(size(nodes), size(nodes)) !! of each row in each column
-    integer :: a, b
+    integer, intent(in) :: rows(:) !! nodes of their rows
+    integer, intent(in) :: column !! node of the column
+    integer, intent(out) :: place(:) !! (rows) 0 where there is none
+    integer :: a
 
-    do b = 1, size(nodes)
-      do a = 1, size(nodes)
-        place(a, b) = find_block(matrix, nodes(a), nodes(b))
-      end do
+    do a = 1, size(rows)
+      place(a) = find_block(matrix, rows(a), column)
     end do
-  end function find_blocks
+  end subroutine find_column
 
   !> y = A x, by block columns; those where x is zero are passed over.
   pure subroutine multiply(matrix, x, y)

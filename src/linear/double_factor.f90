@@ -96,7 +96,7 @@ contains
       call eliminate(w, rows, x(first:last), definite)
       if (.not. definite) return
       if (rows == w) cycle
-      parts(1) = w
+      call divide_below(rows, w, done >= alone, parts, n)
       do part = 1, n
         !$omp task default(none) firstprivate(part) shared(rows, w, parts, x, first, last) if(n > 1)
         call solve_rows(parts(part + 1) - parts(part), w, rows, x(first:last), &
@@ -109,8 +109,9 @@ contains
     end do
   end subroutine factorise_double
 
-  !> Rows of a supernode that are a task of their own: about half of its entries, if threads share
-  !! the work and much is to be done.
+  !> Rows of a supernode that are a task of their own while products are taken off it: about half
+  !! of its entries, if threads share the work and much is to be done. The first task has the
+  !! triangle of its rows, the second one all columns.
   pure subroutine divide_rows(rows, w, work, shared, parts, n)
     integer, intent(in) :: rows, w !! of the supernode, and its columns
     real(wp), intent(in) :: work !! products and sums that are taken off it
@@ -121,11 +122,28 @@ contains
     n = 1
     parts = rows
     parts(1) = 0
-    if (.not. shared .or. work + real(rows, wp)*real(w, wp)**2 < shared_work) return
-    parts(2) = max(w, rows/2 + w/4)
-    if (rows - parts(2) >= least_rows) n = 2
+    if (.not. shared .or. work < shared_work) return
+    parts(2) = rows/2 + w/4
+    if (parts(2) < w) parts(2) = int(sqrt(real(w, wp)*real(w + 2*rows, wp))) - w
+    if (min(parts(2), rows - parts(2)) >= least_rows) n = 2
     if (n == 1) parts(2) = rows
   end subroutine divide_rows
+
+  !> Rows below the square of a supernode that are a task of their own while they are solved for:
+  !! half of them.
+  pure subroutine divide_below(rows, w, shared, parts, n)
+    integer, intent(in) :: rows, w !! of the supernode, and its columns
+    logical, intent(in) :: shared !! threads share it
+    integer, intent(out) :: parts(:) !! last row of each, after w
+    integer, intent(out) :: n !! how many
+
+    n = 1
+    parts = rows
+    parts(1) = w
+    if (.not. shared .or. real(rows - w, wp)*real(w, wp)**2 < shared_work) return
+    if (rows - w >= 2*least_rows) n = 2
+    if (n == 2) parts(2) = (rows + w)/2
+  end subroutine divide_below
 
   !> Subtracts from some rows of supernode k what all givers have in its columns.
   subroutine subtract_all(nodes, k, place, waiting, part, x, update)
@@ -164,7 +182,8 @@ contains
     integer, intent(in) :: giver !! which of the givers
     integer, intent(in) :: k !! the supernode
     type(waiting_t), intent(in) :: waiting !! givers
-    integer, intent(in) :: to(:) !! places in k of its rows, from the first that is a column of k on
+    integer, intent(in) :: to(:) !! places in k of its rows, from the first that is a column of k
+    !! on; of these columns those that the last one reaches
     integer, intent(in) :: begin !! the first of them that is dealt with
     real(wp), intent(inout), contiguous :: x(:) !! values
     real(wp), intent(inout), contiguous :: update(:) !! room
@@ -173,7 +192,7 @@ contains
     logical :: in_place
 
     d = waiting%giver(giver)
-    columns = waiting%columns(giver)
+    columns = min(waiting%columns(giver), size(to))
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
     in_k = int(nodes%pi(k + 1) - nodes%pi(k))

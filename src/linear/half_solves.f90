@@ -51,22 +51,42 @@ contains
     call end_cost(costs, cost_interior)
   end subroutine reduce_right
 
-  !> The same for several right-hand sides at once: the factor is read once. Supernodes that none of
-  !! them reaches are passed over.
-  subroutine reduce_columns(solver, m, n, columns, x, costs)
+  !> The same for several right-hand sides at once: the factor is read once. Where threads share
+  !! it, it is read once for each half of them.
+  subroutine reduce_columns(solver, m, n, columns, shared, x, costs)
     type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
     integer, intent(in) :: n !! unknowns
     integer, intent(in) :: columns !! right-hand sides
+    logical, intent(in) :: shared !! threads share the work
     real(wp), intent(inout) :: x(n, columns) !! each as in reduce_right
     type(cost_t), intent(inout) :: costs !! cost table
     type(supernodes_t) :: nodes
+    integer :: half
+
+    call begin_cost(costs, cost_interior)
+    nodes = supernodes_of(solver%factor)
+    half = columns
+    if (shared) half = columns/2
+    !$omp task default(none) shared(nodes, m, n, half, x) if(shared)
+    call reduce_some(nodes, m, n, half, x)
+    !$omp end task
+    if (half < columns) call reduce_some(nodes, m, n, columns - half, x(:, half + 1:))
+    !$omp taskwait
+    call end_cost(costs, cost_interior)
+  end subroutine reduce_columns
+
+  !> The same for some of them. Supernodes that none of them reaches are passed over.
+  subroutine reduce_some(nodes, m, n, columns, x)
+    type(supernodes_t), intent(in) :: nodes !! of the factor
+    integer, intent(in) :: m !! unknowns at the end
+    integer, intent(in) :: n !! unknowns
+    integer, intent(in) :: columns !! right-hand sides
+    real(wp), intent(inout) :: x(n, columns) !! each as in reduce_right
     real(wp), allocatable :: below(:, :)
     integer :: k, w, rows, first
     integer(long) :: i, last
 
-    call begin_cost(costs, cost_interior)
-    nodes = supernodes_of(solver%factor)
     rows = int(maxval(nodes%pi(2:) - nodes%pi(:int(nodes%factor%nsuper))))
     allocate (below(rows, columns))
     do k = 1, int(nodes%factor%nsuper)
@@ -87,8 +107,7 @@ contains
         end associate
       end do
     end do
-    call end_cost(costs, cost_interior)
-  end subroutine reduce_columns
+  end subroutine reduce_some
 
   !> Completes x, known at the last m unknowns, from what reduce_right has made of the right-hand
   !! side of all others: L11^T x1 = y1 - L21^T x2 (doc/theory, "Condensed contact").

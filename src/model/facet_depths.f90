@@ -2,6 +2,7 @@
 !! body behind the facet is thick. What is deeper lies behind the body (doc/theory, "Hosts").
 module facet_depths
   use kinds, only: wp
+  use threads, only: count_threads, pays_threads
   use vectors, only: cross
   use mesh_types, only: mesh_t
   use bodies, only: find_bodies
@@ -32,6 +33,8 @@ module facet_depths
   real(wp), parameter :: along = 1.0e-6_wp
   !> What is nearer than this share of a ray is the facet itself.
   real(wp), parameter :: at_start = 1.0e-9_wp
+  !> Multiplications and additions for a facet, at least.
+  real(wp), parameter :: of_facet = 1000.0_wp
 
 contains
 
@@ -44,7 +47,7 @@ contains
     type(pair_t), intent(inout) :: pair !! with its master; gets depths
     real(wp) :: depth(size(pair%surface%facets, 2)), radius
     integer, allocatable :: body_of_node(:)
-    integer :: near(exterior%count), f, bodies
+    integer :: bodies, s, strips
 
     if (exterior%count == 0 .or. all(pair%surface%facet_elements == 0)) return
     if (.not. allocated(outside%body)) then
@@ -54,13 +57,35 @@ contains
     radius = pair%search_radius
     if (radius <= 0.0_wp) radius = longest_facet(pair, mesh%x)
     depth = radius
-    do f = 1, size(depth)
-      if (pair%surface%facet_elements(f) == 0) cycle
-      depth(f) = depth_below(exterior, mesh%x, outside, pair%surface%facet_elements(f), &
-        mesh%x(:, pair%surface%facets(:, f)), radius, near)
+    strips = 1
+    if (pays_threads(of_facet*real(size(depth), wp))) strips = count_threads()
+    !$omp parallel do schedule(static, 1) default(none) &
+    !$omp& shared(mesh, exterior, outside, pair, radius, strips, depth) if(strips > 1)
+    do s = 1, strips
+      call measure_strip(mesh%x, exterior, outside, pair, radius, s, strips, depth)
     end do
+    !$omp end parallel do
     if (any(depth < radius)) pair%surface%depth = depth
   end subroutine measure_depths
+
+  !> The same for every so many facets from one on.
+  subroutine measure_strip(x, exterior, outside, pair, radius, first, strips, depth)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(facet_table_t), intent(in) :: exterior !! exterior facets of the mesh
+    type(body_facets_t), intent(in) :: outside !! the same for rays
+    type(pair_t), intent(in) :: pair !! with its master
+    real(wp), intent(in) :: radius !! depths are at most this [length]
+    integer, intent(in) :: first !! the first facet
+    integer, intent(in) :: strips !! facets to the next one
+    real(wp), intent(inout) :: depth(:) !! (facets) gets those of facets that have a body [length]
+    integer :: near(exterior%count), f
+
+    do f = first, size(depth), strips
+      if (pair%surface%facet_elements(f) == 0) cycle
+      depth(f) = depth_below(exterior, x, outside, pair%surface%facet_elements(f), &
+        x(:, pair%surface%facets(:, f)), radius, near)
+    end do
+  end subroutine measure_strip
 
   !> Nearly the whole way through the body below a facet, along the longest of some rays.
   real(wp) function depth_below(exterior, x, outside, element, corner, radius, near) result(depth)

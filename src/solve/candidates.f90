@@ -5,26 +5,15 @@ module candidates
   use element_lists, only: master_nodes
   use model_types, only: model_t
   use contact_types, only: pair_t
-  use contact_points, only: count_points, used_points, point_position
+  use contact_points, only: count_points
   use loads, only: load_factors, add_displacement, corner_times, turned_angles, conditions_at
-  use facet_geometry, only: corners, distance_to_facet, project_on_facet
-  use facet_tree, only: facet_tree_t, build_tree, fit_tree, nearest_facet, facets_near
+  use candidate_sweep, only: sweep_pair
   use predictor, only: carry_bodies, turn_bodies
   use system_types, only: system_t
   implicit none
   private
   public :: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
 
-  !> Slave nodes further from the master than this many search radii do not count.
-  real(wp), parameter :: reach = 1.5_wp
-  !> Most positions that are looked at between two corners of a load.
-  integer, parameter :: most_positions = 200
-  !> Where rigid bodies would press their points into the master by at most such a share of the
-  !! search radius, contact is looked for within another one of where they go, at steps of half of
-  !! it; elsewhere one ring of facets around them.
-  real(wp), parameter :: little_depth = 0.125_wp, margin = 0.25_wp, fine_step = 0.5_wp
-  !> Facets that may be so near to a point.
-  integer, parameter :: most_near = 64
   !> Nodes that turn are looked at in steps of this angle, about 5 degrees.
   real(wp), parameter :: turn_step = 0.09_wp
 
@@ -76,35 +65,6 @@ contains
     follows = .not. (pair%segmented .or. pair%smooth .or. any(system%body%weak) .or. &
       allocated(system%loads%pressed)) .and. all(model%conditions%loads%force%n == 0)
   end function follows_supports
-
-  !> Marks what comes close to each other in a pair while its bodies go rigidly from place to place.
-  subroutine sweep_pair(pair, reference, places, candidate, near)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: reference(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: places(:, :, :) !! (3, nodes, corners) where they go [length]
-    logical, intent(inout) :: candidate(:) !! (nodes) marked: points and the facets below them
-    logical, allocatable, intent(inout) :: near(:) !! (nodes) marked: facets a little farther off;
-    !! goes where points would be too deep to tell
-    real(wp), allocatable :: x(:, :)
-    real(wp) :: way, step
-    type(facet_tree_t) :: tree
-    integer :: c, part, parts
-
-    call build_tree(tree, pair%surface%facets, reference)
-    call mark_pair(pair, tree, places(:, :, 1), candidate, near)
-    allocate (x, mold=reference)
-    step = pair%search_radius*merge(fine_step, 1.0_wp, allocated(near))
-    do c = 2, size(places, 3)
-      associate (from => places(:, :, c - 1), to => places(:, :, c))
-        way = longest_way(pair, from, to)
-        parts = ceiling(way/max(step, way/real(most_positions, wp), tiny(1.0_wp)))
-        do part = 1, parts
-          x = from + (to - from)*(real(part, wp)/real(parts, wp))
-          call mark_pair(pair, tree, x, candidate, near)
-        end do
-      end associate
-    end do
-  end subroutine sweep_pair
 
   !> Marks the middles of the edges of quadratic facets whose corners are all marked.
   pure subroutine add_middles(pair, candidate)
@@ -258,78 +218,6 @@ contains
       x = x + factors(k)*motion(:, :, k)
     end do
   end function moved
-
-  !> How far the nodes of a pair go, the one against the other.
-  pure real(wp) function longest_way(pair, from, to) result(way)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: from(:, :), to(:, :) !! (3, nodes) positions [length]
-    real(wp) :: drift(3)
-    integer :: p, f, k
-
-    way = 0.0_wp
-    if (count_points(pair) == 0) return
-    drift = point_position(pair, 1, to) - point_position(pair, 1, from)
-    do p = 1, used_points(pair)
-      way = max(way, norm2(point_position(pair, p, to) - point_position(pair, p, from) - drift))
-    end do
-    do f = 1, size(pair%surface%facets, 2)
-      do k = 1, 3
-        associate (node => pair%surface%facets(k, f))
-          way = max(way, norm2(to(:, node) - from(:, node) - drift))
-        end associate
-      end do
-    end do
-  end function longest_way
-
-  !> Marks slave nodes close to the master, and the facets below them.
-  subroutine mark_pair(pair, tree, x, candidate, near)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(facet_tree_t), intent(inout) :: tree !! its tree; fitted to x
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    logical, intent(inout) :: candidate(:) !! (nodes) marked
-    logical, allocatable, intent(inout) :: near(:) !! (nodes) marked: facets a little farther off;
-    !! goes where a point is too deep
-    real(wp) :: distance, y(3)
-    integer :: p, facet
-
-    call fit_tree(tree, pair%surface%facets, x)
-    do p = 1, used_points(pair)
-      y = point_position(pair, p, x)
-      call nearest_facet(tree, pair%surface%facets, x, y, facet, distance, pair%surface%depth)
-      if (facet == 0 .or. distance > reach*pair%search_radius) cycle
-      candidate(pair%points%point_nodes(:, p)) = .true.
-      candidate(pair%surface%facets(:, facet)) = .true.
-      if (allocated(near)) call mark_near(pair, tree, x, y, facet, distance, near)
-    end do
-  end subroutine mark_pair
-
-  !> Marks the facets around a point that are hardly farther off than the nearest one.
-  subroutine mark_near(pair, tree, x, y, nearest, distance, near)
-    type(pair_t), intent(in) :: pair !! the pair
-    type(facet_tree_t), intent(in) :: tree !! its tree, fitted to x
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(in) :: nearest !! its nearest facet
-    real(wp), intent(in) :: distance !! how far that is off [length]
-    logical, allocatable, intent(inout) :: near(:) !! (nodes) marked; goes where the point is too
-    !! deep, or facets are many
-    integer :: found(most_near), n, i
-    real(wp) :: xi(2), gap, farthest
-
-    call project_on_facet(corners(x, pair%surface%facets(:, nearest)), y, xi, gap)
-    farthest = distance + margin*pair%search_radius
-    call facets_near(tree, y, farthest, found, n)
-    if (gap < -little_depth*pair%search_radius .or. n == most_near) then
-      deallocate (near)
-      return
-    end if
-    do i = 1, n
-      associate (nodes => pair%surface%facets(:, found(i)))
-        if (all(near(nodes))) cycle
-        if (distance_to_facet(corners(x, nodes), y) <= farthest) near(nodes) = .true.
-      end associate
-    end do
-  end subroutine mark_near
 
   !> Marks the nodes of all facets that touch a marked node.
   pure subroutine add_ring(facets, candidate)

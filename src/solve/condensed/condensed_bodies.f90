@@ -23,6 +23,9 @@ module condensed_bodies
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
   real(wp), parameter :: large_factor = 1.0e9_wp
+  !> Threads begin to share the largest factor at this part of the share that is foreseen: what is
+  !! shared too early costs little, a thread that waits all of its time.
+  real(wp), parameter :: early = 0.7_wp
 
 contains
 
@@ -33,15 +36,15 @@ contains
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
-    integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies), failures, failed
+    integer :: b, k, outcomes(system%body%bodies), order(system%body%bodies), failures, failed, &
+      threads
     type(ordered_blocks_t) :: matrices(system%body%bodies)
     type(cost_t) :: own(system%body%bodies)
     logical :: ready(system%body%bodies), little
     real(wp) :: promised, needed
-    logical :: threaded
     real(wp) :: shared_from(system%body%bodies)
 
-    threaded = count_threads() > 1
+    threads = count_threads()
     outcomes = solver_done
     ready = .false.
     promised = 0.0_wp
@@ -52,8 +55,8 @@ contains
     call sort_bodies(system, order, shared_from)
     !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed, failed) &
     !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model, &
-    !$omp& shared_from, failures) &
-    !$omp& if(threaded)
+    !$omp& shared_from, failures, threads) &
+    !$omp& if(threads > 1)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
@@ -61,7 +64,7 @@ contains
       failed = failures
       if (wanted(b) .and. failed == 0) call begin_body(system, b, matrices(b), promised, needed, &
         ready(b), own(b), outcomes(b))
-      if (ready(b)) call finish_body(system, b, matrices(b), little, k < size(order), &
+      if (ready(b)) call finish_body(system, b, matrices(b), little, k <= size(order) - threads, &
         shared_from(b), own(b), outcomes(b), model)
       if (outcomes(b) /= solver_done) then
         !$omp atomic
@@ -133,7 +136,7 @@ contains
     threads = count_threads()
     if (threads > 1 .and. size(nodes) > 0) then
       associate (squares => real(nodes, wp)**2, largest => maxloc(nodes, 1))
-        shared_from(largest) = min(1.0_wp, (sum(squares) - squares(largest)) &
+        shared_from(largest) = min(1.0_wp, early*(sum(squares) - squares(largest)) &
           /(real(threads - 1, wp)*max(1.0_wp, squares(largest))))
       end associate
     end if
@@ -184,7 +187,7 @@ contains
     if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
       outcome, from)
     if (outcome == solver_done .and. little) then
-      call form_shares(model, system, b, costs)
+      call form_shares(model, system, b, from < 1.0_wp, costs)
       large = needed_bytes(system%condensed%bodies(b)) > large_factor
       if (gives .or. large) call shrink_body(system%condensed%bodies(b), &
         max(1.0_wp, system%scale%stiffest))

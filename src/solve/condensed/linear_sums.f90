@@ -61,7 +61,7 @@ contains
         end do
       end do
       do b = 1, size(sums%bodies)
-        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, b, &
+        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, b, .false., &
           system%costs)
         sums%by_load = sums%by_load + sums%bodies(b)%by_load
       end do

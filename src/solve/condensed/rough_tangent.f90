@@ -4,7 +4,8 @@
 module rough_tangent
   use kinds, only: wp, sp
   use threads, only: count_threads, pays_threads
-  use lapack_interface, only: sgemv, ssymv, sgetrf, sgetrs
+  use lapack_interface, only: sgemv, ssymv, sgetrs
+  use shared_lu, only: factorise_dense
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use contact_sums, only: take_shares
   use costs, only: begin_cost, end_cost, count_cost, cost_solve
@@ -116,7 +117,7 @@ contains
     end do
     !$omp end parallel do
     info = 0
-    if (tangent%rank > 0) call sgetrf(tangent%rank, tangent%rank, tangent%rough%small, &
+    if (tangent%rank > 0) call factorise_dense(tangent%rank, tangent%rough%small, &
       size(tangent%rough%small, 1), tangent%rough%pivot, info)
   end subroutine form_rough
 

@@ -8,7 +8,7 @@ module sum_shares
   use kinds, only: wp
   use vectors, only: cross
   use costs, only: cost_t
-  use lapack_interface, only: dsymm
+  use lapack_interface, only: dgemm, dsymm
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use model_types, only: model_t
@@ -36,6 +36,7 @@ module sum_shares
   !> Pulls of sums on a body.
   type :: pulls_t
     integer :: n = 0 !! how many
+    logical :: shared = .false. !! threads share the work
     integer, allocatable :: row(:) !! (most) the sum of each
     real(wp), allocatable :: right(:, :) !! (equations, most) the pulls
     integer :: at(most_together) = 0 !! the largest entry of each
@@ -126,16 +127,18 @@ contains
   end subroutine begin_shares
 
   !> What contact forces on a body and loads do to each sum through that body.
-  subroutine form_shares(model, system, b, costs)
+  subroutine form_shares(model, system, b, shared, costs)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(inout) :: system !! factor, compliance, influence; gets the shares
     integer, intent(in) :: b !! the body
+    logical, intent(in) :: shared !! threads share the work
     type(cost_t), intent(inout) :: costs !! cost table
     real(wp), dimension(3, model%mesh%nodes) :: unit, pull
     logical :: own(model%mesh%nodes)
     type(pulls_t) :: pulls
     integer :: row, k, last(2)
 
+    pulls%shared = shared
     own = system%body%node_body == b
     last = reaction_rows(model, system)
     associate (influence => system%condensed%outer%influence, &
@@ -249,10 +252,11 @@ contains
 
     if (pulls%n == 0) return
     associate (body => system%condensed%bodies(b), last => size(pulls%right, 1))
-      call reduce_columns(body%solver, body%m, last, pulls%n, pulls%right, costs)
+      call reduce_columns(body%solver, body%m, last, pulls%n, pulls%shared, &
+        pulls%right, costs)
       allocate (share(body%m, pulls%n))
-      call dsymm('L', 'L', body%m, pulls%n, -1.0_wp, body%compliance, body%m, &
-        pulls%right(last - body%m + 1:, :pulls%n), body%m, 0.0_wp, share, body%m)
+      call take_moves(body%m, pulls%n, body%compliance, pulls%right(last - body%m + 1:, :pulls%n), &
+        pulls%shared, share)
       shares%by_force(:, pulls%row(:pulls%n)) = share
     end associate
     do k = 1, pulls%twins
@@ -261,6 +265,32 @@ contains
     pulls%twins = 0
     pulls%n = 0
   end subroutine find_shares
+
+  !> y = -C x, the upper rows and the lower ones by two threads if they share the work.
+  subroutine take_moves(n, columns, c, x, shared, y)
+    integer, intent(in) :: n, columns !! rows and columns of x
+    real(wp), intent(in) :: c(n, n) !! a symmetric matrix; its lower triangle counts
+    real(wp), intent(in) :: x(n, columns) !! several vectors
+    logical, intent(in) :: shared !! threads share the work
+    real(wp), intent(out) :: y(n, columns) !! the products
+    integer :: half
+
+    if (.not. shared) then
+      call dsymm('L', 'L', n, columns, -1.0_wp, c, n, x, n, 0.0_wp, y, n)
+      return
+    end if
+    half = n/2
+    !$omp task default(none) shared(n, columns, half, c, x, y)
+    call dsymm('L', 'L', half, columns, -1.0_wp, c, n, x, n, 0.0_wp, y, n)
+    call dgemm('T', 'N', half, columns, n - half, -1.0_wp, c(half + 1, 1), n, x(half + 1, 1), n, &
+      1.0_wp, y, n)
+    !$omp end task
+    call dsymm('L', 'L', n - half, columns, -1.0_wp, c(half + 1, half + 1), n, x(half + 1, 1), n, &
+      0.0_wp, y(half + 1, 1), n)
+    call dgemm('N', 'N', n - half, columns, half, -1.0_wp, c(half + 1, 1), n, x, n, 1.0_wp, &
+      y(half + 1, 1), n)
+    !$omp taskwait
+  end subroutine take_moves
 
   !> What a sum multiplies each reaction with, or each displacement.
   subroutine find_unit(model, system, row, unit)

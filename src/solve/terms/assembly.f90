@@ -8,7 +8,7 @@ module assembly
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
-  use bulk_assembly, only: scatter_block
+  use bulk_assembly, only: scatter_column
   implicit none
   private
   public :: assemble, element_tangent, recover, shift_derivatives
@@ -51,7 +51,9 @@ contains
           end do
           if (task == task_tangent .and. present(a)) then
             list%asymmetry = max(list%asymmetry, asymmetry(e))
-            call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
+            do i = 1, e%nel
+              call scatter_column(list%block(:e%nel, i, k), e%s(:, 3*i - 2:3*i), a)
+            end do
           end if
           if (task == task_tangent .and. present(s)) s(:, :, k) = e%s(:size(s, 1), :size(s, 2))
         end associate

@@ -7,12 +7,13 @@ module bulk_assembly
   use bulk_laws, only: neohooke
   use tetrahedra_at_once, only: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, &
     form_tangents, is_reach_far
-  use element_lists, only: bulk_list_t, batch_size
+  use element_lists, only: bulk_list_t, on_threads
+  use element_parts, only: count_parts, part_nodes, elements_of_part
   use elmlib, only: solid_routine, routine_none, routine_finite
-  use block_matrix, only: block_matrix_t, find_blocks
+  use block_matrix, only: block_matrix_t, find_column
   implicit none
   private
-  public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_block
+  public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_column
 
 contains
 
@@ -26,77 +27,117 @@ contains
     real(wp), intent(out) :: energy !! strain energy of what is not linear [force length]
     integer, intent(out) :: inverted !! element turned inside out, or 0
     type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
-    type(solid_t), allocatable :: elements(:)
-    type(tetrahedra_t), allocatable :: groups(:)
-    integer :: first, k, task
+    integer :: part(size(x, 2)), parts, p
+    integer, allocatable :: turned(:)
+    real(wp), allocatable :: energies(:)
+
+    parts = count_parts(list)
+    call part_nodes(x, parts, part)
+    allocate (energies(parts), turned(parts))
+    !$omp parallel do schedule(static, 1) default(none) &
+    !$omp& shared(list, x, u, part, parts, r, energies, turned, a) if(parts > 1)
+    do p = 1, parts
+      call assemble_part(list, x, u, part, p, r, energies(p), turned(p), a)
+    end do
+    !$omp end parallel do
+    energy = sum(energies)
+    inverted = minval(turned)
+    if (inverted > list%n) inverted = 0
+  end subroutine assemble_bulk
+
+  !> What one part of the nodes gets of the elements that reach it.
+  subroutine assemble_part(list, x, u, part, mine, r, energy, inverted, a)
+    type(bulk_list_t), intent(in) :: list !! elements
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: part(:) !! (nodes) their parts
+    integer, intent(in) :: mine !! the part
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
+    real(wp), intent(out) :: energy !! of elements whose first node is of the part [force length]
+    integer, intent(out) :: inverted !! first element turned inside out, or one more than there are
+    type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
+    type(solid_t) :: e
+    type(tetrahedra_t) :: group
+    integer, allocatable :: which(:)
+    integer :: first, last, k, task
 
     task = task_residual
     if (present(a)) task = task_tangent
-    allocate (elements(batch_size(list%n)))
-    allocate (groups((size(elements) - 1)/at_once + 1))
     energy = 0.0_wp
-    inverted = 0
-    do first = 1, list%n, size(elements)
-      call compute(list, task, x, u, first, elements, groups)
-      do k = first, min(first + size(elements) - 1, list%n)
-        associate (group => groups((k - first)/at_once + 1))
-          if (group%alike) then
-            call add_alike(list, k, mod(k - first, at_once) + 1, group, r, energy, inverted, a)
-          else
-            call add_each(list, k, elements(k - first + 1), r, energy, inverted, a)
-          end if
-        end associate
-      end do
-      if (inverted > 0) return
+    inverted = list%n + 1
+    call elements_of_part(list, part, mine, which)
+    do first = 1, size(which), at_once
+      last = min(first + at_once - 1, size(which))
+      if (are_alike(list, which(first:last))) then
+        call compute_alike(list, task, x, u, which(first:last), group)
+        do k = first, last
+          call add_alike(list, which(k), k - first + 1, group, part, mine, r, energy, inverted, a)
+        end do
+      else
+        do k = first, last
+          call gather(list, which(k), x, u, e)
+          call solid_routine(list%routine(which(k)), task, list%d(:, list%set(which(k))), e)
+          call add_each(list, which(k), e, part, mine, r, energy, inverted, a)
+        end do
+      end if
+      if (inverted <= list%n) return
     end do
-  end subroutine assemble_bulk
+  end subroutine assemble_part
 
   !> Adds what an element has computed.
-  subroutine add_each(list, k, e, r, energy, inverted, a)
+  pure subroutine add_each(list, k, e, part, mine, r, energy, inverted, a)
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
     type(solid_t), intent(in) :: e !! its local data
+    integer, intent(in) :: part(:) !! (nodes) their parts
+    integer, intent(in) :: mine !! the part that gets it
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
     real(wp), intent(inout) :: energy !! strain energy [force length]
-    integer, intent(inout) :: inverted !! first element turned inside out, or 0
+    integer, intent(inout) :: inverted !! first element turned inside out
     type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
-    integer :: i
+    integer :: i, place(size(e%ix))
 
-    if (list%routine(k) == routine_none) return
-    if (e%inverted .and. inverted == 0) inverted = k
-    energy = energy + e%energy
+    if (e%inverted) inverted = min(inverted, k)
+    if (part(e%ix(1)) == mine) energy = energy + e%energy
     do i = 1, e%nel
-      r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
+      if (part(e%ix(i)) == mine) r(:, e%ix(i)) = r(:, e%ix(i)) + e%r(3*i - 2:3*i)
     end do
     if (.not. present(a)) return
-    if (allocated(list%block)) then
-      call scatter_block(list%block(:e%nel, :e%nel, k), e%s, a)
-    else
-      call scatter_block(find_blocks(a, e%ix(:e%nel)), e%s, a)
-    end if
+    do i = 1, e%nel
+      if (part(e%ix(i)) /= mine) cycle
+      if (allocated(list%block)) then
+        place(:e%nel) = list%block(:e%nel, i, k)
+      else
+        call find_column(a, e%ix(:e%nel), e%ix(i), place(:e%nel))
+      end if
+      call scatter_column(place(:e%nel), e%s(:, 3*i - 2:3*i), a)
+    end do
   end subroutine add_each
 
   !> The same of one that has been computed with others.
-  subroutine add_alike(list, k, n, group, r, energy, inverted, a)
+  pure subroutine add_alike(list, k, n, group, part, mine, r, energy, inverted, a)
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
     integer, intent(in) :: n !! its place among the others
     type(tetrahedra_t), intent(in) :: group !! these
+    integer, intent(in) :: part(:) !! (nodes) their parts
+    integer, intent(in) :: mine !! the part that gets it
     real(wp), intent(inout) :: r(:, :) !! (3, nodes) internal force [force]
     real(wp), intent(inout) :: energy !! strain energy [force length]
-    integer, intent(inout) :: inverted !! first element turned inside out, or 0
+    integer, intent(inout) :: inverted !! first element turned inside out
     type(block_matrix_t), intent(inout), optional :: a !! gets the tangent
     integer :: i, j
 
-    if (inverted == 0 .and. .not. group%j(n) > 0.0_wp) inverted = k
-    energy = energy + group%energy(n)
+    if (.not. group%j(n) > 0.0_wp) inverted = min(inverted, k)
+    if (part(list%ix(1, k)) == mine) energy = energy + group%energy(n)
     do i = 1, 4
       associate (node => list%ix(i, k))
-        r(:, node) = r(:, node) + group%r(n, :, i)
+        if (part(node) == mine) r(:, node) = r(:, node) + group%r(n, :, i)
       end associate
     end do
     if (.not. present(a)) return
     do j = 1, 4
+      if (part(list%ix(j, k)) /= mine) cycle
       do i = 1, 4
         associate (place => list%block(i, j, k))
           a%val(:, :, place) = a%val(:, :, place) + group%s(:, :, i, j, n)
@@ -105,105 +146,45 @@ contains
     end do
   end subroutine add_alike
 
-  !> Computes a batch of elements, each by itself or those that are alike at once.
-  subroutine compute(list, task, x, u, first, elements, groups)
-    type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: task !! what they are told
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    integer, intent(in) :: first !! first element of the batch
-    type(solid_t), intent(inout) :: elements(:) !! local data of each
-    type(tetrahedra_t), intent(inout) :: groups(:) !! those that are alike
-    integer :: k, last
-
-    last = min(first + size(elements) - 1, list%n)
-    if (last - first < at_once) then
-      call compute_some(list, task, x, u, first, elements(:last - first + 1), groups(1))
-      return
-    end if
-    !$omp parallel do default(none) private(k) &
-    !$omp& shared(list, task, x, u, first, last, elements, groups)
-    do k = first, last, at_once
-      call compute_some(list, task, x, u, k, elements(k - first + 1:min(k + at_once - 1, last) &
-        - first + 1), groups((k - first)/at_once + 1))
-    end do
-    !$omp end parallel do
-  end subroutine compute
-
-  !> Computes no more elements than there are at once.
-  subroutine compute_some(list, task, x, u, first, elements, group)
-    type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: task !! what they are told
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    integer, intent(in) :: first !! first element of these
-    type(solid_t), intent(inout) :: elements(:) !! local data of each
-    type(tetrahedra_t), intent(inout) :: group !! those that are alike
-
-    group%alike = are_alike(list, first, first + size(elements) - 1)
-    if (group%alike) then
-      call compute_alike(list, task, x, u, first, group)
-    else
-      call compute_each(list, task, x, u, first, elements)
-    end if
-  end subroutine compute_some
-
-  !> Computes elements of any kind.
-  subroutine compute_each(list, task, x, u, first, elements)
-    type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: task !! what they are told
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    integer, intent(in) :: first !! first element of these
-    type(solid_t), intent(inout) :: elements(:) !! local data of each
-    integer :: i, k
-
-    do i = 1, size(elements)
-      k = first + i - 1
-      if (list%routine(k) == routine_none) cycle
-      call gather(list, k, x, u, elements(i))
-      call solid_routine(list%routine(k), task, list%d(:, list%set(k)), elements(i))
-    end do
-  end subroutine compute_each
-
   !> So many elements as are computed at once have four nodes and one neo-Hookean material without
   !! a mean dilatation.
-  pure logical function are_alike(list, first, last) result(alike)
+  pure logical function are_alike(list, which) result(alike)
     type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: first, last !! which of them
+    integer, intent(in) :: which(:) !! some of them
 
-    alike = last - first + 1 == at_once .and. list%routine(first) == routine_finite
+    alike = size(which) == at_once
+    if (alike) alike = list%routine(which(1)) == routine_finite
     if (.not. alike) return
-    associate (set => list%set(first))
+    associate (set => list%set(which(1)))
       alike = nint(list%d(d_law, set)) == neohooke .and. list%d(d_mean, set) <= 0.0_wp .and. &
-        all(list%set(first:last) == set) .and. all(list%nel(first:last) == 4) .and. &
-        all(list%routine(first:last) == routine_finite)
+        all(list%set(which) == set) .and. all(list%nel(which) == 4) .and. &
+        all(list%routine(which) == routine_finite)
     end associate
   end function are_alike
 
   !> Computes elements that are alike.
-  pure subroutine compute_alike(list, task, x, u, first, group)
+  pure subroutine compute_alike(list, task, x, u, which, group)
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: task !! what they are told
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    integer, intent(in) :: first !! first element of these
+    integer, intent(in) :: which(:) !! these
     type(tetrahedra_t), intent(inout) :: group !! computed
     real(wp) :: lambda, g
 
-    associate (d => list%d(:, list%set(first)))
+    associate (d => list%d(:, list%set(which(1))))
       call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
     end associate
-    call gather_alike(list, first, x, u, group)
+    call gather_alike(list, which, x, u, group)
     call deform_tetrahedra(group)
     call strain_tetrahedra(lambda, g, group)
     if (task == task_tangent) call form_tangents(lambda, g, group)
   end subroutine compute_alike
 
   !> Positions and displacements of elements that are alike.
-  pure subroutine gather_alike(list, first, x, u, group)
+  pure subroutine gather_alike(list, which, x, u, group)
     type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: first !! first element of these
+    integer, intent(in) :: which(:) !! these
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(tetrahedra_t), intent(inout) :: group !! gets x, u
@@ -211,7 +192,7 @@ contains
 
     do i = 1, at_once
       do a = 1, 4
-        associate (node => list%ix(a, first + i - 1))
+        associate (node => list%ix(a, which(i)))
           group%x(i, :, a) = x(:, node)
           group%u(i, :, a) = u(:, node)
         end associate
@@ -228,8 +209,12 @@ contains
     real(wp), intent(out) :: state(:, :) !! (n_solid_state, some) states, zero where there is none
     type(solid_t) :: e
     integer :: k, i
+    logical :: pays
 
+    pays = on_threads(size(state, 2))
     state = 0.0_wp
+    !$omp parallel do schedule(static) default(none) private(k, e) &
+    !$omp& shared(list, x, u, first, state) if(pays)
     do i = 1, size(state, 2)
       k = first + i - 1
       if (list%routine(k) == routine_none) cycle
@@ -237,6 +222,7 @@ contains
       call solid_routine(list%routine(k), task_stress, list%d(:, list%set(k)), e)
       state(:, i) = e%state
     end do
+    !$omp end parallel do
   end subroutine recover_bulk
 
   !> How far the bulk can go along a way before an element is turned inside out.
@@ -256,7 +242,7 @@ contains
     do first = 1, list%n, at_once
       last = min(first + at_once - 1, list%n)
       far = .false.
-      if (are_alike(list, first, last)) call reach_alike(list, first, x, u, du, far)
+      if (are_alike(list, [(k, k=first, last)])) call reach_alike(list, first, x, u, du, far)
       do k = first, last
         if (far(k - first + 1) .or. list%routine(k) /= routine_finite) cycle
         call gather(list, k, x, u, e)
@@ -283,7 +269,7 @@ contains
     real(wp) :: way(at_once, 3, 4)
     integer :: i, a
 
-    call gather_alike(list, first, x, u, group)
+    call gather_alike(list, [(i, i=first, first + at_once - 1)], x, u, group)
     do i = 1, at_once
       do a = 1, 4
         way(i, :, a) = du(:, list%ix(a, first + i - 1))
@@ -310,19 +296,17 @@ contains
     end do
   end subroutine gather
 
-  !> Adds an element matrix block by block.
-  pure subroutine scatter_block(place, s, a)
-    integer, intent(in) :: place(:, :) !! (nodes, nodes) places in a
-    real(wp), intent(in) :: s(:, :) !! the matrix [force/length]
+  !> Adds a column of blocks of an element matrix.
+  pure subroutine scatter_column(place, s, a)
+    integer, intent(in) :: place(:) !! (nodes) places in a
+    real(wp), intent(in) :: s(:, :) !! (dofs, 3) the column [force/length]
     type(block_matrix_t), intent(inout) :: a !! takes it
-    integer :: i, j
+    integer :: i
 
-    do j = 1, size(place, 2)
-      do i = 1, size(place, 1)
-        associate (val => a%val(:, :, place(i, j)))
-          val = val + s(3*i - 2:3*i, 3*j - 2:3*j)
-        end associate
-      end do
+    do i = 1, size(place)
+      associate (val => a%val(:, :, place(i)))
+        val = val + s(3*i - 2:3*i, :)
+      end associate
     end do
-  end subroutine scatter_block
+  end subroutine scatter_column
 end module bulk_assembly

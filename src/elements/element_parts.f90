@@ -1,0 +1,72 @@
+!> Elements shared among threads: the nodes are parted across the longest way of the mesh, and each
+!! thread adds up what reaches its own nodes, in the order of the elements. So sums are those of one
+!! thread, and only elements between two parts are computed twice.
+module element_parts
+  use kinds, only: wp
+  use threads, only: count_threads
+  use element_lists, only: node_list_t, on_threads
+  use elmlib, only: routine_none
+  implicit none
+  private
+  public :: count_parts, part_nodes, elements_of_part
+
+  !> Places along the way that are told from each other.
+  integer, parameter :: places = 1024
+
+contains
+
+  !> How many parts a list is worth.
+  integer function count_parts(list) result(parts)
+    class(node_list_t), intent(in) :: list !! elements
+
+    parts = 1
+    if (on_threads(list%n)) parts = count_threads()
+  end function count_parts
+
+  !> Parts of the nodes, about as many in each.
+  pure subroutine part_nodes(x, parts, part)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: parts !! how many
+    integer, intent(out) :: part(:) !! (nodes) 1 to parts
+    integer :: place(size(part)), count_at(places), part_at(places), i, way, before
+    real(wp) :: low(3), high(3)
+
+    part = 1
+    if (parts == 1 .or. size(part) == 0) return
+    low = minval(x, 2)
+    high = maxval(x, 2)
+    way = maxloc(high - low, 1)
+    if (high(way) <= low(way)) return
+    count_at = 0
+    do i = 1, size(part)
+      place(i) = min(places, 1 + int(real(places, wp)*(x(way, i) - low(way))/(high(way) &
+        - low(way))))
+      count_at(place(i)) = count_at(place(i)) + 1
+    end do
+    before = 0
+    do i = 1, places
+      part_at(i) = min(parts, 1 + int(real(parts, wp)*(real(before, wp) &
+        + 0.5_wp*real(count_at(i), wp))/real(size(part), wp)))
+      before = before + count_at(i)
+    end do
+    part = part_at(place)
+  end subroutine part_nodes
+
+  !> The elements that take part and reach a node of a part, ascending.
+  pure subroutine elements_of_part(list, part, mine, which)
+    class(node_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: part(:) !! (nodes) their parts
+    integer, intent(in) :: mine !! the part
+    integer, allocatable, intent(out) :: which(:) !! their numbers
+    integer :: found(list%n), k, n
+
+    n = 0
+    do k = 1, list%n
+      if (list%routine(k) == routine_none) cycle
+      if (all(part(list%ix(:list%nel(k), k)) /= mine)) cycle
+      n = n + 1
+      found(n) = k
+    end do
+    which = found(:n)
+  end subroutine elements_of_part
+end module element_parts
