@@ -51,10 +51,10 @@ contains
     !$omp end parallel
   end subroutine factorise_dense
 
-  !> What a thread does: it takes the next task as long as there is one. So nobody waits for a thread
-  !! that the system has not called yet. A task brings a block of columns up to date with one before
-  !! it, those with the first block first, and if that is the last one before it factorises it: the
-  !! next block is made while others are brought up to date.
+  !> What a thread does: it takes the next task as long as there is one. So nobody waits for a
+  !! thread that the system has not called yet. A task brings a block of columns up to date with one
+  !! before it, those with the first block first, and if that is the last one before it factorises
+  !! it: the next block is made while others are brought up to date.
   subroutine take_tasks(n, a, stored, pivot, info, progress)
     integer, intent(in) :: n, stored !! as above
     real(sp), intent(inout) :: a(stored, *) !! as above

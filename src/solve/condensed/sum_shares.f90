@@ -134,7 +134,7 @@ contains
     logical, intent(in) :: shared !! threads share the work
     type(cost_t), intent(inout) :: costs !! cost table
     real(wp), dimension(3, model%mesh%nodes) :: unit, pull
-    logical :: own(model%mesh%nodes)
+    logical :: own(model%mesh%nodes), has_some
     type(pulls_t) :: pulls
     integer :: row, k, last(2)
 
@@ -149,8 +149,8 @@ contains
       do row = 1, size(shares%by_load, 1)
         if (all(owner_of(model, system, row) /= [0, b])) cycle
         call find_unit(model, system, row, unit)
-        where (spread(.not. own, 1, 3)) unit = 0.0_wp
-        if (all(abs(unit) <= 0.0_wp)) cycle
+        call keep_own(own, unit, has_some)
+        if (.not. has_some) cycle
         if (row <= last(2)) then
           call multiply_some(system%whole%bulk_matrix, own .and. &
             reached_by(system%whole%bulk_matrix, unit), unit, pull)
@@ -158,7 +158,7 @@ contains
           pull = unit
         end if
         do k = 1, size(influence, 3)
-          shares%by_load(row, k) = sum(pull*influence(:, :, k))
+          shares%by_load(row, k) = work_of(own, pull, influence(:, :, k))
         end do
         call take_pull(system, b, row, pull, pulls, shares, costs)
         pull = 0.0_wp
@@ -166,6 +166,35 @@ contains
       call find_shares(system, b, pulls, shares, costs)
     end associate
   end subroutine form_shares
+
+  !> What a sum multiplies the nodes of a body with; zero elsewhere.
+  pure subroutine keep_own(own, unit, has_some)
+    logical, intent(in) :: own(:) !! (nodes) of the body
+    real(wp), intent(inout) :: unit(:, :) !! (3, nodes) what it multiplies
+    logical, intent(out) :: has_some !! it is not zero everywhere
+    integer :: i
+
+    has_some = .false.
+    do i = 1, size(own)
+      if (own(i)) then
+        if (.not. has_some) has_some = any(abs(unit(:, i)) > 0.0_wp)
+      else
+        unit(:, i) = 0.0_wp
+      end if
+    end do
+  end subroutine keep_own
+
+  !> Work of forces on displacements at the nodes of a body.
+  pure real(wp) function work_of(own, force, u) result(work)
+    logical, intent(in) :: own(:) !! (nodes) of the body
+    real(wp), intent(in) :: force(:, :), u(:, :) !! (3, nodes)
+    integer :: i
+
+    work = 0.0_wp
+    do i = 1, size(own)
+      if (own(i)) work = work + dot_product(force(:, i), u(:, i))
+    end do
+  end function work_of
 
   !> The body whose motion a sum is about, 0 if it is about none in particular.
   pure integer function owner_of(model, system, row) result(owner)
