@@ -65,16 +65,18 @@ module process
 
 contains
 
-  !> Threads that wait shall sleep and not spin, which on a busy machine takes the processor from
-  !! those that are waited for; unless the user has said what they do.
+  !> Threads that wait shall look a few times and sleep then: to spin takes the processor of a busy
+  !! machine from those that are waited for, to wake up takes as long as many a region has to do.
+  !! Unless the user has said what they do.
   subroutine wait_passively(again)
     logical, intent(inout) :: again !! gets true if the program has to start anew for it
-    character(*), parameter :: policy = 'OMP_WAIT_POLICY'
+    character(*), parameter :: policy = 'OMP_WAIT_POLICY', looks = '2000'
     integer :: status
     logical :: set
 
     call get_environment_variable(policy, status=status)
     if (status == 0) return
+    call set_variable('GOMP_SPINCOUNT', looks, set)
     call set_variable(policy, 'PASSIVE', set)
     again = again .or. set
   end subroutine wait_passively

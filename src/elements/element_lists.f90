@@ -15,8 +15,8 @@ module element_lists
   integer, parameter :: small_batch = 16
   !> The same with several threads, which are called together for each batch.
   integer, parameter :: large_batch = 1024
-  !> Multiplications and additions of an element, at least.
-  real(wp), parameter :: of_element = 250.0_wp
+  !> An element takes as long as so many multiplications and additions, at least.
+  real(wp), parameter :: of_element = 1200.0_wp
 
   !> Elements with their routine and nodes: what the graph of a matrix asks for.
   type :: node_list_t
