@@ -6,7 +6,7 @@ module threads
     omp_get_max_active_levels, omp_get_num_procs
   implicit none
   private
-  public :: set_threads, count_threads, count_cores, pays_threads
+  public :: set_threads, count_threads, count_cores, worth_threads, pays_threads
 
   !> Multiplications and additions that take a few times as long as a thread takes to wake up.
   real(wp), parameter :: long_work = 5.0e5_wp
@@ -71,12 +71,19 @@ contains
     n = omp_get_max_threads()
   end function count_threads
 
+  !> Threads that a piece of work is worth: all of them, or one.
+  integer function worth_threads(operations) result(n)
+    real(wp), intent(in) :: operations !! multiplications and additions
+
+    n = 1
+    if (operations > long_work) n = count_threads()
+  end function worth_threads
+
   !> A piece of work is worth waking other threads for, and there are some.
   logical function pays_threads(operations)
     real(wp), intent(in) :: operations !! multiplications and additions
 
-    pays_threads = operations > long_work
-    if (pays_threads) pays_threads = count_threads() > 1
+    pays_threads = worth_threads(operations) > 1
   end function pays_threads
 
   !> Cores that the process may use.

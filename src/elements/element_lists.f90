@@ -1,14 +1,14 @@
 !> Lists of elements: what the assembly loops run over.
 module element_lists
   use kinds, only: wp
-  use threads, only: pays_threads
+  use threads, only: worth_threads
   use element_types, only: max_slaves, n_element_history
   use solid_types, only: n_solid_parameters
   use elmlib, only: n_parameters, routine_none
   implicit none
   private
   public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, &
-    allocate_list, slave_point, master_nodes, side_nodes, batch_size, on_threads
+    allocate_list, slave_point, master_nodes, side_nodes, batch_size, threads_of
 
   !> Elements that are computed together before they are added up, in their order whatever the
   !! number of threads: so few that they stay in the processor's first store.
@@ -73,16 +73,16 @@ contains
     integer, intent(in) :: n !! elements of the list
 
     batch = small_batch
-    if (on_threads(n)) batch = large_batch
+    if (threads_of(n) > 1) batch = large_batch
     batch = min(batch, max(1, n))
   end function batch_size
 
-  !> The elements of a list are worth several threads, and there are some.
-  logical function on_threads(n)
+  !> Threads that the elements of a list are worth.
+  integer function threads_of(n) result(threads)
     integer, intent(in) :: n !! elements of the list
 
-    on_threads = pays_threads(of_element*real(n, wp))
-  end function on_threads
+    threads = worth_threads(of_element*real(n, wp))
+  end function threads_of
 
   !> Allocates what all lists have, for n elements that take no part.
   pure subroutine allocate_nodes(list, n, most)

@@ -1,27 +1,18 @@
 !> Elements shared among threads: the nodes are parted across the longest way of the mesh, and each
 !! thread adds up what reaches its own nodes, in the order of the elements. So sums are those of one
-!! thread, and only elements between two parts are computed twice.
+!! thread, and only elements between two parts are computed twice (doc/theory, "Linear systems").
 module element_parts
   use kinds, only: wp
-  use threads, only: count_threads
-  use element_lists, only: node_list_t, on_threads
+  use element_lists, only: node_list_t
   use elmlib, only: routine_none
   implicit none
   private
-  public :: count_parts, part_nodes, elements_of_part
+  public :: part_nodes, elements_of_part
 
   !> Places along the way that are told from each other.
   integer, parameter :: places = 1024
 
 contains
-
-  !> How many parts a list is worth.
-  integer function count_parts(list) result(parts)
-    class(node_list_t), intent(in) :: list !! elements
-
-    parts = 1
-    if (on_threads(list%n)) parts = count_threads()
-  end function count_parts
 
   !> Parts of the nodes, about as many in each.
   pure subroutine part_nodes(x, parts, part)

@@ -10,7 +10,6 @@ module tetrahedra_at_once
 
   !> The elements; index 1 of all arrays but s is that of the element.
   type :: tetrahedra_t
-    logical :: alike = .false. !! it holds elements
     real(wp) :: x(at_once, 3, 4) !! reference coordinates [length]
     real(wp) :: u(at_once, 3, 4) !! displacements [length]
     real(wp) :: gradient(at_once, 3, 2:4) !! dN_a/dX of the last three nodes [1/length]

@@ -2,7 +2,7 @@
 !! body behind the facet is thick. What is deeper lies behind the body (doc/theory, "Hosts").
 module facet_depths
   use kinds, only: wp
-  use threads, only: count_threads, pays_threads
+  use threads, only: worth_threads
   use vectors, only: cross
   use mesh_types, only: mesh_t
   use bodies, only: find_bodies
@@ -57,8 +57,7 @@ contains
     radius = pair%search_radius
     if (radius <= 0.0_wp) radius = longest_facet(pair, mesh%x)
     depth = radius
-    strips = 1
-    if (pays_threads(of_facet*real(size(depth), wp))) strips = count_threads()
+    strips = worth_threads(of_facet*real(size(depth), wp))
     !$omp parallel do schedule(static, 1) default(none) &
     !$omp& shared(mesh, exterior, outside, pair, radius, strips, depth) if(strips > 1)
     do s = 1, strips

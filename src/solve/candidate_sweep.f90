@@ -2,7 +2,7 @@
 !! (doc/theory, "Condensed contact").
 module candidate_sweep
   use kinds, only: wp
-  use threads, only: count_threads, pays_threads
+  use threads, only: worth_threads
   use contact_types, only: pair_t
   use contact_points, only: count_points, used_points, point_position
   use facet_geometry, only: corners, distance_to_facet, project_on_facet
@@ -60,9 +60,7 @@ contains
     call mark_pair(pair, tree, places(:, :, 1), marks(1))
     call list_positions(pair, places, pair%search_radius*merge(fine_step, 1.0_wp, &
       allocated(marks(1)%near)), positions)
-    strips = 1
-    if (pays_threads(of_point*real(used_points(pair), wp)*real(size(positions), wp))) &
-      strips = count_threads()
+    strips = worth_threads(of_point*real(used_points(pair), wp)*real(size(positions), wp))
     marks = [(marks(1), s=1, strips)]
     !$omp parallel do schedule(static, 1) default(none) &
     !$omp& shared(pair, tree, places, positions, marks, strips) if(strips > 1)

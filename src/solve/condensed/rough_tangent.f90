@@ -3,7 +3,7 @@
 !! is found in double precision while single would show (doc/theory, "Condensed contact").
 module rough_tangent
   use kinds, only: wp, sp
-  use threads, only: count_threads, pays_threads
+  use threads, only: worth_threads, pays_threads
   use lapack_interface, only: sgemv, ssymv, sgetrs
   use shared_lu, only: factorise_dense
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
@@ -281,8 +281,7 @@ contains
     real(sp), intent(out) :: t(rows) !! their sum
     integer :: part, parts, first, n
 
-    parts = 1
-    if (pays_threads(real(rows, wp)*real(columns, wp))) parts = count_threads()
+    parts = worth_threads(real(rows, wp)*real(columns, wp))
     !$omp parallel do schedule(static) default(none) private(first, n) &
     !$omp& shared(rows, columns, cu, z, t, parts) if(parts > 1)
     do part = 1, parts

@@ -3,7 +3,7 @@
 !! "Condensed contact").
 module whole_tangent
   use kinds, only: wp
-  use threads, only: count_threads, pays_threads
+  use threads, only: worth_threads
   use lapack_interface, only: dgemv
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t
   use condensed_motions, only: push_live, add_live_motion
@@ -210,8 +210,7 @@ contains
     real(wp), intent(inout) :: t(rows) !! [length]
     integer :: part, parts, first, n
 
-    parts = 1
-    if (pays_threads(real(rows, wp)*real(columns, wp))) parts = count_threads()
+    parts = worth_threads(real(rows, wp)*real(columns, wp))
     !$omp parallel do schedule(static) default(none) private(first, n) &
     !$omp& shared(rows, columns, cu, z, t, parts) if(parts > 1)
     do part = 1, parts

@@ -4,7 +4,7 @@ module assembly
   use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
     task_stick_shift_tangent, n_element_stress, status_stick, status_slip
-  use element_lists, only: element_list_t, batch_size, on_threads
+  use element_lists, only: element_list_t, batch_size, threads_of
   use elmlib, only: element_routine, n_parameters, routine_none
   use elmt03, only: d03_mu
   use block_matrix, only: block_matrix_t
@@ -124,7 +124,7 @@ contains
     integer :: k, last
 
     last = min(first + size(elements) - 1, list%n)
-    if (on_threads(list%n)) then
+    if (threads_of(list%n) > 1) then
       !$omp parallel do default(none) private(k) shared(list, task, x, u, first, last, elements)
       do k = first, last
         call compute_one(list, task, x, u, k, elements(k - first + 1))

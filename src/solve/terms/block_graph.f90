@@ -4,7 +4,7 @@ module block_graph
   use kinds, only: wp
   use element_lists, only: node_list_t
   use elmlib, only: routine_none
-  use block_matrix, only: block_matrix_t, find_block
+  use block_matrix, only: block_matrix_t, find_block, find_column
   implicit none
   private
   public :: build_graph, locate_elements, graph_holds
@@ -163,17 +163,17 @@ contains
   pure subroutine locate_elements(matrix, list)
     type(block_matrix_t), intent(in) :: matrix !! the matrix
     class(node_list_t), intent(inout) :: list !! gets block
-    integer :: k, a, b
+    integer :: k, b
 
     if (.not. allocated(list%block)) allocate (list%block(size(list%ix, 1), size(list%ix, 1), &
       list%n), source=0)
     do k = 1, list%n
       if (list%routine(k) == routine_none) cycle
-      do b = 1, list%nel(k)
-        do a = 1, list%nel(k)
-          list%block(a, b, k) = find_block(matrix, list%ix(a, k), list%ix(b, k))
+      associate (nodes => list%ix(:list%nel(k), k))
+        do b = 1, size(nodes)
+          call find_column(matrix, nodes, nodes(b), list%block(:size(nodes), b, k))
         end do
-      end do
+      end associate
     end do
   end subroutine locate_elements
 

@@ -7,8 +7,8 @@ module bulk_assembly
   use bulk_laws, only: neohooke
   use tetrahedra_at_once, only: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, &
     form_tangents, is_reach_far
-  use element_lists, only: bulk_list_t, on_threads
-  use element_parts, only: count_parts, part_nodes, elements_of_part
+  use element_lists, only: bulk_list_t, threads_of
+  use element_parts, only: part_nodes, elements_of_part
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t, find_column
   implicit none
@@ -31,7 +31,7 @@ contains
     integer, allocatable :: turned(:)
     real(wp), allocatable :: energies(:)
 
-    parts = count_parts(list)
+    parts = threads_of(list%n)
     call part_nodes(x, parts, part)
     allocate (energies(parts), turned(parts))
     !$omp parallel do schedule(static, 1) default(none) &
@@ -211,7 +211,7 @@ contains
     integer :: k, i
     logical :: pays
 
-    pays = on_threads(size(state, 2))
+    pays = threads_of(size(state, 2)) > 1
     state = 0.0_wp
     !$omp parallel do schedule(static) default(none) private(k, e) &
     !$omp& shared(list, x, u, first, state) if(pays)
@@ -235,14 +235,15 @@ contains
     integer, intent(out) :: worst !! the element, 0 if nothing stops it
     type(solid_t) :: e
     logical :: far(at_once)
-    integer :: first, last, k, i
+    integer :: which(at_once), first, last, k, i
 
     reach = huge(1.0_wp)
     worst = 0
     do first = 1, list%n, at_once
       last = min(first + at_once - 1, list%n)
       far = .false.
-      if (are_alike(list, [(k, k=first, last)])) call reach_alike(list, first, x, u, du, far)
+      which = [(k, k=first, first + at_once - 1)]
+      if (are_alike(list, which(:last - first + 1))) call reach_alike(list, which, x, u, du, far)
       do k = first, last
         if (far(k - first + 1) .or. list%routine(k) /= routine_finite) cycle
         call gather(list, k, x, u, e)
@@ -258,9 +259,9 @@ contains
   end subroutine find_bulk_reach
 
   !> Which of some elements that are alike a way does not turn inside out by far.
-  pure subroutine reach_alike(list, first, x, u, du, far)
+  pure subroutine reach_alike(list, which, x, u, du, far)
     type(bulk_list_t), intent(in) :: list !! elements
-    integer, intent(in) :: first !! first element of these
+    integer, intent(in) :: which(:) !! these
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(in) :: du(:, :) !! (3, nodes) way on from there [length]
@@ -269,10 +270,10 @@ contains
     real(wp) :: way(at_once, 3, 4)
     integer :: i, a
 
-    call gather_alike(list, [(i, i=first, first + at_once - 1)], x, u, group)
+    call gather_alike(list, which, x, u, group)
     do i = 1, at_once
       do a = 1, 4
-        way(i, :, a) = du(:, list%ix(a, first + i - 1))
+        way(i, :, a) = du(:, list%ix(a, which(i)))
       end do
     end do
     call deform_tetrahedra(group)
