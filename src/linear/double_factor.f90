@@ -110,8 +110,7 @@ contains
   end subroutine factorise_double
 
   !> Rows of a supernode that are a task of their own while products are taken off it: about half
-  !! of its entries, if threads share the work and much is to be done. The first task has the
-  !! triangle of its rows, the second one all columns.
+  !! of its entries, if threads share the work and much is to be done.
   pure subroutine divide_rows(rows, w, work, shared, parts, n)
     integer, intent(in) :: rows, w !! of the supernode, and its columns
     real(wp), intent(in) :: work !! products and sums that are taken off it
@@ -123,9 +122,8 @@ contains
     parts = rows
     parts(1) = 0
     if (.not. shared .or. work < shared_work) return
-    parts(2) = rows/2 + w/4
-    if (parts(2) < w) parts(2) = int(sqrt(real(w, wp)*real(w + 2*rows, wp))) - w
-    if (min(parts(2), rows - parts(2)) >= least_rows) n = 2
+    parts(2) = max(w, rows/2 + w/4)
+    if (rows - parts(2) >= least_rows) n = 2
     if (n == 1) parts(2) = rows
   end subroutine divide_rows
 
@@ -182,8 +180,7 @@ contains
     integer, intent(in) :: giver !! which of the givers
     integer, intent(in) :: k !! the supernode
     type(waiting_t), intent(in) :: waiting !! givers
-    integer, intent(in) :: to(:) !! places in k of its rows, from the first that is a column of k
-    !! on; of these columns those that the last one reaches
+    integer, intent(in) :: to(:) !! places in k of its rows, from the first that is a column of k on
     integer, intent(in) :: begin !! the first of them that is dealt with
     real(wp), intent(inout), contiguous :: x(:) !! values
     real(wp), intent(inout), contiguous :: update(:) !! room
@@ -192,7 +189,7 @@ contains
     logical :: in_place
 
     d = waiting%giver(giver)
-    columns = min(waiting%columns(giver), size(to))
+    columns = waiting%columns(giver)
     rows = int(nodes%pi(d + 1) - nodes%pi(d))
     w = int(nodes%super(d + 1) - nodes%super(d))
     in_k = int(nodes%pi(k + 1) - nodes%pi(k))
