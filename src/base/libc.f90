@@ -8,10 +8,19 @@ module libc
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
   public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, &
-    read_errno, c_memcpy, c_sched_yield
+    read_errno, c_memcpy, c_sched_yield, c_getrusage, rusage_t
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
+
+  !> Linux's struct rusage with words of 64 bits.
+  type, bind(c) :: rusage_t
+    integer(c_long) :: user(2) = 0 !! processor time of the program [s, 1E-6 s]
+    integer(c_long) :: system(2) = 0 !! that of the system for it [s, 1E-6 s]
+    integer(c_long) :: memory(12) = 0 !! memory, pages, blocks, messages, signals
+    integer(c_long) :: given_up = 0 !! how often it has slept
+    integer(c_long) :: taken_away = 0 !! how often others took its processor
+  end type rusage_t
 
   interface
     !> Opens a stream; a null pointer says that it failed.
@@ -66,6 +75,15 @@ module libc
       implicit none
       integer(c_int) :: status
     end function c_sched_yield
+
+    !> What was spent; 0 is success.
+    function c_getrusage(who, spent) result(status) bind(c, name='getrusage')
+      import :: c_int, rusage_t
+      implicit none
+      integer(c_int), value :: who !! 1: the thread that calls
+      type(rusage_t), intent(out) :: spent !! since its beginning
+      integer(c_int) :: status
+    end function c_getrusage
 
     !> Makes a folder; 0 is success.
     function c_mkdir(path, mode) result(status) bind(c, name='mkdir')

@@ -1,15 +1,33 @@
 !> The threads of the program.
 module threads
-  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_funptr, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_int, c_long, c_ptr, c_funptr, c_f_procpointer
   use kinds, only: wp
+  use libc, only: c_getrusage, rusage_t
   use omp_lib, only: omp_set_num_threads, omp_set_max_active_levels, omp_get_max_threads, &
     omp_get_max_active_levels, omp_get_num_procs
   implicit none
   private
-  public :: set_threads, count_threads, count_cores, worth_threads, pays_threads
+  public :: set_threads, count_threads, count_cores, worth_threads, pays_threads, &
+    notice_others
 
   !> Multiplications and additions that take a few times as long as a thread takes to wake up.
-  real(wp), parameter :: long_work = 5.0e5_wp
+  real(wp), parameter :: long_work = 1.0e6_wp
+  !> The same where others want the processors: a thread that is called waits until one of them has
+  !! had its turn, some milliseconds.
+  real(wp), parameter :: long_among_others = 2.0e8_wp
+  !> Others want the processors where they take that of a thread so often [1/s of its time].
+  real(wp), parameter :: often = 150.0_wp
+  !> A look takes at least so much of the thread's time [s].
+  real(wp), parameter :: look = 0.02_wp
+
+  !> What the last look at the machine has shown; it lasts until the next one.
+  type :: look_t
+    logical :: others = .false. !! others want the processors
+    real(wp) :: seconds = 0.0_wp !! processor time of the thread until then [s]
+    integer(c_long) :: taken_away = 0 !! how often others had taken its processor until then
+  end type look_t
+
+  type(look_t) :: seen
 
   abstract interface
     !> What the compiler makes of a parallel region.
@@ -71,12 +89,28 @@ contains
     n = omp_get_max_threads()
   end function count_threads
 
+  !> Looks whether others want the processors, between one piece of work and the next. No result
+  !! depends on it: what `worth_threads` parts has the same digits in one piece.
+  subroutine notice_others()
+    integer(c_int), parameter :: this_thread = 1
+    type(rusage_t) :: spent
+    real(wp) :: seconds
+
+    if (count_threads() == 1) return
+    if (c_getrusage(this_thread, spent) /= 0) return
+    seconds = real(spent%user(1) + spent%system(1), wp) &
+      + 1.0e-6_wp*real(spent%user(2) + spent%system(2), wp)
+    if (seconds - seen%seconds < look) return
+    seen = look_t(real(spent%taken_away - seen%taken_away, wp) > often*(seconds - seen%seconds), &
+      seconds, spent%taken_away)
+  end subroutine notice_others
+
   !> Threads that a piece of work is worth: all of them, or one.
   integer function worth_threads(operations) result(n)
     real(wp), intent(in) :: operations !! multiplications and additions
 
     n = 1
-    if (operations > long_work) n = count_threads()
+    if (operations > merge(long_among_others, long_work, seen%others)) n = count_threads()
   end function worth_threads
 
   !> A piece of work is worth waking other threads for, and there are some.

@@ -4,6 +4,7 @@
 !! facet across edges until the tip lies inside; the start tip is unfolded at each edge.
 module contact_hosts
   use kinds, only: wp
+  use threads, only: pays_threads
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t, forget_moves
   use contact_points, only: count_points, point_position, is_first, longest_facet, is_too_deep
@@ -28,8 +29,8 @@ module contact_hosts
   !> A point that had no facet at the start and has used up its moves is let go if it is as far as
   !! this share of a facet beyond the rim: else it might come and go for ever.
   real(wp), parameter :: far_beyond = 0.25_wp
-  !> So few points are not worth several threads.
-  integer, parameter :: few = 64
+  !> To look whether a point keeps its host takes as long as so many multiplications and additions.
+  real(wp), parameter :: of_point = 1200.0_wp
 
 contains
 
@@ -116,6 +117,7 @@ contains
     integer, intent(inout) :: changes !! grows by the number of points with a new host
     integer :: p
     type(master_way_t) :: way
+    logical :: pays
 
     if (pair%segmented) then
       call follow_cells(pair, x_old, x, tolerance, changes)
@@ -126,9 +128,10 @@ contains
       way = measure_way(pair, x_old, x)
     end if
     ! slots of one node look at each other
-    !$omp parallel do if(pair%points%slots == 1 .and. size(pair%history%new) &
-    !$omp& > few) schedule(dynamic, 32) &
-    !$omp& default(none) private(p) shared(pair, way, x_old, x, tolerance) reduction(+:changes)
+    pays = pays_threads(of_point*real(size(pair%history%new), wp))
+    pays = pays .and. pair%points%slots == 1
+    !$omp parallel do if(pays) schedule(dynamic, 32) default(none) private(p) &
+    !$omp& shared(pair, way, x_old, x, tolerance) reduction(+:changes)
     do p = 1, size(pair%history%new)
       call follow_point(pair, way, x_old, x, tolerance, p, changes)
     end do

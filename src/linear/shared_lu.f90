@@ -2,8 +2,8 @@
 !! systems").
 module shared_lu
   use, intrinsic :: iso_c_binding, only: c_int
-  use kinds, only: sp
-  use threads, only: count_threads
+  use kinds, only: sp, wp
+  use threads, only: count_threads, pays_threads
   use libc, only: c_sched_yield
   use lapack_interface, only: sgetrf, slaswp, strsm, sgemm
   implicit none
@@ -36,6 +36,7 @@ contains
     integer, intent(out) :: info !! 0, or a pivot that is zero
     type(progress_t) :: progress
     integer :: team
+    logical :: pays
 
     team = count_threads()
     if (n < least_shared .or. team == 1) then
@@ -46,7 +47,8 @@ contains
     info = 0
     call factorise_block(n, a, stored, 1, pivot, info)
     progress%steps(1) = 1
-    !$omp parallel default(none) shared(n, stored, a, pivot, info, progress)
+    pays = pays_threads(2.0_wp/3.0_wp*real(n, wp)**3)
+    !$omp parallel if(pays) default(none) shared(n, stored, a, pivot, info, progress)
     call take_tasks(n, a, stored, pivot, info, progress)
     !$omp end parallel
   end subroutine factorise_dense

@@ -1,6 +1,7 @@
 !> One increment: start, solves with frozen hosts, multipliers, acceptance.
 module increments
   use kinds, only: wp
+  use threads, only: notice_others
   use linear_solver, only: rest_solver
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
@@ -57,6 +58,7 @@ contains
     logical :: done, known, missed
     integer :: look
 
+    call notice_others()
     call choose_solver(model, system, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u

@@ -3,6 +3,7 @@ module newton
   use kinds, only: wp
   use costs, only: wall_seconds
   use signals, only: stop_requested
+  use threads, only: notice_others
   use parallel, only: any_rank
   use bulk_term, only: form_bulk_change, bulk_step
   use back_ends, only: solver_done, solver_singular, solver_out_of_memory
@@ -203,6 +204,7 @@ contains
     logical :: dropped
 
     begin = wall_seconds()
+    call notice_others()
     if (any(system%body%weak) .and. system%body%euler%iterations == 0) then
       call drop_bodies(model%mesh%x, system, dropped)
       if (dropped .and. system%condensed%active) call find_defects(system)

@@ -10,6 +10,7 @@ import large
 import measure
 import paired
 import targets
+import thread_pairs
 
 COLUMNS = ('scene', 'size', 'program', 'complete', 'dofs', 'elements', 'cpu', 'wall', 'memory',
            'runs', 'increments', 'iterations', 'cuts', 'code', 'T/N_error', 'force_error',
@@ -39,7 +40,9 @@ def write(folder, measured):
     found = measured.found
     text = ''.join([head(measured), target_table(targets.rows(found, measured.started)),
                     cube_table(found), other_table(found),
-                    paired.section(os.path.join(inner, 'ratios.csv')), scaling_table(found),
+                    paired.section(os.path.join(inner, 'ratios.csv')),
+                    thread_pairs.section(os.path.join(inner, 'threads.csv')),
+                    scaling_table(found),
                     large.section(os.path.join(inner, 'petsc.csv')),
                     hertz_table(found), tip_table(found),
                     where_it_goes(measured)])
@@ -77,7 +80,7 @@ Written by `{command}` (`tests/bench/bench`); no number here was written by hand
 - Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["memory"]} GB, {machine["system"]}. In one thread its dgemm does {limits["dgemm"]:.0f} GFlop/s, a copy moves {limits["copy"]:.0f} GB/s.
 - Runs of {" to ".join(dates[::max(1, len(dates) - 1)])}; this file {time.strftime("%Y-%m-%d %H:%M")}.
 - Programs: {versions}.
-- One thread each (`OPENBLAS_NUM_THREADS=1`, `OMP_NUM_THREADS=1`, `OPENBLAS_CORETYPE` unset). *CPU* is user and system time of the whole process, from start to exit, median of up to {measure.REPEATS} runs (one, where they take more than {measure.ENOUGH:g} s together). Before each run another process touches 1 GB: a virtual machine takes back what nobody has used for two seconds, and the first program to want it waits far longer for each page. The load of the machine was {min(loads):.1f} to {max(loads):.1f} on {machine["cores"]} cores: where that is above the number of cores, wall time says nothing and CPU time is too long by some tenths, for both programs.
+- One thread each (`OPENBLAS_NUM_THREADS=1`, `OMP_NUM_THREADS=1`, `OPENBLAS_CORETYPE` unset). *CPU* is user and system time of the whole process, from start to exit, median of up to {measure.REPEATS} runs (one, where they take more than {measure.ENOUGH:g} s together). Before each run another process touches 2 GB: a virtual machine takes back what nobody has used for two seconds, and the first program to want it waits far longer for each page. The load of the machine was {min(loads):.1f} to {max(loads):.1f} on {machine["cores"]} cores: where that is above the number of cores, wall time says nothing and CPU time is too long by some tenths, for both programs.
 - Both programs read the same mesh file (nodes, linear tetrahedra, sets, surfaces), take the same increments and the same pressure for a penetration, with the same stiffness of stick. Neither writes fields, except contact pressures where they are judged.
 - mfec iterates to its default tolerance (relative energy 1e-16), CalculiX to its own (0.5 % of the mean force).
 - CalculiX *default* is SPOOLES, *iterative* is `SOLVER=ITERATIVE SCALING`; N2S node to surface, S2S surface to surface.

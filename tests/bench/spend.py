@@ -12,7 +12,7 @@ import sys
 import time
 
 
-def touch_memory(size=1 << 30):
+def touch_memory(size=1 << 31):
     """A virtual machine gives pages back that nobody uses for two seconds, and the next program
     that wants them waits forty times as long for each: another one does that here first."""
     child = os.fork()
