@@ -90,7 +90,7 @@ def verdict(row, line):
     """Whether what is wanted of a row is met."""
     missed = []
     if float(line['median']) < row.wanted:
-        missed.append(f'{float(line["median"]):.2f} instead of {row.wanted:.2f}')
+        missed.append(f'{line["median"]} instead of {row.wanted:.3g}')
     if not row.busy and float(line['cpu']) > MOST_CPU:
         missed.append(f'CPU {float(line["cpu"]):.2f} instead of {MOST_CPU}')
     return 'no: ' + ', '.join(missed) if missed else 'yes'
