@@ -1,7 +1,6 @@
 """One scene against another, in turn: what a method, many increments, derivatives or a study cost
 over the plain run, and what CalculiX takes for the same scene. A busy machine slows both of a pair,
 so that their ratio holds."""
-import csv
 import dataclasses
 import os
 import statistics
@@ -166,22 +165,13 @@ def measure_row(row, program, folder, pairs=PAIRS, seconds=600):
 
 def read(path):
     """The lines kept, by row and size."""
-    if not os.path.exists(path):
-        return {}
-    with open(path, encoding='utf-8', newline='') as stream:
-        return {(line['row'], int(line['size'])): line for line in csv.DictReader(stream)}
+    return sections.read(path, lambda line: (line['row'], int(line['size'])))
 
 
 def keep(path, lines):
     """Writes the lines in the order of the rows."""
-    with open(path, 'w', encoding='utf-8', newline='') as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator='\n')
-        writer.writeheader()
-        for row in ROWS:
-            line = lines.get((row.name, row.size))
-            if line:
-                writer.writerow({k: f'{v:.4g}' if isinstance(v, float) else v
-                                 for k, v in line.items()})
+    sections.keep(path, COLUMNS, [lines[row.name, row.size] for row in ROWS
+                                  if (row.name, row.size) in lines])
 
 
 def verdict(row, line):

@@ -1,4 +1,24 @@
-"""Sections of the benchmark's document that are renewed one by one."""
+"""Sections of the benchmark's document that are renewed one by one, and the lines kept for them."""
+import csv
+import os
+
+
+def read(path, key):
+    """The lines kept in a file, by what `key` makes of each."""
+    if not os.path.exists(path):
+        return {}
+    with open(path, encoding='utf-8', newline='') as stream:
+        return {key(line): line for line in csv.DictReader(stream)}
+
+
+def keep(path, columns, lines):
+    """Writes lines; numbers with four digits."""
+    with open(path, 'w', encoding='utf-8', newline='') as stream:
+        writer = csv.DictWriter(stream, columns, lineterminator='\n')
+        writer.writeheader()
+        for line in lines:
+            writer.writerow({k: f'{v:.4g}' if isinstance(v, float) else v
+                             for k, v in line.items()})
 
 
 def renew(document, start, follower, section):

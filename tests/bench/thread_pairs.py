@@ -1,6 +1,5 @@
 """Two threads against one, in turn, on the plain sliding cube: wall time and processor time, on an
 idle machine and beside two processes that never end."""
-import csv
 import dataclasses
 import os
 import statistics
@@ -68,22 +67,13 @@ def run(program, folder, threads):
 
 def read(path):
     """The lines kept, by size and whether the machine was busy."""
-    if not os.path.exists(path):
-        return {}
-    with open(path, encoding='utf-8', newline='') as stream:
-        return {(int(line['size']), line['busy'] == '1'): line for line in csv.DictReader(stream)}
+    return sections.read(path, lambda line: (int(line['size']), line['busy'] == '1'))
 
 
 def keep(path, lines):
     """Writes the lines in the order of the rows."""
-    with open(path, 'w', encoding='utf-8', newline='') as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator='\n')
-        writer.writeheader()
-        for row in ROWS:
-            line = lines.get((row.size, row.busy))
-            if line:
-                writer.writerow({k: f'{v:.4g}' if isinstance(v, float) else v
-                                 for k, v in line.items()})
+    sections.keep(path, COLUMNS, [lines[row.size, row.busy] for row in ROWS
+                                  if (row.size, row.busy) in lines])
 
 
 def verdict(row, line):
