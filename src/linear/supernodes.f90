@@ -8,7 +8,8 @@ module supernodes
   implicit none
   private
   public :: supernodes_t, supernodes_of, values_before, place_last, solve_double, reduce_double, &
-    complete_double, invert_blocks, reduce_single, complete_single
+    complete_double, invert_blocks, reduce_single, complete_single, reduce_triangle, &
+    complete_triangle, block_width
 
   !> Columns of a block on the diagonal.
   integer, parameter :: block_width = 64

@@ -19,10 +19,12 @@ module candidates
 
   !> Dense systems of so few rows cost next to nothing.
   real(wp), parameter :: few_rows = 1500.0_wp
-  !> Cost of a row of contact, of the square and of the cube of a body's candidates in an iteration,
-  !! in units of the cost of a sparse factor over the square of its equations; measured. The cubes
-  !! are paid once a run: of forty iterations.
-  real(wp), parameter :: row_cost = 1.0e5_wp, square_cost = 2.5_wp, cube_cost = 5.0e-4_wp
+  !> What the condensed form costs, in the unit of the cost of sparse factors over equations to the
+  !! power of 1.5: a row of contact, an equation, the square and the cube of a body's candidates,
+  !! and an equation of a body whose candidates may be eliminated among the others; measured. Plates
+  !! have such factors, and thicker bodies dearer ones.
+  real(wp), parameter :: row_cost = 160.0_wp, equation_cost = 20.0_wp, square_cost = 0.025_wp, &
+    cube_cost = 8.0e-6_wp, tree_cost = 40.0_wp, power = 1.5_wp
 
 contains
 
@@ -80,14 +82,14 @@ contains
     end do
   end subroutine add_middles
 
-  !> Cost of the dense systems of contact over that of factors of the whole matrix: rows, three for
-  !! each point that can touch or one for each degree of freedom that it can reach, products with
-  !! the compliances, and these themselves (doc/theory, "Choice of the solver").
+  !> Cost of the condensed form over that of factors of the whole matrix: rows, three for each point
+  !! that can touch or one for each degree of freedom that it can reach, and the compliances with
+  !! their products (doc/theory, "Choice of the solver").
   pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
     real(wp) :: rows
-    integer :: k, p, points, dofs(system%body%bodies)
+    integer :: k, p, points, dofs(system%body%bodies), equations(system%body%bodies)
 
     points = 0
     do k = 1, size(model%pairs)
@@ -97,17 +99,29 @@ contains
       end do
     end do
     dofs = 0
+    equations = 0
     do k = 1, size(system%body%node_body)
-      if (.not. system%condensed%candidate(k)) cycle
-      associate (mine => dofs(system%body%node_body(k)))
-        mine = mine + count(system%equation(:, k) > 0)
+      associate (b => system%body%node_body(k), n => count(system%equation(:, k) > 0))
+        if (n == 0) cycle
+        equations(b) = equations(b) + n
+        if (system%condensed%candidate(k)) dofs(b) = dofs(b) + n
       end associate
     end do
     rows = real(min(3*points, sum(dofs)), wp)
-    share = (row_cost*rows + square_cost*sum(real(dofs, wp)**2) + cube_cost*sum(real(dofs, &
-      wp)**3))/real(system%equations, wp)**2
+    share = (row_cost*rows + equation_cost*real(system%equations, wp) &
+      + sum(body_cost(dofs, equations, system%bulk%linear .and. system%body%motions%n == 0))) &
+      /real(system%equations, wp)**power
     if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
   end function dense_share
+
+  !> Cost of the compliance of a body and of its products.
+  pure elemental real(wp) function body_cost(candidates, equations, tree) result(cost)
+    integer, intent(in) :: candidates, equations !! degrees of freedom
+    logical, intent(in) :: tree !! candidates may be eliminated among the others
+
+    cost = square_cost*real(candidates, wp)**2 + cube_cost*real(candidates, wp)**3
+    if (tree) cost = min(cost, tree_cost*real(equations, wp))
+  end function body_cost
 
   !> All facets of all pairs, of slaves those that are bent.
   subroutine list_facets(model, facets)

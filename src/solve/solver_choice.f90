@@ -13,6 +13,7 @@ module solver_choice
   use bulk_term, only: take_bulk_back
   use condensed_bodies, only: free_condensed
   use condensed_system, only: start_condensed
+  use tree_compliance, only: has_trees
   use system_types, only: system_t
   implicit none
   private
@@ -26,6 +27,7 @@ module solver_choice
     logical :: restrained = .true. !! supports alone hold each body
     logical :: rigid_unknowns = .false. !! a rigid body has free motions
     logical :: declined = .false. !! its condensed form cannot be had, or would cost more
+    logical :: trees = .false. !! the factor of a body stands in for its dense compliance
     integer :: ranks = 1 !! processes that work on it
     integer :: dofs = 0 !! free degrees of freedom
     integer :: contact_dofs = 0 !! of them on surfaces of contact pairs
@@ -73,6 +75,7 @@ contains
         end if
         scene%declined = .true.
       end if
+      if (len(obstacle) == 0) scene%trees = has_trees(system%condensed)
       call decide(scene, system%whole%asked, system%whole%choice, reason)
     else if (system%whole%choice /= solver_reduced .and. condensed) then
       call free_condensed(system)
@@ -201,6 +204,7 @@ contains
       if (.not. scene%contact) way = 'PETSc, conjugate gradients on multigrid'
       if (scene%ranks > 1) way = way//', on '//to_text(scene%ranks)//' ranks'
     case (solver_reduced)
+      if (scene%trees) way = way//'; large contact by products with the factors'
       if (.not. scene%linear_bulk) way = way//', with GMRES on the true tangent'
     case (solver_cholmod)
       if (scene%friction) way = way//', and UMFPACK where friction slips'

@@ -4,6 +4,7 @@ module block_inverses
   use kinds, only: wp, sp
   use lapack_interface, only: sgetrf, sgetrs, saxpy
   use back_ends, only: solver_done, solver_singular
+  use near_field, only: take_near
   use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t, &
     contact_block_t
   implicit none
@@ -192,9 +193,14 @@ contains
           associate (low => local(first + mine(1)), high => local(first + mine(n)))
             first_of(low:high) = low
             last_of(low:high) = high
-            do j = 1, n
-              c(low:high, low + j - 1) = body%near%c(mine, mine(j))
-            end do
+            if (body%tree%used) then
+              call take_near(body%tree%near, body%gathered(mine), real(1.0_wp/body%softness, sp), &
+                c(low:high, low:high))
+            else
+              do j = 1, n
+                c(low:high, low + j - 1) = body%near%c(mine, mine(j))
+              end do
+            end if
           end associate
         end associate
       end associate

@@ -3,6 +3,7 @@
 module carried_motions
   use kinds, only: wp, sp
   use lapack_interface, only: dgelss, dsymv, dgemv, ssymv
+  use tree_compliance, only: apply_tree_single
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
@@ -28,9 +29,11 @@ contains
     real(wp) :: column(body%n_live)
     integer :: j
 
-    if (allocated(body%near%c)) return
+    if (allocated(body%near%modes)) return
     associate (near => body%near, n => body%n_live, m => body%motions%n)
-      allocate (near%c(n, n), near%modes(n, m), near%carried(n, m))
+      allocate (near%modes(n, m), near%carried(n, m))
+      if (body%tree%used) return
+      allocate (near%c(n, n))
       if (m > 0) then
         near%modes = body%modes(body%gathered, :m)
         call find_carried(body%live(body%skipped + 1:body%skipped + n, :), near%modes, near%carried)
@@ -89,7 +92,11 @@ contains
         first => condensed%bodies(b)%first_live + 1, n => condensed%bodies(b)%n_live)
         if (n == 0) cycle
         asked(:n) = real(x(first:first + n - 1)/unit, sp)
-        call ssymv('L', n, 1.0_sp, near%c, n, asked, 1, 0.0_sp, answer, 1)
+        if (body%tree%used) then
+          call apply_tree_single(body, body%gathered, asked(:n), answer(:n))
+        else
+          call ssymv('L', n, 1.0_sp, near%c, n, asked, 1, 0.0_sp, answer, 1)
+        end if
         associate (mine => x(first:first + n - 1))
           y(first:first + n - 1) = unit*body%softness*answer(:n)
           if (body%motions%n > 0) y(first:first + n - 1) = y(first:first + n - 1) &

@@ -14,11 +14,12 @@ module condensation
     shrink_factor
   use rough_factor, only: factorise_roughly
   use double_factor, only: factorise_lower
-  use condensed_types, only: condensed_body_t, near_compliance_t
+  use condensed_types, only: condensed_body_t, near_compliance_t, tree_t
+  use tree_compliance, only: may_pay, pays, form_tree, tree_bytes
   implicit none
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
-    solve_body, spread_body, reduce_body, complete_body, halve_body, shrink_body, &
+    solve_body, spread_body, push_body, reduce_body, complete_body, halve_body, shrink_body, &
     body_work, needed_bytes, is_worth_sharing, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
@@ -39,26 +40,36 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(ordered_blocks_t) :: matrix
 
-    call prepare_body(blocks, x, equation, queue, body, matrix, costs, outcome)
+    call prepare_body(blocks, x, equation, queue, body, .false., matrix, costs, outcome)
     if (outcome /= solver_done) return
     if (needed_bytes(body) > memory_left()) outcome = solver_out_of_memory
     if (outcome == solver_done) call factorise_body(blocks, matrix, body, .false., costs, outcome)
   end subroutine condense_body
 
-  !> Orders the equations of a body and analyses its matrix.
-  subroutine prepare_body(blocks, x, equation, queue, body, matrix, costs, outcome)
+  !> Orders the equations of a body and analyses its matrix: the candidates among the other nodes,
+  !! where that is allowed and costs less, or last.
+  subroutine prepare_body(blocks, x, equation, queue, body, by_tree, matrix, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
+    logical, intent(in) :: by_tree !! candidates may be among the others
     type(ordered_blocks_t), intent(out) :: matrix !! its columns in the order of elimination
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
 
     allocate (matrix%equation(3, size(equation, 2)))
     call drop_compliance(body)
+    body%tree%used = by_tree
+    if (by_tree) body%tree%used = may_pay(count(equation > 0), count(equation > 0 .and. &
+      spread(queue > 0, 1, 3)))
     call order_equations(blocks, x, equation, queue, body, matrix%equation, costs, outcome)
+    if (outcome == solver_done .and. body%tree%used) then
+      body%tree%used = pays(body)
+      if (.not. body%tree%used) call order_equations(blocks, x, equation, queue, body, &
+        matrix%equation, costs, outcome)
+    end if
     if (outcome == solver_done) call add_pins(body, matrix)
   end subroutine prepare_body
 
@@ -80,7 +91,7 @@ contains
     matrix%node => body%node
     matrix%direction => body%direction
     done = precedes
-    allocate (body%trailing(body%m, body%m))
+    if (.not. body%tree%used) allocate (body%trailing(body%m, body%m))
     if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
@@ -107,11 +118,13 @@ contains
     type(condensed_body_t), intent(in) :: body !! analysed, its candidates counted
 
     bytes = body%solver%factor_bytes() + 8.0_wp*real(body%m, wp)**2
+    if (body%tree%used) bytes = tree_bytes(body)
   end function needed_bytes
 
   !> C = (L22 L22^T)^-1, the lower triangle. L22 goes: the body cannot be solved any more, only
-  !! completed from its candidates.
-  subroutine form_compliance(body, costs, outcome, shared_from)
+  !! completed from its candidates. Where these are among the others, the factor is C.
+  subroutine form_compliance(x, body, costs, outcome, shared_from)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     type(condensed_body_t), intent(inout) :: body !! factorised; gets compliance
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! done or failed
@@ -122,6 +135,11 @@ contains
     outcome = solver_done
     if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
+    if (body%tree%used) then
+      call form_tree(x, body)
+      call end_cost(costs, cost_compliance)
+      return
+    end if
     body%compliance => body%trailing
     nullify (body%trailing)
     if (.not. associated(body%solver%half)) then
@@ -133,7 +151,8 @@ contains
     call invert_product(body%m, shared, body%compliance, info)
     call end_cost(costs, cost_compliance)
     call count_cost(costs, cost_compliance, body%m - 1)
-    body%softness = sum([(body%compliance(i, i), i=1, body%m)])/real(body%m, wp)
+    body%diagonal = [(body%compliance(i, i), i=1, body%m)]
+    body%softness = sum(body%diagonal)/real(body%m, wp)
     if (info /= 0) outcome = solver_failed
   end subroutine form_compliance
 
@@ -169,6 +188,7 @@ contains
     if (associated(body%trailing)) deallocate (body%trailing)
     body%mirrored = .false.
     body%near = near_compliance_t()
+    body%tree = tree_t()
   end subroutine drop_compliance
 
   !> x = K^-1 b on all free equations of a body, for several b.
@@ -213,6 +233,24 @@ contains
       x(body%direction(i), body%node(i)) = left(i)
     end do
   end subroutine spread_body
+
+  !> Displacements of all free equations of a body whose candidates are among the others, from the
+  !! forces there.
+  subroutine push_body(body, force, x, costs)
+    type(condensed_body_t), intent(in) :: body !! factorised
+    real(wp), intent(in) :: force(:) !! (m) on the candidates [force]
+    real(wp), intent(inout) :: x(:, :) !! (3, nodes) gets the displacements of the body [length]
+    type(cost_t), intent(inout) :: costs !! cost table
+    real(wp) :: left(size(body%node), 1)
+    integer :: i
+
+    left = 0.0_wp
+    left(body%equation, 1) = force
+    call solve_columns(body%solver, left, costs)
+    do i = 1, size(left, 1)
+      x(body%direction(i), body%node(i)) = left(i, 1)
+    end do
+  end subroutine push_body
 
   !> The first half of a solve: a right-hand side, eliminated down to the candidates.
   subroutine reduce_body(body, b, floor, costs)

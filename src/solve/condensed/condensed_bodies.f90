@@ -104,7 +104,7 @@ contains
     call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
       any(equation > 0, 1), queue)
     call prepare_body(system%whole%bulk_matrix, system%condensed%rigid%x, equation, queue, &
-      system%condensed%bodies(b), matrix, costs, outcome)
+      system%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
     if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
     !$omp atomic capture
     promised = promised + needed
@@ -115,6 +115,16 @@ contains
     end if
     ready = outcome == solver_done
   end subroutine begin_body
+
+  !> Products with the compliance of a body are all that is asked of it: its bulk is linear,
+  !! supports hold it, and neither a study nor derivatives ask for more.
+  pure logical function may_be_tree(system, b) result(may)
+    type(system_t), intent(in) :: system !! what is asked for
+    integer, intent(in) :: b !! the body
+
+    may = system%bulk%linear .and. system%body%motions(b)%n == 0 .and. .not. &
+      (system%whole_factors .or. system%slopes_due)
+  end function may_be_tree
 
   !> The bodies in the order of their nodes, the one with the most first: what it gives back when it
   !! is done serves the others. Once these are done as well, threads have nothing else to do than
@@ -184,13 +194,13 @@ contains
       .not. system%bulk%linear, costs, outcome, from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
-    if (outcome == solver_done) call form_compliance(system%condensed%bodies(b), costs, &
-      outcome, from)
+    if (outcome == solver_done) call form_compliance(system%condensed%rigid%x, &
+      system%condensed%bodies(b), costs, outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
       large = needed_bytes(system%condensed%bodies(b)) > large_factor
-      if (gives .or. large) call shrink_body(system%condensed%bodies(b), &
-        max(1.0_wp, system%scale%stiffest))
+      if ((gives .or. large) .and. .not. system%condensed%bodies(b)%tree%used) &
+        call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 

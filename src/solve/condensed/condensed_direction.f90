@@ -3,11 +3,12 @@
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
-  use back_ends, only: solver_done
+  use back_ends, only: solver_done, solver_failed
   use condensed_types, only: condensed_t
   use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
+  use tree_compliance, only: has_trees
   use gcr, only: begin_gcr, take_known, add_image_of
   use contact_iteration, only: answer_by_blocks
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
@@ -179,6 +180,10 @@ contains
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
+    outcome = solver_failed
+    y = 0.0_wp
+    arrived = .false.
+    if (has_trees(system%condensed)) return
     system%condensed%tangent%parts%dense = .true.
     call form_element_matrices(system, x)
     call factorise_tangent(system, x, outcome)

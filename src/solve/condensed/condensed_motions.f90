@@ -39,16 +39,15 @@ contains
   function lost_digits(condensed) result(why)
     type(condensed_t), intent(in) :: condensed !! bodies with their compliances
     character(:), allocatable :: why
-    real(wp), allocatable :: softness(:)
     real(wp) :: slenderness
-    integer :: b, i
+    integer :: b
 
     slenderness = 1.0_wp
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         if (body%motions%n == 0 .or. body%m == 0) cycle
-        softness = [(body%compliance(i, i), i=1, body%m)]
-        slenderness = max(slenderness, maxval(softness)/max(minval(softness), tiny(1.0_wp)))
+        slenderness = max(slenderness, maxval(body%diagonal)/max(minval(body%diagonal), &
+          tiny(1.0_wp)))
       end associate
     end do
     why = ''

@@ -195,10 +195,10 @@ contains
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
         least = huge(1.0_wp)
-        if (body%motions%n > 0) least = minval([(body%compliance(i, i), i=1, body%m)])
+        if (body%motions%n > 0) least = minval(body%diagonal)
         do i = 1, body%m
           condensed%bulk%defect_norm = hypot(condensed%bulk%defect_norm, &
-            condensed%bulk%defect(body%first + i)/min(least, body%compliance(i, i)))
+            condensed%bulk%defect(body%first + i)/min(least, body%diagonal(i)))
         end do
       end associate
     end do

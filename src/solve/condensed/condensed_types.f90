@@ -9,11 +9,40 @@ module condensed_types
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
     residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
-    body_sums_t, seen_t
+    body_sums_t, seen_t, near_field_t, tree_t
   public :: turns_not, turns_freely
 
   !> What the mean rotation of a body may be: none, any, or one about axis 1, 2 or 3.
   integer, parameter :: turns_not = -1, turns_freely = 0
+
+  !> Compliances in single precision between one patch of candidates and another.
+  type :: patch_block_t
+    real(sp), allocatable :: c(:, :) !! (first, second) [length/force]
+  end type patch_block_t
+
+  !> The patches that are near one, from among those before it, and itself, the last.
+  type :: patch_pair_t
+    integer, allocatable :: partner(:) !! their numbers, ascending
+    type(patch_block_t), allocatable :: c(:) !! for each
+  end type patch_pair_t
+
+  !> Patches of candidates side by side, and the compliance between those that are near each other.
+  type :: near_field_t
+    integer, allocatable :: start(:) !! (patches+1) where each begins in member
+    integer, allocatable :: member(:) !! (m) candidates patch by patch
+    integer, allocatable :: patch(:), at(:) !! (m) patch of each candidate, and its place there
+    type(patch_pair_t), allocatable :: pairs(:) !! (patches)
+  end type near_field_t
+
+  !> A body whose candidates are eliminated among its other nodes: products with their compliance
+  !! are solves with the factor.
+  type :: tree_t
+    logical :: used = .false. !! they are
+    logical, allocatable :: reached(:) !! (supernodes) on the way of a candidate up the tree
+    real(sp), allocatable :: values(:) !! the factor in single precision, times root
+    real(wp) :: root = 1.0_wp !! [(length/force)^1/2]
+    type(near_field_t) :: near !! compliance between candidates that are near each other
+  end type tree_t
 
   !> The compliance of a body in single precision; for blocks of contact C = C' + R X^T + X R^T
   !! without what its rigid motions R carry.
@@ -36,6 +65,8 @@ module condensed_types
     !! [length/force]; its lower triangle counts
     real(wp), pointer, contiguous :: trailing(:, :) => null() !! (m, m) L22 of a factor in single
     !! precision, until its product has become the compliance
+    real(wp), allocatable :: diagonal(:) !! (m) compliance of each candidate itself [length/force]
+    type(tree_t) :: tree !! in place of compliance, where that would cost more
     logical :: mirrored = .false. !! its upper triangle counts as well
     integer :: first_live = 0, n_live = 0 !! live candidates of the bodies before, and its own
     integer, allocatable :: gathered(:) !! (n_live) its candidates that live belongs to

@@ -7,7 +7,8 @@ module condensed_yield
   use costs, only: cost_t, add_costs
   use condensed_types, only: condensed_t, condensed_body_t
   use condensed_motions, only: add_motion
-  use condensation, only: spread_body
+  use condensation, only: spread_body, push_body
+  use tree_compliance, only: apply_tree
   use inside_refinement, only: settle_inside
   use system_types, only: system_t
   implicit none
@@ -78,9 +79,16 @@ contains
     type(condensed_body_t), intent(in) :: body !! its compliance
     real(wp), intent(in) :: force(:) !! (n) of all candidates [force]
     real(wp), intent(inout) :: yielded(:) !! (n) gets those of the body [length]
+    integer :: i
 
-    call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, force(body%first + 1:body%first &
-      + body%m), 1, 0.0_wp, yielded(body%first + 1:body%first + body%m), 1)
+    associate (mine => force(body%first + 1:body%first + body%m), &
+      moved => yielded(body%first + 1:body%first + body%m))
+      if (body%tree%used) then
+        call apply_tree(body, [(i, i=1, body%m)], mine, moved)
+      else
+        call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, mine, 1, 0.0_wp, moved, 1)
+      end if
+    end associate
   end subroutine yield_body
 
   !> Displacements of all nodes under the contact forces of the iterate alone.
@@ -113,6 +121,11 @@ contains
 
     associate (body => system%condensed%bodies(b))
       if (.not. allocated(body%node)) return
+      if (body%tree%used) then
+        call push_body(body, -system%condensed%bulk%force(body%first + 1:body%first + body%m), u, &
+          costs)
+        return
+      end if
       call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + body%m), &
         u, costs)
       if (body%solver%half_inside) call settle_inside(system%whole%bulk_matrix, body, u, costs)

@@ -7,7 +7,8 @@ module contact_blocks
   use condensed_types, only: condensed_t, contact_tangent_t, contact_block_t, columns_t
   use condensed_motions, only: push_live
   use carried_motions, only: part_motions, add_carried, carry
-  use contact_groups, only: place_rows, split_part
+  use contact_groups, only: place_rows
+  use part_halving, only: halve_parts
   use block_inverses, only: factorise_block, is_of, body_of
   use contact_sums, only: add_leading
   use sparse_columns, only: take_product, add_product
@@ -70,7 +71,7 @@ contains
       tangent%modes > 0)
     growth = merge(growth_leaning, most_growth, tangent%modes > 0)
     distances = merge(overlap_leaning, overlap, tangent%modes > 0)
-    call halve(place, rows, 1, size(order), order, ends, parts)
+    call halve_parts(place, rows, 1, size(order), order, ends, parts)
     if (allocated(tangent%parts%blocks)) deallocate (tangent%parts%blocks)
     allocate (tangent%parts%blocks(parts))
     first = 1
@@ -89,27 +90,6 @@ contains
       first = ends(k) + 1
     end do
   end subroutine divide_rows
-
-  !> Halves a part across its longest side until it has few rows.
-  pure recursive subroutine halve(place, most, first, last, order, ends, parts)
-    real(wp), intent(in) :: place(:, :) !! (3, rank) [length]
-    integer, intent(in) :: most !! rows
-    integer, intent(in) :: first, last !! the part in order
-    integer, intent(inout) :: order(:) !! (rank) is sorted
-    integer, intent(inout) :: ends(:) !! where finished parts end in order
-    integer, intent(inout) :: parts !! finished parts
-    integer :: split
-
-    split = last
-    if (last - first + 1 > most) call split_part(place, first, last, order, split)
-    if (split == last) then
-      parts = parts + 1
-      ends(parts) = last
-    else
-      call halve(place, most, first, split, order, ends, parts)
-      call halve(place, most, split + 1, last, order, ends, parts)
-    end if
-  end subroutine halve
 
   !> The rows within a box.
   pure subroutine list_rows(place, low, high, own, block)

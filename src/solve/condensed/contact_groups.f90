@@ -7,10 +7,11 @@ module contact_groups
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
   use contact_sums, only: live_roots, is_loose
   use sparse_columns, only: append, number_new
+  use part_halving, only: split_part
   use system_types, only: system_t
   implicit none
   private
-  public :: peel_groups, list_columns, place_elements, place_rows, split_part
+  public :: peel_groups, list_columns, place_elements, place_rows
 
   !> Degrees of freedom that the points of a group act on, at most.
   integer, parameter :: most_dofs = 96
@@ -116,26 +117,6 @@ contains
       call halve_elements(tangent, place, split + 1, last, order, mark, ends, groups)
     end if
   end subroutine halve_elements
-
-  !> Sorts a part into two across its longest side.
-  pure subroutine split_part(place, first, last, order, split)
-    real(wp), intent(in) :: place(:, :) !! (3, all) [length]
-    integer, intent(in) :: first, last !! the part in order
-    integer, intent(inout) :: order(:) !! (all) is sorted
-    integer, intent(out) :: split !! the last of the first half; last where there are no halves
-    real(wp) :: low(3), high(3), middle
-    integer :: axis
-
-    associate (mine => order(first:last))
-      low = minval(place(:, mine), 2)
-      high = maxval(place(:, mine), 2)
-      axis = maxloc(high - low, 1)
-      middle = 0.5_wp*(low(axis) + high(axis))
-      split = first - 1 + count(place(axis, mine) <= middle)
-      if (split < last) order(first:last) = [pack(mine, place(axis, mine) <= middle), &
-        pack(mine, place(axis, mine) > middle)]
-    end associate
-  end subroutine split_part
 
   !> The live candidates that some elements touch, numbered.
   pure subroutine list_touched(tangent, mine, mark, touched)

@@ -23,6 +23,9 @@ module contact_iteration
   real(wp), parameter :: near_share = 1.0e-5_wp
   !> Share of the residual that a rough answer may leave.
   real(wp), parameter :: rough = 0.01_wp
+  !> Share of the forces that are found which any other answer may leave: a residual may be mostly
+  !! the way of a body that has far to go, and many times as large as they are.
+  real(wp), parameter :: of_forces = 1.0e-4_wp
 
 contains
 
@@ -55,6 +58,7 @@ contains
       r = weight*r
       norm = norm2(r)
       if (start == 1 .and. most == 0) goal = rough*norm
+      if (start > 1 .and. most > 0) goal = min(floor, of_forces*norm2(y))
       arrived = norm <= goal
       if (arrived .or. start == most_starts .or. iterations > most) exit
       call correct(condensed, weight, 0.5_wp*goal, start <= most_near, r, x, iterations)

@@ -133,13 +133,12 @@ contains
   pure function live_roots(condensed) result(root)
     type(condensed_t), intent(in) :: condensed !! live compliances
     real(wp) :: root(condensed%alive%n_live)
-    integer :: b, i
+    integer :: b
 
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        do i = 1, body%n_live
-          root(body%first_live + i) = sqrt(body%live(body%skipped + i, i))
-        end do
+        if (body%n_live > 0) root(body%first_live + 1:body%first_live + body%n_live) = &
+          sqrt(body%diagonal(body%gathered))
       end associate
     end do
   end function live_roots

@@ -25,6 +25,7 @@ module contact_tangent
   use rough_tangent, only: may_be_rough, form_rough, answer_roughly
   use small_tangent, only: form_double
   use whole_tangent, only: is_better_whole, take_columns
+  use tree_compliance, only: has_trees
   use system_types, only: system_t
   implicit none
   private
@@ -115,28 +116,29 @@ contains
   end subroutine factorise_tangent
 
   !> The leading columns of contact: those of its points, of the nodes it touches, or, where both
-  !! are many, for blocks.
+  !! are many or a compliance is no matrix, for blocks.
   subroutine choose_columns(system, x)
     type(system_t), intent(inout) :: system !! gets columns in tangent of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: place(3, system%condensed%tangent%elements)
 
+    integer :: many
+
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
+      many = merge(0, tangent%parts%most_dense, has_trees(condensed))
       tangent%whole = is_better_whole(condensed, tangent)
       tangent%parts%grouped = .false.
       if (tangent%whole) then
         call sum_elements(tangent, condensed%alive%n_live, tangent%sum)
         call peel_nodes(condensed, tangent, negligible)
-        tangent%parts%grouped = tangent%rank > most_whole*tangent%parts%most_dense .and. &
-          .not. tangent%parts%dense
+        tangent%parts%grouped = tangent%rank > most_whole*many .and. .not. tangent%parts%dense
         tangent%parts%iterated = tangent%parts%grouped
         if (.not. tangent%parts%grouped) return
         call place_elements(system, x, place)
         call peel_groups(condensed, tangent, place, negligible)
       else
         call peel_elements(condensed, tangent)
-        tangent%parts%iterated = .not. tangent%parts%dense .and. &
-          tangent%rank > tangent%parts%most_dense
+        tangent%parts%iterated = .not. tangent%parts%dense .and. tangent%rank > many
         if (tangent%parts%iterated) call list_columns(tangent)
       end if
     end associate

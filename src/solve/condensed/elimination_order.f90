@@ -21,7 +21,8 @@ module elimination_order
 contains
 
   !> The equations in the order of elimination: the graph of the other nodes by nested dissection,
-  !! their equations together; then the candidates in their queue. The body is analysed so.
+  !! their equations together; then the candidates in their queue, unless these are ordered among
+  !! the others. The body is analysed so.
   subroutine order_equations(blocks, x, equation, queue, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
@@ -31,16 +32,19 @@ contains
     integer, intent(out) :: ordered(:, :) !! (3, nodes) equations in that order
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    integer, allocatable :: inner(:), outer(:), nodes(:), order(:)
+    integer, allocatable :: inner(:), outer(:), nodes(:), order(:), candidates(:), numbers(:)
+    integer :: last(size(queue))
     integer(long) :: before(count(any(equation > 0, 1)) + 1)
     integer :: i, filled
 
-    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. queue == 0)
-    outer = pack([(i, i=1, size(equation, 2))], queue > 0)
-    outer(queue(outer)) = outer
-    outer = pack(outer, any(equation(:, outer) > 0, 1))
+    candidates = pack([(i, i=1, size(equation, 2))], queue > 0)
+    candidates(queue(candidates)) = candidates
+    candidates = pack(candidates, any(equation(:, candidates) > 0, 1))
+    outer = pack(candidates, spread(.not. body%tree%used, 1, size(candidates)))
+    last = merge(0, queue, body%tree%used)
+    inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. last == 0)
     outcome = solver_done
-    if (size(inner) > 0) call dissect_nodes(blocks, x, queue, outer, inner, costs, outcome)
+    if (size(inner) > 0) call dissect_nodes(blocks, x, last, outer, inner, costs, outcome)
     if (outcome /= solver_done) return
     nodes = [inner, outer]
     allocate (order(size(nodes)))
@@ -53,9 +57,10 @@ contains
     ordered = 0
     filled = 0
     call number_nodes(nodes(:size(inner)), equation, body, ordered, filled)
-    body%m = size(body%node) - filled
-    body%equation = [(filled + i, i=1, body%m)]
     call number_nodes(outer, equation, body, ordered, filled)
+    numbers = reshape(ordered(:, candidates), [3*size(candidates)])
+    body%equation = pack(numbers, numbers > 0)
+    body%m = size(body%equation)
     before(1) = 0
     do i = 1, size(nodes)
       before(i + 1) = before(i) + count(equation(:, nodes(i)) > 0)

@@ -5,6 +5,7 @@ module live_candidates
   use lapack_interface, only: dsymv
   use threads, only: pays_threads
   use condensation, only: drop_live
+  use tree_compliance, only: apply_tree
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
   private
@@ -129,6 +130,7 @@ contains
     integer :: j, n
 
     n = body%n_live
+    if (body%tree%used) return
     if (n > 0) then
       if (body%gathered(n) - body%gathered(1) == n - 1) then
         body%skipped = body%gathered(1) - 1
@@ -152,7 +154,7 @@ contains
 
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        if (body%n_live == 0 .or. body%copied .or. body%mirrored) cycle
+        if (body%n_live == 0 .or. body%copied .or. body%mirrored .or. body%tree%used) cycle
         call mirror(body%compliance)
         body%mirrored = .true.
       end associate
@@ -216,6 +218,11 @@ contains
     real(wp), intent(in) :: x(:) !! (n_live) [force]
     real(wp), intent(inout) :: y(:) !! (n_live) gets the part of the body [length]
 
+    if (body%tree%used) then
+      call apply_tree(body, body%gathered, x(body%first_live + 1:body%first_live + body%n_live), &
+        y(body%first_live + 1:body%first_live + body%n_live))
+      return
+    end if
     call apply_part(size(body%live, 1), body%skipped, body%n_live, body%live, &
       x(body%first_live + 1:), y(body%first_live + 1:))
   end subroutine apply_body

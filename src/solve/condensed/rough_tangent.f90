@@ -10,6 +10,7 @@ module rough_tangent
   use contact_sums, only: take_shares
   use costs, only: begin_cost, end_cost, count_cost, cost_solve
   use live_candidates, only: own_part, apply_compliance
+  use tree_compliance, only: has_trees
   use whole_tangent, only: stiffest_contact
   use system_types, only: system_t
   implicit none
@@ -47,8 +48,8 @@ contains
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent)
       rough = condensed%active .and. tangent%modes == 0 .and. .not. (tangent%whole .or. &
-        tangent%parts%iterated .or. system%motion%active .or. system%whole_factors .or. &
-        system%slopes_due)
+        tangent%parts%iterated .or. has_trees(condensed) .or. system%motion%active .or. &
+        system%whole_factors .or. system%slopes_due)
       if (rough) rough = has_long_products(condensed) .and. &
         sum(real(condensed%bodies%n_live, wp)**2) > many_entries
       if (rough) rough = stiffest_contact(condensed, tangent) <= stiffest_rough

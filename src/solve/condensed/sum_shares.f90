@@ -13,7 +13,7 @@ module sum_shares
   use mesh_names, only: find_nodes
   use model_types, only: model_t
   use block_matrix, only: multiply_some, reached_by
-  use half_solves, only: reduce_columns
+  use half_solves, only: reduce_columns, solve_columns
   use body_audit, only: measure_bodies
   use condensed_types, only: body_sums_t
   use system_types, only: system_t
@@ -281,11 +281,15 @@ contains
 
     if (pulls%n == 0) return
     associate (body => system%condensed%bodies(b), last => size(pulls%right, 1))
-      call reduce_columns(body%solver, body%m, last, pulls%n, pulls%shared, &
-        pulls%right, costs)
       allocate (share(body%m, pulls%n))
-      call take_moves(body%m, pulls%n, body%compliance, pulls%right(last - body%m + 1:, :pulls%n), &
-        pulls%shared, share)
+      if (body%tree%used) then
+        call solve_columns(body%solver, pulls%right(:, :pulls%n), costs)
+        share = -pulls%right(body%equation, :pulls%n)
+      else
+        call reduce_columns(body%solver, body%m, last, pulls%n, pulls%shared, pulls%right, costs)
+        call take_moves(body%m, pulls%n, body%compliance, pulls%right(last - body%m + 1:, &
+          :pulls%n), pulls%shared, share)
+      end if
       shares%by_force(:, pulls%row(:pulls%n)) = share
     end associate
     do k = 1, pulls%twins

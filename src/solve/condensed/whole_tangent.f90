@@ -50,8 +50,8 @@ contains
 
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b))
-        softness(body%first_live + 1:body%first_live + body%n_live) = &
-          [(body%live(body%skipped + i, i), i=1, body%n_live)]
+        if (body%n_live > 0) softness(body%first_live + 1:body%first_live + body%n_live) = &
+          body%diagonal(body%gathered)
       end associate
     end do
     stiffest = 0.0_wp
