@@ -10,7 +10,7 @@ module contact_iteration
   use contact_blocks, only: precondition
   use contact_sums, only: add_leading, take_shares
   use contact_tangent, only: apply_rest
-  use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
+  use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   implicit none
   private
   public :: answer_by_blocks
@@ -23,9 +23,9 @@ module contact_iteration
   real(wp), parameter :: near_share = 1.0e-5_wp
   !> Share of the residual that a rough answer may leave.
   real(wp), parameter :: rough = 0.01_wp
-  !> Share of the forces that are found which any other answer may leave: a residual may be mostly
-  !! the way of a body that has far to go, and many times as large as they are.
-  real(wp), parameter :: of_forces = 1.0e-4_wp
+  !> Share of the forces, with those that are found, which any other answer may leave: a residual
+  !! may be mostly the way of a body that has far to go, and many times as large as they are.
+  real(wp), parameter :: of_forces = 1.0e-5_wp
 
 contains
 
@@ -58,7 +58,8 @@ contains
       r = weight*r
       norm = norm2(r)
       if (start == 1 .and. most == 0) goal = rough*norm
-      if (start > 1 .and. most > 0) goal = min(floor, of_forces*norm2(y))
+      if (start > 1 .and. most > 0 .and. condensed%active) goal = min(floor, of_forces*norm2( &
+        condensed%bulk%force(condensed%alive%live) + y))
       arrived = norm <= goal
       if (arrived .or. start == most_starts .or. iterations > most) exit
       call correct(condensed, weight, 0.5_wp*goal, start <= most_near, r, x, iterations)
@@ -121,7 +122,9 @@ contains
     end associate
   end subroutine find_rest
 
-  !> One course of GMRES from a residual, preconditioned on the right.
+  !> One course of GMRES from a residual, preconditioned on the right. The answers of the blocks are
+  !! kept: in single precision, and large where a block is nearly singular, that to a sum is not the
+  !! sum of them, and the residual would not be the one that GMRES has found.
   subroutine correct(condensed, weight, goal, near, r, x, iterations)
     type(condensed_t), intent(in) :: condensed !! tangent with its blocks
     real(wp), intent(in) :: weight(:) !! (rank+modes+live) from residuals to forces
@@ -133,9 +136,11 @@ contains
     type(gmres_t) :: course
     real(wp) :: least, d(size(x)), image(size(x)), zero(condensed%alive%n_live)
     real(wp) :: y(condensed%alive%n_live), t(condensed%alive%n_live)
+    real(wp), allocatable :: answers(:, :), share(:)
     integer :: n
 
     n = condensed%tangent%rank + condensed%rigid%modes
+    allocate (answers(n, most_vectors))
     zero = 0.0_wp
     least = goal
     if (near) least = max(goal, near_share*norm2(r))
@@ -145,15 +150,14 @@ contains
       call precondition(condensed, d(:n), image(:n), y)
       y = y + d(n + 1:)
       d(:n) = image(:n)
+      answers(:, course%n + 1) = d(:n)
       call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, near, t, image)
       call add_image(-weight*image, course)
       if (course%rest <= least .or. course%n == most_vectors) exit
     end do
     iterations = iterations + course%n
-    call gmres_solution(course, d)
-    d = d/weight
-    call precondition(condensed, d(:n), image(:n), y)
-    x(:n) = x(:n) + image(:n)
-    x(n + 1:) = x(n + 1:) + d(n + 1:)
+    share = gmres_shares(course)
+    x(:n) = x(:n) + matmul(answers(:, :course%n), share)
+    x(n + 1:) = x(n + 1:) + matmul(course%base(n + 1:, :course%n), share)/weight(n + 1:)
   end subroutine correct
 end module contact_iteration
