@@ -133,6 +133,7 @@ contains
     logical :: shared
 
     outcome = solver_done
+    if (body%m == 0) body%diagonal = [real(wp) ::]
     if (body%m == 0 .or. associated(body%compliance)) return
     call begin_cost(costs, cost_compliance)
     if (body%tree%used) then
