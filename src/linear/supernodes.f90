@@ -8,8 +8,7 @@ module supernodes
   implicit none
   private
   public :: supernodes_t, supernodes_of, values_before, place_last, solve_double, reduce_double, &
-    complete_double, invert_blocks, reduce_single, complete_single, reduce_triangle, &
-    complete_triangle, block_width
+    complete_double, invert_blocks, reduce_single, complete_single, block_width
 
   !> Columns of a block on the diagonal.
   integer, parameter :: block_width = 64
@@ -132,16 +131,28 @@ contains
       x(first:next), 1)
   end subroutine solve_supernode
 
+  !> A supernode does not count, because no right-hand side reaches it on its way up the elimination
+  !! tree, and nobody asks for its unknowns.
+  pure logical function is_passed_over(k, reached) result(passed)
+    integer, intent(in) :: k !! the supernode
+    logical, intent(in), optional :: reached(:) !! (supernodes) those that count, else all
+
+    passed = .false.
+    if (present(reached)) passed = .not. reached(k)
+  end function is_passed_over
+
   !> Forward: y1 of L11 y1 = b1, and b2 - L21 y1 for the last m unknowns.
-  subroutine reduce_double(nodes, m, x)
+  subroutine reduce_double(nodes, m, x, reached)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    logical, intent(in), optional :: reached(:) !! (supernodes) those that count, else all
     real(wp) :: below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     do k = 1, int(nodes%factor%nsuper)
+      if (is_passed_over(k, reached)) cycle
       first = int(nodes%super(k)) + 1
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) exit
@@ -151,27 +162,33 @@ contains
       if (rows == w) cycle
       call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
         x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      associate (row => nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
-        x(row) = x(row) - below(:rows - w)
-      end associate
+      do i = 1, rows - w
+        associate (row => nodes%s(nodes%pi(k) + w + i) + 1)
+          x(row) = x(row) - below(i)
+        end associate
+      end do
     end do
   end subroutine reduce_double
 
   !> Back: x1 of L11^T x1 = y1 - L21^T x2.
-  subroutine complete_double(nodes, m, x)
+  subroutine complete_double(nodes, m, x, reached)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
+    logical, intent(in), optional :: reached(:) !! (supernodes) those that count, else all
     real(wp) :: below(size(x))
-    integer :: k, w, rows, first
+    integer :: k, w, rows, first, i
     integer(long) :: last
 
     do k = int(nodes%factor%nsuper), 1, -1
+      if (is_passed_over(k, reached)) cycle
       first = int(nodes%super(k)) + 1
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) cycle
       rows = int(nodes%pi(k + 1) - nodes%pi(k))
-      below(:rows - w) = x(nodes%s(nodes%pi(k) + w + 1:nodes%pi(k + 1)) + 1)
+      do i = 1, rows - w
+        below(i) = x(nodes%s(nodes%pi(k) + w + i) + 1)
+      end do
       last = nodes%px(k) + int(rows, long)*w
       if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
         below, 1, 1.0_wp, x(first:first + w - 1), 1)
@@ -223,17 +240,19 @@ contains
   end subroutine invert_triangle
 
   !> reduce_double in single precision, with inverse blocks on the diagonal.
-  subroutine reduce_single(nodes, half, m, x)
+  subroutine reduce_single(nodes, half, m, x, reached)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
     real(sp), intent(in), contiguous :: half(:) !! these
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: y1 and what is left of b2
+    logical, intent(in), optional :: reached(:) !! (supernodes) those that count, else all
     real(sp) :: y(size(x)), below(size(x))
     integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
     do k = 1, int(nodes%factor%nsuper)
+      if (is_passed_over(k, reached)) cycle
       first = int(nodes%super(k)) + 1
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) exit
@@ -272,17 +291,19 @@ contains
   end subroutine reduce_triangle
 
   !> complete_double in single precision, with inverse blocks on the diagonal.
-  subroutine complete_single(nodes, half, m, x)
+  subroutine complete_single(nodes, half, m, x, reached)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
     real(sp), intent(in), contiguous :: half(:) !! these
     integer, intent(in) :: m !! unknowns at the end
     real(wp), intent(inout), contiguous :: x(:) !! (n) in: y1 and the last m; out: all
+    logical, intent(in), optional :: reached(:) !! (supernodes) those that count, else all
     real(sp) :: y(size(x)), below(size(x))
     integer :: k, w, rows, first, i
     integer(long) :: last
 
     y = real(x, sp)
     do k = int(nodes%factor%nsuper), 1, -1
+      if (is_passed_over(k, reached)) cycle
       first = int(nodes%super(k)) + 1
       w = min(int(nodes%super(k + 1)), size(x) - m) - int(nodes%super(k))
       if (w <= 0) cycle

@@ -7,7 +7,7 @@ import time
 import bare
 import figures
 import large
-import largest
+import large_cubes
 import measure
 import paired
 import targets
@@ -43,7 +43,7 @@ def write(folder, measured):
                     cube_table(found), other_table(found),
                     paired.section(os.path.join(inner, 'ratios.csv')),
                     thread_pairs.section(os.path.join(inner, 'threads.csv')),
-                    largest.section(os.path.join(inner, 'largest.csv')),
+                    large_cubes.section(os.path.join(inner, 'largest.csv')),
                     scaling_table(found),
                     large.section(os.path.join(inner, 'petsc.csv')),
                     hertz_table(found), tip_table(found),

@@ -3,7 +3,7 @@
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
-  use back_ends, only: solver_done, solver_failed
+  use back_ends, only: solver_done
   use condensed_types, only: condensed_t
   use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
@@ -49,7 +49,9 @@ module condensed_direction
 
 contains
 
-  !> The direction: displacements of the live candidates and the change of their forces.
+  !> The direction: displacements of the live candidates and the change of their forces. Where
+  !! blocks do not arrive and there is no dense matrix, it is what they have found: the bulk is in
+  !! balance with it, and what is left stands in the next residual.
   subroutine find_condensed_direction(system, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du, force_change
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -77,8 +79,8 @@ contains
         if (outcome /= solver_done) return
         call form_rest(system)
         call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
-        if (.not. arrived .and. condensed%tangent%parts%iterated) call answer_densely(system, x, &
-          floor, y, arrived, outcome)
+        if (.not. (arrived .or. has_trees(condensed)) .and. condensed%tangent%parts%iterated) &
+          call answer_densely(system, x, floor, y, arrived, outcome)
         if (outcome /= solver_done) return
       end if
       condensed%norm_before = residual_size(condensed)
@@ -180,10 +182,6 @@ contains
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    outcome = solver_failed
-    y = 0.0_wp
-    arrived = .false.
-    if (has_trees(system%condensed)) return
     system%condensed%tangent%parts%dense = .true.
     call form_element_matrices(system, x)
     call factorise_tangent(system, x, outcome)

@@ -121,7 +121,6 @@ contains
     type(system_t), intent(inout) :: system !! gets columns in tangent of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: place(3, system%condensed%tangent%elements)
-
     integer :: many
 
     associate (condensed => system%condensed, tangent => system%condensed%tangent)

@@ -4,7 +4,7 @@ module near_field
   use kinds, only: wp, sp
   use lapack_interface, only: sgemm
   use supernodes, only: supernodes_t
-  use tree_solves, only: path_t, list_path, reduce_path
+  use elimination_paths, only: path_t, list_path, reduce_path
   use part_halving, only: halve_parts
   use condensed_types, only: near_field_t
   implicit none
@@ -27,7 +27,8 @@ module near_field
 contains
 
   !> Patches of candidates side by side, and C between those that are near each other: the product
-  !! of their columns of L^-1 on the supernodes that both reach.
+  !! of their columns of L^-1 on the supernodes that both reach. These columns go after their last
+  !! product.
   subroutine form_near_field(nodes, values, unit, equation, place, near)
     type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
     real(sp), intent(in), contiguous :: values(:) !! these, inverse blocks on the diagonal
@@ -36,28 +37,23 @@ contains
     real(wp), intent(in) :: place(:, :) !! (3, m) where they are [length]
     type(near_field_t), intent(out) :: near !! gets patches and compliances
     type(reduced_t), allocatable :: reduced(:)
-    real(wp), allocatable :: low(:, :), high(:, :)
-    integer :: p, q, k
+    integer, allocatable :: last(:)
+    integer :: p, k
 
     call divide_candidates(place, near)
-    associate (patches => size(near%start) - 1)
-      allocate (low(3, patches), high(3, patches), reduced(patches), near%pairs(patches))
-      do p = 1, patches
-        associate (mine => near%member(near%start(p):near%start(p + 1) - 1))
-          low(:, p) = minval(place(:, mine), 2)
-          high(:, p) = maxval(place(:, mine), 2)
-          call list_path(nodes, equation(mine), reduced(p)%path)
-          call reduce_path(nodes, values, reduced(p)%path, equation(mine), reduced(p)%x)
-        end associate
-        near%pairs(p)%partner = pack([(q, q=1, p)], [(are_near(low(:, [p, q]), high(:, [p, q])), &
-          q=1, p)])
-        allocate (near%pairs(p)%c(size(near%pairs(p)%partner)))
-        do k = 1, size(near%pairs(p)%partner)
-          call multiply_patches(reduced(near%pairs(p)%partner(k)), reduced(p), unit, &
-            near%pairs(p)%c(k)%c)
+    call find_partners(place, near, last)
+    allocate (reduced(size(last)))
+    do p = 1, size(last)
+      associate (mine => near%member(near%start(p):near%start(p + 1) - 1), pairs => near%pairs(p))
+        call list_path(nodes, equation(mine), reduced(p)%path)
+        call reduce_path(nodes, values, reduced(p)%path, equation(mine), reduced(p)%x)
+        allocate (pairs%c(size(pairs%partner)))
+        do k = 1, size(pairs%partner)
+          call multiply_patches(reduced(pairs%partner(k)), reduced(p), unit, pairs%c(k)%c)
+          if (last(pairs%partner(k)) == p) deallocate (reduced(pairs%partner(k))%x)
         end do
-      end do
-    end associate
+      end associate
+    end do
   end subroutine form_near_field
 
   !> Candidates side by side in patches.
@@ -79,6 +75,28 @@ contains
       end do
     end do
   end subroutine divide_candidates
+
+  !> The patches before each that are near it, itself the last, and the last one each is near to.
+  pure subroutine find_partners(place, near, last)
+    real(wp), intent(in) :: place(:, :) !! (3, m) [length]
+    type(near_field_t), intent(inout) :: near !! patches; gets partners
+    integer, allocatable, intent(out) :: last(:) !! (patches)
+    real(wp), allocatable :: low(:, :), high(:, :)
+    integer :: p, q
+
+    associate (patches => size(near%start) - 1)
+      allocate (low(3, patches), high(3, patches), near%pairs(patches), last(patches))
+      do p = 1, patches
+        associate (mine => near%member(near%start(p):near%start(p + 1) - 1))
+          low(:, p) = minval(place(:, mine), 2)
+          high(:, p) = maxval(place(:, mine), 2)
+        end associate
+        near%pairs(p)%partner = pack([(q, q=1, p)], [(are_near(low(:, [p, q]), high(:, [p, q])), &
+          q=1, p)])
+        last(near%pairs(p)%partner) = p
+      end do
+    end associate
+  end subroutine find_partners
 
   !> Two patches are near each other.
   pure logical function are_near(low, high) result(near)

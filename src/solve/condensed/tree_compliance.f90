@@ -3,8 +3,9 @@
 module tree_compliance
   use kinds, only: wp, sp, long
   use cholmod_solver, only: factor_work
-  use supernodes, only: supernodes_of, supernodes_t, invert_blocks
-  use tree_solves, only: find_path, solve_above, solve_above_single
+  use supernodes, only: supernodes_of, supernodes_t, invert_blocks, reduce_double, &
+    complete_double, reduce_single, complete_single
+  use elimination_paths, only: find_path
   use near_field, only: form_near_field, near_diagonal, bytes_of_near_field
   use condensed_types, only: condensed_t, condensed_body_t
   implicit none
@@ -64,8 +65,8 @@ contains
   end function tree_bytes
 
   !> The factor in single precision, and the compliance between candidates that are near each other.
-  !! Values are times the root of what the largest compliance may be, so that no unit of the deck
-  !! leaves the range of single precision.
+  !! Values are over the largest pivot, so that no unit of the deck leaves the range of single
+  !! precision.
   subroutine form_tree(x, body)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     type(condensed_body_t), intent(inout) :: body !! factorised; gets tree, diagonal, softness
@@ -106,11 +107,14 @@ contains
     integer, intent(in) :: candidate(:) !! (n) which
     real(wp), intent(in) :: x(:) !! (n) [force]
     real(wp), intent(out) :: y(:) !! (n) [length]
+    type(supernodes_t) :: nodes
     real(wp) :: values(size(body%node))
 
+    nodes = supernodes_of(body%solver%factor)
     values = 0.0_wp
     values(body%equation(candidate)) = x
-    call solve_above(supernodes_of(body%solver%factor), body%tree%reached, values)
+    call reduce_double(nodes, 0, values, body%tree%reached)
+    call complete_double(nodes, 0, values, body%tree%reached)
     y = values(body%equation(candidate))
   end subroutine apply_tree
 
@@ -120,12 +124,14 @@ contains
     integer, intent(in) :: candidate(:) !! (n) which
     real(sp), intent(in) :: x(:) !! (n)
     real(sp), intent(out) :: y(:) !! (n)
-    real(sp) :: values(size(body%node))
+    type(supernodes_t) :: nodes
+    real(wp) :: values(size(body%node))
 
-    values = 0.0_sp
+    nodes = supernodes_of(body%solver%factor)
+    values = 0.0_wp
     values(body%equation(candidate)) = x
-    call solve_above_single(supernodes_of(body%solver%factor), body%tree%values, &
-      body%tree%reached, values)
-    y = real(body%tree%root**2/body%softness, sp)*values(body%equation(candidate))
+    call reduce_single(nodes, body%tree%values, 0, values, body%tree%reached)
+    call complete_single(nodes, body%tree%values, 0, values, body%tree%reached)
+    y = real(body%tree%root**2/body%softness*values(body%equation(candidate)), sp)
   end subroutine apply_tree_single
 end module tree_compliance

@@ -1,12 +1,12 @@
-!> Substitutions with a factor of CHOLMOD's in those of its supernodes alone that right-hand sides
-!! reach on their ways up the elimination tree (doc/theory, "Candidates among the others").
-module tree_solves
-  use kinds, only: wp, sp, long
-  use lapack_interface, only: dgemv, dtrsv, sgemv, sgemm
-  use supernodes, only: supernodes_t, block_width, reduce_triangle, complete_triangle
+!> The ways of equations up the elimination tree of a factor of CHOLMOD's, and columns of its
+!! inverse there (doc/theory, "Candidates among the others").
+module elimination_paths
+  use kinds, only: sp, long
+  use lapack_interface, only: sgemm
+  use supernodes, only: supernodes_t, block_width
   implicit none
   private
-  public :: path_t, find_path, list_path, solve_above, solve_above_single, reduce_path
+  public :: path_t, find_path, list_path, reduce_path
 
   !> Supernodes above some equations, with their columns side by side.
   type :: path_t
@@ -73,40 +73,6 @@ contains
     end do
   end subroutine list_path
 
-  !> L L^T x = b where b is zero and x is wanted nowhere but in some supernodes, with all above.
-  subroutine solve_above(nodes, reached, x)
-    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle
-    logical, intent(in) :: reached(:) !! (supernodes) those
-    real(wp), intent(inout), contiguous :: x(:) !! (n) in: b; out: x there
-    real(wp) :: below(size(x))
-    integer :: k, w, rows, first, i
-    integer(long) :: last
-
-    do k = 1, size(reached)
-      if (.not. reached(k)) cycle
-      call look_at(nodes, k, first, w, rows, last)
-      call dtrsv('L', 'N', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
-      if (rows == w) cycle
-      call dgemv('N', rows - w, w, 1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_wp, below, 1)
-      do i = 1, rows - w
-        associate (row => nodes%s(nodes%pi(k) + w + i) + 1)
-          x(row) = x(row) - below(i)
-        end associate
-      end do
-    end do
-    do k = size(reached), 1, -1
-      if (.not. reached(k)) cycle
-      call look_at(nodes, k, first, w, rows, last)
-      do i = 1, rows - w
-        below(i) = x(nodes%s(nodes%pi(k) + w + i) + 1)
-      end do
-      if (rows > w) call dgemv('T', rows - w, w, -1.0_wp, nodes%x(nodes%px(k) + w + 1:last), rows, &
-        below, 1, 1.0_wp, x(first:first + w - 1), 1)
-      call dtrsv('L', 'T', 'N', w, nodes%x(nodes%px(k) + 1:last), rows, x(first:first + w - 1), 1)
-    end do
-  end subroutine solve_above
-
   !> First column of a supernode, how many, its rows, and where its values end.
   pure subroutine look_at(nodes, k, first, w, rows, last)
     type(supernodes_t), intent(in) :: nodes !! of a factor
@@ -119,41 +85,6 @@ contains
     rows = int(nodes%pi(k + 1) - nodes%pi(k))
     last = nodes%px(k) + int(rows, long)*w
   end subroutine look_at
-
-  !> The same in single precision, with inverse blocks on the diagonal.
-  subroutine solve_above_single(nodes, values, reached, x)
-    type(supernodes_t), intent(in) :: nodes !! of the factor of a lower triangle, its values aside
-    real(sp), intent(in), contiguous :: values(:) !! these
-    logical, intent(in) :: reached(:) !! (supernodes) those
-    real(sp), intent(inout), contiguous :: x(:) !! (n) in: b; out: x there
-    real(sp) :: below(size(x))
-    integer :: k, w, rows, first, i
-    integer(long) :: last
-
-    do k = 1, size(reached)
-      if (.not. reached(k)) cycle
-      call look_at(nodes, k, first, w, rows, last)
-      call reduce_triangle(w, rows, values(nodes%px(k) + 1:last), x(first:first + w - 1))
-      if (rows == w) cycle
-      call sgemv('N', rows - w, w, 1.0_sp, values(nodes%px(k) + w + 1:last), rows, &
-        x(first:first + w - 1), 1, 0.0_sp, below, 1)
-      do i = 1, rows - w
-        associate (row => nodes%s(nodes%pi(k) + w + i) + 1)
-          x(row) = x(row) - below(i)
-        end associate
-      end do
-    end do
-    do k = size(reached), 1, -1
-      if (.not. reached(k)) cycle
-      call look_at(nodes, k, first, w, rows, last)
-      do i = 1, rows - w
-        below(i) = x(nodes%s(nodes%pi(k) + w + i) + 1)
-      end do
-      if (rows > w) call sgemv('T', rows - w, w, -1.0_sp, values(nodes%px(k) + w + 1:last), rows, &
-        below, 1, 1.0_sp, x(first:first + w - 1), 1)
-      call complete_triangle(w, rows, values(nodes%px(k) + 1:last), x(first:first + w - 1))
-    end do
-  end subroutine solve_above_single
 
   !> X = L^-1 E on a path, for the columns of the unit matrix that belong to some equations below.
   subroutine reduce_path(nodes, values, path, equation, x)
@@ -214,4 +145,4 @@ contains
         y(c, 1), in_y, 1.0_sp, y(next, 1), in_y)
     end do
   end subroutine reduce_square
-end module tree_solves
+end module elimination_paths
