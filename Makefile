@@ -134,10 +134,10 @@ else
 include build/depend.mk
 endif
 
-# Compiles source $(2) in mode $(1) with the further options $(3). What the compiler says is kept
-# beside the object in *.warn: the tests want these empty.
+# Compiles source $(2) in mode $(1) with the further options $(3), after $(4) in the line that it
+# prints. What the compiler says is kept beside the object in *.warn: the tests want these empty.
 define compile
-$(eval compiled_$(1) += x)echo '  $(1) $(words $(compiled_$(1)))/$(words $(OBJECTS_$(1))) $(2)'; \
+echo '  $(1) $(4)$(2)'; \
   $(FC) $(STANDARD) $(FLAGS_$(1)) -I$(HDF5_INCLUDE) -Ibuild/$(1) $(3) -c $(2) -o $@ \
     2> $(@:.o=.warn); status=$$?; cat $(@:.o=.warn) >&2; exit $$status
 endef
@@ -147,6 +147,9 @@ ifneq ($(PFUNIT_DIR),)
 include $(PFUNIT_DIR)/include/PFUNIT.mk
 endif
 PFUNIT_FLAGS = -fopenmp $(PFUNIT_EXTRA_FFLAGS) -ffree-line-length-none
+
+# How many objects of mode $(1) have been compiled, of how many there are.
+count = $(eval compiled_$(1) += x)$(words $(compiled_$(1)))/$(words $(OBJECTS_$(1)) mfec) 
 
 # Everything that is built once for each mode.
 define MODE_RULES
@@ -159,7 +162,7 @@ OBJECTS_$(1) := $$(patsubst %,build/$(1)/%.o,$$(MODULES))
 build/$(1)/version.o: build/version.f90
 build/$(1)/%.mod: build/$(1)/%.o ;
 $$(OBJECTS_$(1)) build/$(1)/mfec.o: build/$(1)/%.o: build/$(1)/flags
-	@$$(call compile,$(1),$$(filter %.f90,$$^),-Jbuild/$(1))
+	@$$(call compile,$(1),$$(filter %.f90,$$^),-Jbuild/$(1),$$(call count,$(1)))
 
 $$(PROGRAM_$(1)): $$(OBJECTS_$(1)) build/$(1)/mfec.o
 	@echo '  $(1) $$@'

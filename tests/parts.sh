@@ -5,6 +5,7 @@
 # `N passed, N failed`. A script of parts calls itself, from the root: `--list WORDS` names those whose name holds
 # one of the words, `--only NAME` runs one and prints it whole when it has ended. LANES=1: one by one.
 export OPENBLAS_NUM_THREADS=1
+unset MAKEFLAGS MFLAGS  # a part that builds has a make of its own, with all processors
 logs=build/test
 mkdir -p "$logs"
 task=sum

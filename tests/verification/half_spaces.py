@@ -67,8 +67,7 @@ class Pair:
 
         def place(i, j, k):
             x, y = lines[0][i], lines[1][j]
-            rise = min(x*x + y*y, 4*self.a**2)/(2*self.radius)
-            return x, y, levels[k] + sign*rise*(1 - abs(levels[k])/self.outer)
+            return x, y, levels[k] + sign*self.rise(x, y)*(1 - abs(levels[k])/self.outer)
 
         counts = [len(line) - 1 for line in lines] + [len(levels) - 1]
         middle = [0 if mirror else len(right) - 1 for mirror in self.mirrored]
@@ -85,20 +84,21 @@ class Pair:
                         far_nodes.append(number(i, j, k))
         self.parts[name], self.parts[name + '_far'] = face, far_nodes
 
+    def rise(self, x, y):
+        """Height of the profile of each body."""
+        return min(x*x + y*y, 4*self.a**2)/(2*self.radius)
+
     def add_middles(self):
         """Ten nodes an element: the middles of edges lie where the mesh is mapped to, and belong to
         what both ends belong to."""
         corners, last = self.mesh, self.lower_from
 
-        def rise(x):
-            return min(x[0]**2 + x[1]**2, 4*self.a**2)/(2*self.radius)
-
         def place(p, q):
             # which body: the lower one has no node above its paraboloid, the upper none below
             sign = 1 if p[2] + q[2] > 0 or p[2] + q[2] == 0 and max(p[2], q[2]) > 0 else -1
-            depth = sum((sign*x[2] - rise(x))/(1 - rise(x)/self.outer) for x in (p, q))/2
+            depth = sum((sign*x[2] - self.rise(*x[:2]))/(1 - self.rise(*x[:2])/self.outer) for x in (p, q))/2
             x, y = ((a + b)/2 for a, b in zip(p[:2], q[:2]))
-            high = rise((x, y))
+            high = self.rise(x, y)
             return x, y, sign*(depth + high*(1 - depth/self.outer))
         upper = {n for e in corners.elements if e[1] < last for n in e[1:]}
         self.mesh = quadratic.ten_nodes(corners, place)
@@ -132,8 +132,16 @@ def table(number, points):
     return f'PROPortional {number}\n' + ''.join(f'  {t!r} {p!r}\n' for t, p in points) + '\n'
 
 
+def friction(mu):
+    """Records of the law: none, one coefficient, or two and the angle of the lay from x in degrees."""
+    if isinstance(mu, tuple):
+        return f'    FRICtion ELLIptic {mu[0]!r} {mu[1]!r}\n    DIREction ANGLe {mu[2]!r} 1 0 0\n'
+    return f'    FRICtion COULomb {mu!r}\n' if mu else ''
+
+
 def deck(pair, young, nu, form, mu, moves, tables, batch):
-    """The deck; form: a key of FORMS; moves: records of DISPlacement and FPROportional."""
+    """The deck; form: a key of FORMS; mu: as `friction` takes it; moves: records of DISPlacement and
+    FPROportional."""
     words, *options = form.split(' +')
     side, *points = words.split()
     # of ten nodes 10 E/h with half the facet for h: a stiffer one makes the points scatter
@@ -143,7 +151,7 @@ def deck(pair, young, nu, form, mu, moves, tables, batch):
             pair.sets() + pair.held() + moves + tables +
             f'CONTact\n  PAIR 1 caps\n    {side} above below ' + ' '.join(points) +
             f'\n    PENAlty {penalty}\n' +
-            (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
+            friction(mu) +
             ''.join(f'    {option}\n' for option in options) +
             '\nOUTPut\n  REACtions upper_far\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n' +
             batch + 'END\nSTOP\n')

@@ -201,6 +201,46 @@ def worst_node(bench):
         'the patch test; the meshes are copies of each other at the pole, so it does not fall with the facet')
 
 
+class Cones(half_spaces.Pair):
+    """Two equal cones, flat beyond 2 a; `radius` is what both slopes add up to."""
+
+    def rise(self, x, y):
+        return self.radius/2*min(math.hypot(x, y), 2*self.a)
+
+
+def cone(bench):
+    """Force of the approach and radius of contact of cones, elements of four and ten nodes (Sneddon)."""
+    a, slope = bench.draw('a', 0.5, 5.0), bench.draw('slope', 0.01, 0.03)
+    young, nu = bench.draw('E', 500.0, 50000.0), bench.draw('nu', 0.1, 0.4)
+    coarser, stiff = bench.draw('master over slave', 1.15, 1.35), young/(2*(1 - nu**2))
+    target, approach, shear = math.pi/2*stiff*a*a*slope, math.pi/2*a*slope, young/(2*(1 + nu))
+    for nodes, sizes in ((4, (0.3, 0.15)), (10, (0.3, 0.15))):
+        errors = []
+        for size in sizes[1:] if bench.reduced else sizes:
+            pair = Cones(slope, a, size*a, (True, True), 8*a, growth(size), coarser, ten=nodes == 10)
+            moves = {}
+            for node in pair.parts['upper_far'] + pair.parts['lower_far']:
+                x, y, z, sign = pair.local(node)
+                u = [target*v for v in half_spaces.boussinesq(x, y, z, shear, nu)]
+                moves[node] = u[0], u[1], sign*(u[2] - approach/2)
+            text = half_spaces.deck(pair, young, nu, 'GTOS SEGMent', 0.0, meshing.vectors('DISPlacement', moves),
+                                    half_spaces.table(1, ((0, 0), (1, 1))), '  DT,,1\n  STEP,,1\n')
+            tables = bench.run_text('cone', text)
+            force = 4*abs(tables.contact('caps')[-1]['F3'])
+            # the integral of arcosh(a/r) r^2 is a third of a^2 times its own; spread_of has 2/5
+            reach = half_spaces.spread_of(pair, tables)*math.sqrt(3/2.5)
+            errors.append(abs(force/target - 1))
+            mesh = f'facet {size} a'
+            bench.compare(f'F of the approach, {nodes} nodes', 'exact (Sneddon)', target, force,
+                          0.01, form='GTOS SEGMent', known=0.12, mesh=mesh, why=STIFF)
+            bench.compare(f'radius of contact, {nodes} nodes', 'exact (Sneddon)',
+                          math.sqrt(force/(math.pi/2*stiff*slope)), reach, 0.01, form='GTOS SEGMent', known=0.17,
+                          mesh=mesh, why=STIFF)
+        if len(errors) > 1:
+            bench.remark(f'{nodes} nodes, order of the force ' + ', '.join(
+                f'{rate:.1f}' for rate in half_spaces.rates(sizes, errors)))
+
+
 def report(bench, form, runs, force, peak):
     """Rates and worst nodes of one form, below the table."""
     text = '; '.join(f'facet {size} a ({run.nodes} nodes): F {100*f:.2f} %, p0 {100*p:.2f} %, '
@@ -217,7 +257,7 @@ class Mindlin:
     # Cattaneo and Mindlin for R = 20, E = 2000, nu = 0, mu = 0.3, F = 20, where a = 0.53132928
     published = (0.001478051, 0.003133984, 0.005108271, 0.006644664)
 
-    def __init__(self, bench, size, form):
+    def __init__(self, bench, size, form, law=None):
         drawn = bench.drawn[bench.case]
         self.radius, self.young, self.mu = drawn['R'], drawn['E'], drawn['mu']
         self.a = drawn['a/R']*self.radius
@@ -230,11 +270,12 @@ class Mindlin:
         moves = (f'DISPlacement\n  upper_far 1 0 {-approach!r}\n\n'
                  'FPROportional\n  upper_far 2 1 1\n\n')
         run = bench.run_text('mindlin', half_spaces.deck(
-            pair, self.young, 0.0, form, self.mu, moves, *pressed(self.ways)))
+            pair, self.young, 0.0, form, law or self.mu, moves, *pressed(self.ways)))
         self.nodes = len(pair.mesh.nodes)
         traction = half_spaces.Traction(pair, run, range(PRESS, PRESS + len(self.ways)))
         self.rows = [self.one(row, traction, k)
                      for k, row in enumerate(run.contact('caps')[PRESS:])]
+        self.local = [self.shear(row, traction, k) for k, row in enumerate(run.contact('caps')[PRESS:])]
 
     def one(self, row, traction, when):
         """Q/(mu F); u_t and c/a that belong to it, and those found."""
@@ -246,6 +287,43 @@ class Mindlin:
         c = a*(1 - share)**(1/3)
         found = half_spaces.radius_of(traction.deficits(self.mu, when))
         return share, way, self.ways[when], c/a, found/a
+
+
+    def shear(self, row, traction, when):
+        """Root of the mean square error of q(r) over that of mu p, for the forces found."""
+        force = 2*abs(row['F3'])
+        share = 2*abs(row['F1'])/(self.mu*force)
+        a = (3*force*self.radius/2/(4*self.young/2))**(1/3)
+        c, wrong, whole = a*(1 - share)**(1/3), 0.0, 0.0
+        for r, area, f in zip(traction.radii, traction.areas, traction.forces[when]):
+            full, stick = (math.sqrt(max(0.0, b*b - r*r))/a for b in (a, c))
+            q = abs(f[0])/area/(self.mu*3*force/(2*math.pi*a*a))
+            wrong, whole = wrong + area*(q - (full - stick))**2, whole + area*full**2
+        return math.sqrt(wrong/whole)
+
+
+def elliptic_mindlin(bench):
+    """The same under an elliptical law, pushed aslant of the lay: with nu = 0 traction and slip lie along
+    the push everywhere, and the coefficient is that of the ellipse there (paper, equation 6)."""
+    bodies(bench, 0.02, 0.035)
+    first, second, angle = bench.draw('mu1', 0.2, 0.5), bench.draw('mu2', 0.1, 0.4), bench.draw('lay', 10, 80)
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    bench.noted('mu', 1/math.sqrt((c/first)**2 + (s/second)**2))
+    source, sizes = 'exact (Cattaneo, Mindlin)', (0.3, 0.15)
+    for form in ('NTOS', 'GTOS'):
+        errors = []
+        for size in sizes[1:] if bench.reduced else sizes:
+            run, mesh = Mindlin(bench, size, form, (first, second, angle)), f'facet {size} a'
+            errors.append(max(run.local))
+            pairs = [(c, found) for _, _, _, c, found in run.rows]
+            bench.compare('radius of stick over a, worst of four', source, 0.0,
+                          max(abs(c - found) for c, found in pairs), 0.03, scale=1.0, known=0.18, form=form, mesh=mesh,
+                          why='the stick zone is some facets wide')
+            bench.compare('q(r), rms over mu p, worst of four', source, 0.0, errors[-1], 0.1, scale=1.0,
+                          known=0.5, form=form, mesh=mesh, why='the rim of the contact lies between nodes')
+        if len(errors) > 1:
+            bench.remark(f'{form}: order of q(r) ' + ', '.join(
+                f'{rate:.1f}' for rate in half_spaces.rates(sizes, errors)))
 
 
 def mindlin_rows(bench, size, form, known):
