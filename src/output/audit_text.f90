@@ -1,17 +1,21 @@
 !> The audit in the reader's words: the table of the log, warnings with what to do, and the message
 !! of a body out of balance (doc/manual, "The audit").
 module audit_text
-  use kinds, only: wp
+  use kinds, only: wp, pi
   use text, only: to_text, count_noun
   use model_types, only: model_t
   use system_types, only: system_t
   use diagnosis, only: body_name
-  use audit_types, only: audit_t, check_names, n_checks, check_balance, check_work, check_strain, &
-    check_rotation, check_turning, check_penetration, check_elastic_slip, check_facets, &
-    check_locking, check_moved
+  use statics, only: verdict_t, judge_at_rest, statics_carried
+  use statics_report, only: motion_text, turned_text
+  use body_audit, only: farthest_turn
+  use shape_audit, only: most_swelling
+  use audit_types, only: audit_t, verdict_failed, check_names, n_checks, check_balance, &
+    check_work, check_strain, check_rotation, check_turning, check_volume, check_penetration, &
+    check_elastic_slip, check_facets, check_locking, check_moved
   implicit none
   private
-  public :: audit_table, audit_finding, audit_warning, balance_message
+  public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
 
   character(7), parameter :: verdict_words(0:2) = [character(7) :: 'ok', 'warning', 'FAILED']
   character(1), parameter :: nl = new_line('a')
@@ -80,6 +84,10 @@ contains
       case (check_turning)
         t = 'no body can move'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' degrees as a whole, '// &
+          body_name(model, system, worst)
+      case (check_volume)
+        t = 'no body of small strain deforms'
+        if (worst > 0) t = 'changes by at most '//to_text(100.0_wp*value, 3)//' %, '// &
           body_name(model, system, worst)
       case (check_penetration, check_elastic_slip)
         t = 'none'
@@ -233,6 +241,33 @@ contains
       'that supports, friction or a closed contact hold the body'//nl// &
       '  everything up to time '//to_text(before, 12)//' is on disk'
   end function balance_message
+
+  !> Which body has left small strain, for the error that ends the run: what statics says of the
+  !! loads on it comes first.
+  function shape_message(model, system, audit, before) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies, positions of the increment before
+    type(audit_t), intent(in) :: audit !! an end time whose turning or volume has failed
+    real(wp), intent(in) :: before !! last end time on disk
+    character(:), allocatable :: t
+    type(verdict_t) :: verdict
+
+    t = 'error: the audit of time '//to_text(audit%time, 12)//' has found what small strain '// &
+      'cannot mean'//nl
+    call judge_at_rest(model, system, audit%time, verdict)
+    if (verdict%kind > statics_carried) t = t//motion_text(body_name(model, system, &
+      verdict%body), verdict)//nl
+    if (audit%verdict(check_turning) == verdict_failed) then
+      t = t//turned_text(body_name(model, system, audit%worst(check_turning)), &
+        audit%value(check_turning), farthest_turn*180.0_wp/pi)//nl
+    else
+      t = t//'  the volume of '//body_name(model, system, audit%worst(check_volume))// &
+        ' has changed by '//to_text(100.0_wp*audit%value(check_volume), 3)//' %, and may by '// &
+        to_text(100.0_wp*most_swelling, 3)//':'//nl//'  lower the load, look at the units of '// &
+        'loads and moduli, or give it a law of finite strain (SOLId NEOHookean)'//nl
+    end if
+    t = t//'  everything up to time '//to_text(before, 12)//' is on disk'
+  end function shape_message
 
   !> HOLD stops the body at pins.
   pure logical function is_pinned(system, body) result(pinned)

@@ -1,12 +1,13 @@
 !> Audits the end times of a run: table to the log, each warning to the terminal once, and an error
-!! where a body is out of balance (doc/manual, "The audit").
+!! where a body is out of balance or has left small strain (doc/manual, "The audit").
 module run_audit
   use kinds, only: wp
   use errors, only: error_t, raise, exit_no_convergence
   use costs, only: begin_cost, end_cost, cost_audit
-  use audit_types, only: audit_t, n_checks, check_balance, verdict_warning, verdict_failed
+  use audit_types, only: audit_t, n_checks, check_balance, check_turning, check_volume, &
+    verdict_warning, verdict_failed
   use audit, only: audit_state
-  use audit_text, only: audit_table, audit_warning, balance_message
+  use audit_text, only: audit_table, audit_warning, balance_message, shape_message
   use increments, only: complete_state
   use system_types, only: settings_t
   use element_types, only: task_stress
@@ -24,7 +25,7 @@ contains
   subroutine audit_end_time(context, settings, error)
     type(context_t), target, intent(inout) :: context !! the run; its audit gets the results
     type(settings_t), intent(in) :: settings !! tolerances asked for
-    type(error_t), allocatable, intent(out) :: error !! a body out of balance
+    type(error_t), allocatable, intent(out) :: error !! out of balance, or out of small strain
     real(wp) :: before
     logical :: full, last
 
@@ -43,8 +44,11 @@ contains
       call context%monitor%event(audit_table(model, system, audit, full))
       call tell_warnings(context)
       call end_cost(system%costs, cost_audit)
-      if (audit%verdict(check_balance) == verdict_failed) call raise(error, exit_no_convergence, &
-        balance_message(model, system, audit, before))
+      if (any(audit%verdict([check_turning, check_volume]) == verdict_failed)) then
+        call raise(error, exit_no_convergence, shape_message(model, system, audit, before))
+      else if (audit%verdict(check_balance) == verdict_failed) then
+        call raise(error, exit_no_convergence, balance_message(model, system, audit, before))
+      end if
     end associate
   end subroutine audit_end_time
 

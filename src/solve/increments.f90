@@ -15,7 +15,8 @@ module increments
   use condensed_system, only: refresh_candidates, recover_interior, keep_forces
   use linear_sums, only: can_do_without, form_sums, take_sums
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular, outcome_through
+    outcome_restless, outcome_singular, outcome_through, outcome_turned, &
+    outcome_thrown
   use contact_parameters, only: is_stiff, shifts_gap
   use contact_entries, only: has_gone_through
   use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, &
@@ -24,7 +25,7 @@ module increments
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
   use soft_penalties, only: may_soften, solve_from_soft
-  use lost_contact, only: has_thrown
+  use lost_contact, only: has_thrown, has_turned
   use coarse_start, only: start_coarsely
   use late_look, only: look_inside
   use monitors, only: monitor_t
@@ -75,12 +76,13 @@ contains
       progress%outcome = outcome_restless
     end do
     if (progress%outcome == outcome_converged) call look_for_through(model, system, progress)
+    if (progress%outcome == outcome_converged) then
+      if (has_thrown(model, system)) progress%outcome = outcome_thrown
+      if (has_turned(model, system)) progress%outcome = outcome_turned
+    end if
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
-    if (has_thrown(model, system)) call monitor%warning('bodies have flown out of contact, '// &
-      'which has no force left, from each start that was tried: look whether that is meant, '// &
-      'and compare with half of DT')
     call accept(model, system, state, time, known)
   end subroutine solve_increment
 
@@ -161,8 +163,8 @@ contains
     end if
   end subroutine solve_usual
 
-  !> Says it where what has converged has thrown bodies out of contact: the next start may lead
-  !! elsewhere.
+  !> Says it where what has converged has thrown bodies out of contact, or turned them farther than
+  !! small strain can mean: the next start may lead elsewhere.
   subroutine look_for_thrown(model, system, progress, monitor, thrown)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! the last iterate
@@ -170,10 +172,17 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of it
     logical, intent(out) :: thrown !! it has
 
-    thrown = progress%outcome == outcome_converged
-    if (thrown) thrown = has_thrown(model, system)
-    if (thrown) call monitor%detail('  bodies have flown out of contact, which has no force '// &
-      'left: not taken for the solution')
+    thrown = .false.
+    if (progress%outcome /= outcome_converged) return
+    thrown = has_thrown(model, system)
+    if (thrown) then
+      call monitor%detail('  bodies have flown out of contact, which has no force left on '// &
+        'them: not taken for the solution')
+      return
+    end if
+    thrown = has_turned(model, system)
+    if (thrown) call monitor%detail('  a body has turned farther than small strain can mean: '// &
+      'not taken for the solution')
   end subroutine look_for_thrown
 
   !> What has converged with a slave that has gone through a master is no solution.

@@ -33,7 +33,7 @@ module newton
     count_creeping, judge_progress, judge_settled, outcome_going_on, outcome_converged, &
     outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, &
     outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, &
-    outcome_through
+    outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -41,7 +41,8 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through, &
+    outcome_turned, outcome_thrown
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.

@@ -14,7 +14,8 @@ module newton_progress
     count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through, &
+    outcome_turned, outcome_thrown
 
   !> How a solve ended.
   integer, parameter :: outcome_going_on = 0
@@ -31,6 +32,8 @@ module newton_progress
   integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
   integer, parameter :: outcome_hosts = 12 !! tips have left their hosts: these are chosen anew
   integer, parameter :: outcome_through = 13 !! the slave has gone through a master
+  integer, parameter :: outcome_turned = 14 !! a body has turned too far for small strain
+  integer, parameter :: outcome_thrown = 15 !! a body has been thrown out of contact
 
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp

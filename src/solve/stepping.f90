@@ -8,10 +8,10 @@ module stepping
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
-    outcome_inverted, outcome_through
+    outcome_inverted, outcome_through, outcome_turned, outcome_thrown
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies, has_flying_body
-  use statics, only: verdict_t, judge_statics, statics_carried
+  use statics, only: verdict_t, judge_statics, judge_at_rest, close_by, statics_carried
   use solver_choice, only: decline_condensed, retry_condensed
   use free_bodies, only: tell_free_bodies
   use signals, only: stop_exit_code
@@ -25,8 +25,6 @@ module stepping
   !> The whole system, which is tried after REDUced has failed, cuts its increments into so many
   !! parts at most where there are more equations than these: each solve takes a sparse factor.
   integer, parameter :: finest_whole = 16, few_equations = 5000
-  !> A body touches what is no farther than this share of a facet.
-  real(wp), parameter :: close_by = 1.0e-3_wp
 
 contains
 
@@ -65,7 +63,7 @@ contains
         cycle
       end if
       hopeless = part <= least
-      if (.not. hopeless) hopeless = is_final(progress%outcome, model, system)
+      if (.not. hopeless) hopeless = is_final(progress%outcome, model, system, time)
       if (hopeless) then
         call raise_outcome(model, system, state, progress, time, part <= least, error, end_time)
         if (state%whole) &
@@ -165,13 +163,18 @@ contains
   end function cannot_rest
 
   !> A shorter increment cannot help.
-  logical function is_final(outcome, model, system) result(final)
+  logical function is_final(outcome, model, system, time) result(final)
     integer, intent(in) :: outcome !! how the solve ended
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
+    real(wp), intent(in) :: time !! the time that was tried
+    type(verdict_t) :: verdict
 
     final = outcome == outcome_memory .or. outcome == outcome_stopped
     if (outcome == outcome_singular) final = unrestrained_bodies(model, system) > 0
+    if (outcome /= outcome_turned) return
+    call judge_at_rest(model, system, time, verdict)
+    final = verdict%kind > statics_carried
   end function is_final
 
   !> Why an increment is cut.
@@ -196,6 +199,10 @@ contains
       t = 'a slave has gone through a master, past all its facets,'
     case (outcome_inverted)
       t = 'an element would be turned inside out'
+    case (outcome_thrown)
+      t = 'a body has been thrown out of contact'
+    case (outcome_turned)
+      t = 'a body has turned farther than small strain can mean'
     case default
       t = 'the solve failed'
     end select

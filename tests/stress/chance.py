@@ -7,6 +7,9 @@ import random
 
 from scene import Deck, Body, Scene, clearance, number, rotate
 
+# A top that turns takes its block of small strain along; from 18 degrees on that ends a run.
+MOST_TURN = 0.2  # [rad]
+
 
 class Maker:
     """Makes the scene of one seed."""
@@ -190,7 +193,7 @@ class Maker:
             elif word in ('back', 'return'):
                 state[0] = state[1] = 0.0
             elif word == 'turn':
-                state[3] += draw.uniform(-0.5, 0.5)
+                state[3] = max(-MOST_TURN, min(MOST_TURN, state[3] + draw.uniform(-0.5, 0.5)))
             elif word == 'tilt':
                 state[4] += draw.uniform(-0.5, 0.5)*depth/(side*s)
             elif word == 'lift':

@@ -15,15 +15,13 @@ module audit
   use rigid_report, only: rigid_imbalance
   use balance_audit, only: judge_balance
   use held_bodies, only: supports_of
-  use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
-    has_finite_strain
+  use body_audit, only: measure_bodies, find_balance, lever_ends
+  use body_volumes, only: find_volumes
+  use shape_audit, only: judge_turns, judge_volumes
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
-  use sum_shares, only: turn_rows
-  use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
-    check_strain, check_rotation, check_turning, check_penetration, &
-    check_elastic_slip, check_room
+    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room
   implicit none
   private
   public :: begin_audit, audit_state
@@ -45,6 +43,8 @@ contains
 
     call measure_bodies(model%mesh%x, system, audit%fixed%center, audit%fixed%reach, &
       audit%fixed%spread, audit%fixed%moves)
+    allocate (audit%fixed%volume(system%body%bodies))
+    call find_volumes(model%mesh%x, system, audit%fixed%volume)
     audit%fixed%model_size = model_size(model%mesh)
     allocate (audit%fixed%facet(size(model%pairs)), audit%fixed%ratio(size(model%pairs)), &
       source=0.0_wp)
@@ -126,6 +126,7 @@ contains
     call judge_balance(model, system, state, settings, audit)
     call find_energies(model, system, state, point_state, last, value, audit)
     call judge_turns(model, system, state, value, audit)
+    call judge_volumes(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_room(model, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
@@ -217,37 +218,6 @@ contains
       has_friction = has_friction .or. any(model%pairs(k)%friction%mu > 0.0_wp)
     end do
   end function has_friction
-
-  !> Bodies that turn as wholes, although small strain takes their turning for strain.
-  subroutine judge_turns(model, system, state, value, audit)
-    type(model_t), intent(in) :: model !! the mesh
-    type(system_t), intent(in) :: system !! bodies of the nodes
-    type(state_t), intent(in) :: state !! the converged state
-    real(wp), intent(in) :: value(:) !! (sums), if there are any
-    type(audit_t), intent(inout) :: audit !! gets value, worst, verdict of the turning
-    real(wp) :: angle(system%body%bodies)
-    logical :: finite(0:system%body%bodies)
-    integer :: b, rows(2)
-
-    if (state%whole) then
-      call find_turns(model%mesh%x, state%u, system%body%node_body, audit%fixed%center, &
-        audit%fixed%spread, angle)
-    else
-      do b = 1, size(angle)
-        rows = turn_rows(model, system, b)
-        angle(b) = angle_of(value(rows(1):rows(2)), audit%fixed%spread(:, :, b))
-      end do
-    end if
-    audit%value(check_turning) = 0.0_wp
-    audit%worst(check_turning) = 0
-    audit%verdict(check_turning) = verdict_ok
-    finite = has_finite_strain(system)
-    if (.not. any(audit%fixed%moves .and. .not. finite(1:))) return
-    audit%worst(check_turning) = maxloc(angle, 1, audit%fixed%moves .and. .not. finite(1:))
-    audit%value(check_turning) = angle(audit%worst(check_turning))
-    audit%verdict(check_turning) = merge(verdict_warning, verdict_ok, &
-      audit%value(check_turning) > most_rotation)
-  end subroutine judge_turns
 
   !> Penetration and elastic slip over the size of a facet.
   subroutine judge_contact(model, system, point_state, audit)

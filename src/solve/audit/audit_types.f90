@@ -5,7 +5,8 @@ module audit_types
   private
   public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
   public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
-    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, check_room
+    check_volume, check_penetration, check_elastic_slip, check_facets, check_locking, &
+    check_moved, check_room
 
   !> Verdicts.
   integer, parameter :: verdict_ok = 0
@@ -18,22 +19,24 @@ module audit_types
   integer, parameter :: check_strain = 3
   integer, parameter :: check_rotation = 4
   integer, parameter :: check_turning = 5
-  integer, parameter :: check_penetration = 6
-  integer, parameter :: check_elastic_slip = 7
-  integer, parameter :: check_facets = 8
-  integer, parameter :: check_locking = 9
-  integer, parameter :: check_moved = 10
-  integer, parameter :: check_room = 11
-  integer, parameter :: n_checks = 11
+  integer, parameter :: check_volume = 6
+  integer, parameter :: check_penetration = 7
+  integer, parameter :: check_elastic_slip = 8
+  integer, parameter :: check_facets = 9
+  integer, parameter :: check_locking = 10
+  integer, parameter :: check_moved = 11
+  integer, parameter :: check_room = 12
+  integer, parameter :: n_checks = 12
   character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
-    'strain', 'rotation', 'turning', 'penetration', 'elastic slip', 'facets', 'locking', &
-    'moved nodes', 'room']
+    'strain', 'rotation', 'turning', 'volume', 'penetration', 'elastic slip', 'facets', &
+    'locking', 'moved nodes', 'room']
 
   !> What stays the same in a run.
   type :: audit_fixed_t
     real(wp), allocatable :: center(:, :) !! (3, bodies) mean of its nodes [length]
     real(wp), allocatable :: reach(:) !! (bodies) distance of its farthest node from there [length]
     real(wp), allocatable :: spread(:, :, :) !! (3, 3, bodies) sum of (y.y I - y y^T) over its nodes
+    real(wp), allocatable :: volume(:) !! (bodies) of what small strain deforms [length^3]
     logical, allocatable :: moves(:) !! (bodies) it has free degrees of freedom
     real(wp) :: model_size = 0.0_wp !! diagonal of the box around all nodes [length]
     real(wp), allocatable :: facet(:) !! (pairs) size of a facet of the softer side [length]

@@ -7,8 +7,18 @@ module body_audit
   use system_types, only: system_t
   implicit none
   private
-  public :: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
-    has_finite_strain
+  public :: measure_bodies, find_balance, find_turns, rigid_turns, angle_of, lever_ends, &
+    has_finite_strain, has_small_strain
+  public :: farthest_turn
+
+  !> A turn by a is taken for strains of a^2/2, which are none: where they exceed this share a
+  !! linear theory says nothing of the body any more.
+  real(wp), parameter :: most_spurious = 0.05_wp
+  !> That turn [radian].
+  real(wp), parameter :: farthest_turn = sqrt(2.0_wp*most_spurious)
+  !> Nodes that lie in a line tell nothing of turns about it: the determinant of their inertia is
+  !! round-off below this share of what that of a ball would be.
+  real(wp), parameter :: in_line = 1.0e-12_wp
 
 contains
 
@@ -71,7 +81,7 @@ contains
     b(:, 2) = cross(a(:, 3), a(:, 1))
     b(:, 3) = cross(a(:, 1), a(:, 2))
     determinant = dot_product(a(:, 1), b(:, 1))
-    if (determinant > 0.0_wp) then
+    if (determinant > in_line*((a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp)**3) then
       b = b/determinant
     else
       b = 0.0_wp
@@ -123,6 +133,44 @@ contains
       angle(b) = angle_of(turn(:, b), inertia(:, :, b))
     end do
   end subroutine find_turns
+
+  !> Vectors of the rigid turns next to two fields, of each body by those of its nodes that count;
+  !! zero where these lie in a line.
+  pure subroutine rigid_turns(x, u, v, node_body, counted, turn_u, turn_v)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :), v(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: node_body(:) !! (nodes) body, 0 for none
+    logical, intent(in) :: counted(:) !! (nodes) its displacements are known
+    real(wp), intent(out) :: turn_u(:, :), turn_v(:, :) !! (3, bodies) sine of the angle is their
+    !! length
+    real(wp) :: center(3, size(turn_u, 2)), inertia(3, 3, size(turn_u, 2)), y(3)
+    integer :: nodes(size(turn_u, 2)), i, b
+
+    center = 0.0_wp
+    inertia = 0.0_wp
+    turn_u = 0.0_wp
+    turn_v = 0.0_wp
+    nodes = 0
+    do i = 1, size(node_body)
+      b = node_body(i)
+      if (b == 0 .or. .not. counted(i)) cycle
+      nodes(b) = nodes(b) + 1
+      center(:, b) = center(:, b) + (x(:, i) - center(:, b))/real(nodes(b), wp)
+    end do
+    do i = 1, size(node_body)
+      b = node_body(i)
+      if (b == 0 .or. .not. counted(i)) cycle
+      y = x(:, i) - center(:, b)
+      inertia(:, :, b) = inertia(:, :, b) + inertia_of(y)
+      turn_u(:, b) = turn_u(:, b) + cross(y, u(:, i))
+      turn_v(:, b) = turn_v(:, b) + cross(y, v(:, i))
+    end do
+    do b = 1, size(nodes)
+      inertia(:, :, b) = inverse(inertia(:, :, b))
+      turn_u(:, b) = matmul(inertia(:, :, b), turn_u(:, b))
+      turn_v(:, b) = matmul(inertia(:, :, b), turn_v(:, b))
+    end do
+  end subroutine rigid_turns
 
   !> Angle of a body from the sum of (x - center) x u over its nodes.
   pure real(wp) function angle_of(turn, inertia) result(angle)

@@ -1,6 +1,6 @@
 !> Why a solve failed: unrestrained bodies, and where the residual sticks.
 module diagnosis
-  use kinds, only: wp
+  use kinds, only: wp, pi
   use text, only: to_text, count_noun
   use errors, only: error_t, raise, exit_no_convergence
   use contact_types, only: form_node_to_surface
@@ -11,10 +11,13 @@ module diagnosis
   use model_types, only: model_t
   use monitors, only: monitor_t
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
-    outcome_inverted
+    outcome_inverted, outcome_turned
+  use lost_contact, only: find_turned
+  use body_audit, only: farthest_turn
   use contact_report, only: worst_contact, restless_point, closed_points, all_slip, has_friction
-  use statics, only: verdict_t, judge_statics, statics_unknown, statics_carried, statics_tips
-  use statics_report, only: motion_text, reserve_text
+  use statics, only: verdict_t, judge_statics, judge_at_rest, statics_unknown, statics_carried, &
+    statics_slides, statics_turns, statics_tips
+  use statics_report, only: motion_text, reserve_text, turned_text
   use remedies, only: what_may_help, settle_advice
   use residuals, only: find_worst
   use force_scales, only: in_bounds
@@ -39,9 +42,13 @@ contains
     character(:), allocatable, intent(out) :: text !! the explanation
     real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(1), parameter :: nl = new_line('a')
-    type(verdict_t) :: verdict, ahead
+    type(verdict_t) :: verdict
     integer :: body
 
+    if (progress%outcome == outcome_turned) then
+      text = turned_lines(model, system, time, goal)
+      return
+    end if
     text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
       count_noun(progress%solves, 'linear solve')
     if (cut) text = '  tried: ever smaller increments, the last one to time '// &
@@ -67,14 +74,7 @@ contains
     if (.not. in_bounds(system)) text = text//nl//'  displacements of '// &
       to_text(maxval(abs(system%u)), 3)//' were tried, more than twice the size of the model '// &
       'and what'//nl//'  is prescribed: look at the units of loads and moduli'
-    call judge_statics(model, system, time, verdict)
-    if (present(goal) .and. verdict%kind <= statics_carried) then
-      call judge_statics(model, system, goal, ahead)
-      if (ahead%kind > statics_carried) verdict = ahead
-    end if
-    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) then
-      verdict%kind = statics_unknown
-    end if
+    call judge_both(model, system, time, verdict, goal)
     if (verdict%kind > statics_carried) text = text//nl// &
       motion_text(body_name(model, system, verdict%body), verdict)
     if (verdict%kind == statics_tips) text = text//rim_advice(model, system, verdict%body)
@@ -90,6 +90,50 @@ contains
       reserve_text(body_name(model, system, max(verdict%body, 1)), verdict, &
       verdict%friction >= least_used .and. all_slip(system, max(verdict%body, 1)))
   end subroutine explain_failure
+
+  !> What statics says of the loads of a time, or of the end time that it leads to; where places
+  !! that do not touch yet might carry them, whether friction at those that touch does meanwhile.
+  subroutine judge_both(model, system, time, verdict, goal)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! the last converged positions
+    real(wp), intent(in) :: time !! the time that was tried
+    type(verdict_t), intent(out) :: verdict !! what statics says
+    real(wp), intent(in), optional :: goal !! the end time that it leads to
+    type(verdict_t) :: ahead
+
+    call judge_statics(model, system, time, verdict)
+    if (present(goal) .and. verdict%kind <= statics_carried) then
+      call judge_statics(model, system, goal, ahead)
+      if (ahead%kind > statics_carried) verdict = ahead
+    end if
+    if (verdict%kind <= statics_carried) then
+      call judge_at_rest(model, system, time, ahead)
+      if (any(ahead%kind == [statics_slides, statics_turns])) verdict = ahead
+    end if
+    if (verdict%kind == statics_carried .and. verdict%friction <= 0.0_wp) then
+      verdict%kind = statics_unknown
+    end if
+  end subroutine judge_both
+
+  !> What statics says of a body that has turned too far, then how far it has.
+  function turned_lines(model, system, time, goal) result(t)
+    type(model_t), intent(in) :: model !! the model
+    type(system_t), intent(in) :: system !! as converged, with the last accepted positions
+    real(wp), intent(in) :: time !! the time that was tried
+    real(wp), intent(in), optional :: goal !! the end time that it leads to
+    character(:), allocatable :: t
+    type(verdict_t) :: verdict
+    real(wp) :: angle
+    integer :: body
+
+    call judge_both(model, system, time, verdict, goal)
+    if (verdict%kind <= statics_carried) call judge_at_rest(model, system, time, verdict)
+    t = ''
+    if (verdict%kind > statics_carried) t = motion_text(body_name(model, system, verdict%body), &
+      verdict)//new_line('a')
+    call find_turned(model, system, body, angle)
+    t = t//turned_text(body_name(model, system, max(body, 1)), angle, farthest_turn*180.0_wp/pi)
+  end function turned_lines
 
   !> Which element has no answer, and what may help.
   function inverted_element(model, system) result(t)

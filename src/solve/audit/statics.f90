@@ -4,12 +4,14 @@ module statics
   use kinds, only: wp
   use vectors, only: cross
   use lapack_interface, only: dgelsy
-  use rigid_joints, only: joint_t, assembly_t, find_parts, find_joints, loads_on, wrench
+  use rigid_joints, only: joint_t, assembly_t, find_parts, find_joints, keep_nearest, loads_on, &
+    wrench
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
   private
   public :: verdict_t, judge_statics
+  public :: judge_at_rest, close_by
   public :: statics_unknown, statics_carried, statics_slides, statics_turns, statics_tips, &
     statics_lifts
 
@@ -29,6 +31,8 @@ module statics
   real(wp), parameter :: helps = 1.0e-9_wp
   !> Forces depend on each other whose least combination is below this share of the largest.
   real(wp), parameter :: dependent = 1.0e-11_wp
+  !> A body touches what is no farther than this share of the longest facet.
+  real(wp), parameter :: close_by = 1.0e-3_wp
   !> Most contact forces that are tried one after the other.
   integer, parameter :: most_trials = 400
   !> So much friction is as good as any.
@@ -42,16 +46,32 @@ module statics
     integer :: next = statics_unknown !! if carried: how it would get away with less friction
     real(wp) :: apart = huge(1.0_wp) !! if not carried: how far the body that moves most is from
     !! what it may touch, over the longest facet there
+    logical :: here = .false. !! it has been asked of what touches now, not of all that may touch
   end type verdict_t
 
 contains
 
-  !> Looks at the last converged positions and the loads of a time.
-  subroutine judge_statics(model, system, time, verdict)
+  !> Whether a body would come to rest near where it is, or, if it might do so at places that do not
+  !! touch yet, whether what touches now holds it meanwhile.
+  subroutine judge_at_rest(model, system, time, verdict)
     type(model_t), intent(in) :: model !! pairs, loads
     type(system_t), intent(in) :: system !! x_old, bodies
     real(wp), intent(in) :: time !! whose loads are to be carried
     type(verdict_t), intent(out) :: verdict !! what statics says
+
+    call judge_statics(model, system, time, verdict)
+    if (verdict%kind <= statics_carried) call judge_statics(model, system, time, verdict, &
+      close_by)
+  end subroutine judge_at_rest
+
+  !> Looks at the last converged positions and the loads of a time.
+  subroutine judge_statics(model, system, time, verdict, within)
+    type(model_t), intent(in) :: model !! pairs, loads
+    type(system_t), intent(in) :: system !! x_old, bodies
+    real(wp), intent(in) :: time !! whose loads are to be carried
+    type(verdict_t), intent(out) :: verdict !! what statics says
+    real(wp), intent(in), optional :: within !! only the nearest points of a pair may carry, and
+    !! those farther by no more than this share of its longest facet
     type(assembly_t) :: parts
     real(wp), allocatable :: loads(:), rest(:)
     integer :: kind
@@ -61,6 +81,10 @@ contains
     if (.not. any(system%body%weak) .or. system%tools%border%n > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
+    if (present(within)) then
+      verdict%here = .true.
+      call keep_nearest(parts, within)
+    end if
     loads = loads_on(model, system, time, parts)
     if (norm2(loads) <= 0.0_wp .or. parts%n == 0) return
     loads = loads/norm2(loads)

@@ -5,7 +5,7 @@ module statics_report
   use statics, only: verdict_t, statics_slides, statics_turns, statics_tips, statics_lifts
   implicit none
   private
-  public :: motion_text, reserve_text
+  public :: motion_text, reserve_text, turned_text
 
 contains
 
@@ -34,6 +34,19 @@ contains
       'of FRICtion, or restrain the body with BOUNdary'
   end function reserve_text
 
+  !> That a body has turned too far for small strain, and what to change.
+  function turned_text(name, angle, most) result(t)
+    character(*), intent(in) :: name !! of the body
+    real(wp), intent(in) :: angle, most !! how far it has turned, and how far it may [degree]
+    character(:), allocatable :: t
+    character(1), parameter :: nl = new_line('a')
+
+    t = '  '//name//' has turned by '//to_text(angle, 3)//' degrees as a whole, and may by '// &
+      to_text(most, 3)//': small strain'//nl//'  takes a turn by a for strains of a^2/2, here '// &
+      'more than 0.05, and the body grows with them:'//nl//'  hold it with BOUNdary, more '// &
+      'FRICtion or less load, or give it a law of finite strain (SOLId NEOHookean)'
+  end function turned_text
+
   !> How a body gets away under loads that contact cannot carry, and what to change.
   function motion_text(name, verdict) result(t)
     character(*), intent(in) :: name !! of the body
@@ -42,6 +55,7 @@ contains
     character(1), parameter :: nl = new_line('a')
 
     t = '  no equilibrium: '//name
+    if (verdict%here) t = '  nothing holds it where it is: '//name
     select case (verdict%kind)
     case (statics_slides)
       t = t//' slides along '//axis_text(verdict%motion(1:3))//friction_text(verdict%friction)

@@ -5,8 +5,8 @@ module linear_sums
   use lapack_interface, only: dgemv
   use loads, only: add_force
   use model_types, only: model_t
-  use sum_shares, only: sums_pay, begin_shares, form_shares, find_unit, count_sums, &
-    reaction_rows, load_rows
+  use sum_shares, only: sums_pay, begin_shares, form_shares, find_unit
+  use sum_rows, only: count_sums, reaction_rows, load_rows
   use system_types, only: system_t, state_t
   implicit none
   private

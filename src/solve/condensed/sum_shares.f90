@@ -1,9 +1,5 @@
 !> What contact forces at the candidates of a body, and loads, do to sums over supports and loads
-!! (doc/theory, "Condensed contact").
-!!
-!! The sums: forces of the sets of reactions (3 each), forces and moments of the supports on each
-!! body (6), work of the reactions on what each load prescribes, work of each load's forces, turns
-!! of each body (3).
+!! (doc/theory, "Condensed contact"). The sums are those of `sum_rows`.
 module sum_shares
   use kinds, only: wp
   use vectors, only: cross
@@ -15,12 +11,13 @@ module sum_shares
   use block_matrix, only: multiply_some, reached_by
   use half_solves, only: reduce_columns, solve_columns
   use body_audit, only: measure_bodies
+  use body_volumes, only: add_volume_gradient
+  use sum_rows, only: body_rows, reaction_rows, turn_rows, swelling_row, count_sums
   use condensed_types, only: body_sums_t
   use system_types, only: system_t
   implicit none
   private
-  public :: sums_pay, begin_shares, form_shares, find_unit, count_sums, body_rows, reaction_rows, &
-    load_rows, turn_rows
+  public :: sums_pay, begin_shares, form_shares, find_unit
 
   !> More sums than this are not worth it.
   integer, parameter :: most_sums = 300
@@ -47,54 +44,6 @@ module sum_shares
   end type pulls_t
 
 contains
-
-  !> Force and moment of the supports on a body.
-  pure function body_rows(model, body) result(rows)
-    type(model_t), intent(in) :: model !! output request
-    integer, intent(in) :: body !! the body
-    integer :: rows(2)
-
-    rows = 3*size(model%output%reactions) + [6*body - 5, 6*body]
-  end function body_rows
-
-  !> Works of the reactions on what a unit of each load prescribes.
-  pure function reaction_rows(model, system) result(rows)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! bodies
-    integer :: rows(2)
-
-    rows = 3*size(model%output%reactions) + 6*system%body%bodies + [1, size(model%conditions%loads)]
-  end function reaction_rows
-
-  !> Works of the forces of a unit of each load.
-  pure function load_rows(model, system) result(rows)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! bodies
-    integer :: rows(2)
-
-    rows = reaction_rows(model, system) + size(model%conditions%loads)
-  end function load_rows
-
-  !> Turns of a body: the sum of (x - center) x u over its nodes.
-  pure function turn_rows(model, system, body) result(rows)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! bodies
-    integer, intent(in) :: body !! the body
-    integer :: rows(2), before(2)
-
-    before = load_rows(model, system)
-    rows = before(2) + [3*body - 2, 3*body]
-  end function turn_rows
-
-  !> How many sums there are.
-  pure integer function count_sums(model, system) result(n)
-    type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! bodies
-    integer :: rows(2)
-
-    rows = turn_rows(model, system, system%body%bodies)
-    n = rows(2)
-  end function count_sums
 
   !> Enough end times of the run can do without displacements inside for sums to pay. That depends
   !! on deck and bodies alone, so that a restart gives the same rows.
@@ -209,6 +158,7 @@ contains
     if (row >= first(1) .and. row <= last(2)) owner = 1 + (row - first(1))/6
     first = turn_rows(model, system, 1)
     if (row >= first(1)) owner = 1 + (row - first(1))/3
+    if (row >= swelling_row(model, system, 1)) owner = row - swelling_row(model, system, 1) + 1
   end function owner_of
 
   !> Keeps the pull of a sum on a body, if there is one, until there are enough of them.
@@ -347,6 +297,9 @@ contains
       call add_displacement(model%conditions%loads(k - sets - 6*bodies), 1.0_wp, unit)
     else if (k <= sets + 6*bodies + 2*loads) then
       call add_force(model%conditions%loads(k - sets - 6*bodies - loads), 1.0_wp, unit)
+      return
+    else if (k >= swelling_row(model, system, 1)) then
+      call add_volume_gradient(model%mesh%x, system, k - swelling_row(model, system, 1) + 1, unit)
       return
     else
       k = k - sets - 6*bodies - 2*loads - 1

@@ -13,7 +13,7 @@ module rigid_joints
   use system_types, only: system_t
   implicit none
   private
-  public :: joint_t, assembly_t, find_parts, find_joints, loads_on, wrench
+  public :: joint_t, assembly_t, find_parts, find_joints, keep_nearest, loads_on, wrench
 
   !> A point may lie outside of its facet by this share of the facet.
   real(wp), parameter :: rim = 1.0e-6_wp
@@ -25,6 +25,7 @@ module rigid_joints
     real(wp) :: mu = 0.0_wp !! coefficient of friction, the larger of the two
     logical :: support = .false. !! a support, which has no friction
     real(wp) :: gap = 0.0_wp !! how far its sides are apart, over the longest facet of the pair
+    integer :: pair = 0 !! contact pair, 0 for a support
     integer :: sides(2) = 0 !! weak bodies, slave and master, 0 for one that supports hold
   end type joint_t
 
@@ -124,9 +125,29 @@ contains
       end do
     end do
     do p = 1, size(model%pairs)
+      i = parts%n
       call joints_of_pair(model%pairs(p), system, parts)
+      parts%joints(i + 1:parts%n)%pair = p
     end do
   end subroutine find_joints
+
+  !> Leaves of the joints of a pair between two bodies those that touch, or would touch first: where
+  !! an edge stands on a surface the points of its facets lie a little above.
+  subroutine keep_nearest(parts, within)
+    type(assembly_t), intent(inout) :: parts !! loses joints
+    real(wp), intent(in) :: within !! so much farther than the nearest may stay, over the facet
+    logical :: stays(parts%n)
+    integer :: i
+
+    associate (joints => parts%joints(:parts%n))
+      do i = 1, parts%n
+        stays(i) = joints(i)%gap <= within + minval(joints%gap, joints%pair == joints(i)%pair &
+          .and. joints%sides(1) == joints(i)%sides(1) .and. joints%sides(2) == joints(i)%sides(2))
+      end do
+    end associate
+    parts%joints = pack(parts%joints(:parts%n), stays)
+    parts%n = size(parts%joints)
+  end subroutine keep_nearest
 
   !> The places of one pair: its points, or with SEGMent the corners of its slave facets.
   subroutine joints_of_pair(pair, system, parts)
