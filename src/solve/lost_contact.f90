@@ -16,7 +16,7 @@ module lost_contact
   real(wp), parameter :: no_force = 1.0e-6_wp
   !> A body that goes farther than this many times what it may touch does, and farther
   !! than this share of a facet, has not gone along.
-  real(wp), parameter :: along = 4.0_wp, far = 0.1_wp
+  real(wp), parameter :: along = 4.0_wp, far = 0.25_wp
   !> A body has been thrown, and does not roll, if this share of the turn that is too far for small
   !! strain was made in one increment.
   real(wp), parameter :: at_once = 0.5_wp

@@ -218,8 +218,11 @@ class LoadLaws:
                           2.5, 0.5)
 
     def test_rotation_about_any_axis(self):
-        """A rigid base that turns; what is prescribed adds, and its corner goes on a circle."""
-        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId'), (r'  bottom  1 1 1\n', ''), (
+        """A rigid base that turns; what is prescribed adds, and its corner goes on a circle. The block
+        is rigid, too: no small strain bears how far the base would turn it."""
+        rigid = (r'SOLId LINEar\n  ELAStic ISOTropic 1000 0.3', 'RIGId'), (
+            r'SOLId LINEar\n  ELAStic ISOTropic 2000 0.25', 'RIGId'), (r'  bottom  1 1 1\n', ''), (
+            r'  top     1 1 1\n', ''), ('PENAlty   AUTO', 'PENAlty   AREA 1000'), (
             r'FIELds    contact', '\n  '.join(f'HISTory NODE 28 {i}' for i in (1, 2, 3)))
         turn = ('ROTAtion\n  base 0.5 0.25 -1  0.6 0 0.8  200  1', 'DISPlacement\n  base 0 0 -5 2')
         r = self.loaded(RAMPS + turn, changes=rigid)
