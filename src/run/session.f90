@@ -9,7 +9,8 @@ module session
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
-  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines
+  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
+    warning_lines
   use source, only: file_text
   use mesh_building, only: drop_middles
   use model_types, only: model_t
@@ -147,6 +148,7 @@ contains
       return
     end if
     model%notes = note_lines(diagnostics)
+    model%warnings = warning_lines(diagnostics)
     deck_text = file_text(diagnostics%source, 1)
   end subroutine read_problem
 
@@ -268,7 +270,11 @@ contains
     type(saved_states_t), intent(in) :: states !! the restart
     type(context_t), target, intent(inout) :: context !! problem, log and terminal
     type(error_t), allocatable, intent(out) :: error !! trouble with the log
+    integer :: i
 
+    do i = 1, size(context%model%warnings)
+      call context%monitor%warning(context%model%warnings(i)%s)
+    end do
     if (is_reference_blas()) call log_warning(context%files%log, 'this is the reference '// &
       'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
     if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &
