@@ -65,5 +65,6 @@ module mesh_types
     logical :: mirrors = .false. !! it makes left-handed elements of right-handed ones
     real(wp) :: shift(3) = 0.0_wp !! x = turn x + shift [length]
     integer, allocatable :: tied(:) !! (nodes) the node that TIE keeps for each; none without TIE
+    logical, allocatable :: to_tie(:) !! (nodes) some TIE is about it, of nodes that are kept
   end type mesh_t
 end module mesh_types

@@ -52,11 +52,13 @@ contains
 
     allocate (mesh%tied(mesh%nodes))
     mesh%tied(:) = [(n, n=1, mesh%nodes)]
+    allocate (mesh%to_tie(mesh%nodes), source=.false.)
     call mark_sides(deck, named, sides)
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'tie') cycle
       call choose_nodes(deck%mesh(i), named, diagnostics, choice, good)
       if (.not. good) cycle
+      mesh%to_tie = mesh%to_tie .or. choice%first .or. choice%second
       call join_chosen(mesh, choice, sides, joined, apart)
       call report_note(diagnostics, deck%mesh(i)%head%at, 'TIE joins '// &
         count_noun(joined, 'node')//' to others at the same place'//pairs_text(apart))

@@ -31,6 +31,7 @@ module session
   use run_context, only: context_t
   use batch_run, only: run_batch
   use batch_position, only: count_steps
+  use touch_report, only: tell_untouched
   use run_audit, only: tell_warnings
   use check_report, only: print_check, report_gaps
   use saved_states, only: saved_states_t, take_state, restart_base
@@ -196,6 +197,7 @@ contains
       context%system%whole_factors = study%active
       context%system%slopes_due = context%sensitivity%active
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
+      if (.not. allocated(error)) call tell_untouched(context)
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
         states%base, study, context, variant_seconds, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
