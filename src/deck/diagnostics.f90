@@ -6,8 +6,8 @@ module diagnostics
   use source, only: source_t, source_line, file_name
   implicit none
   private
-  public :: diagnostics_t, message_t, report_error, report_note, error_count, &
-    diagnostics_to_error, note_lines, printable
+  public :: diagnostics_t, message_t, report_error, report_note, report_warning, error_count, &
+    diagnostics_to_error, note_lines, warning_lines, printable
 
   !> Errors that one report shows.
   integer, parameter :: most_shown = 20
@@ -31,6 +31,8 @@ module diagnostics
     integer :: kept = 0 !! errors in messages
     type(message_t), allocatable :: notes(:) !! remarks for the log (may be larger than n_notes)
     integer :: n_notes = 0 !! remarks in notes
+    type(message_t), allocatable :: warnings(:) !! for log and terminal (may be larger)
+    integer :: n_warnings = 0 !! how many
   end type diagnostics_t
 
 contains
@@ -74,6 +76,15 @@ contains
 
     call append(diagnostics%notes, diagnostics%n_notes, at, what, '')
   end subroutine report_note
+
+  !> Notes what deserves a look: it goes to the log and to the terminal.
+  subroutine report_warning(diagnostics, at, what)
+    type(diagnostics_t), intent(inout) :: diagnostics !! where it is gathered
+    type(location_t), intent(in) :: at !! file, line, column
+    character(*), intent(in) :: what !! the warning
+
+    call append(diagnostics%warnings, diagnostics%n_warnings, at, what, '')
+  end subroutine report_warning
 
   !> Appends a message to a list that grows by doubling.
   subroutine append(messages, count, at, what, remedy)
@@ -271,4 +282,17 @@ contains
         printable(diagnostics%notes(i)%what)
     end do
   end function note_lines
+
+  !> The warnings, ready for log and terminal.
+  function warning_lines(diagnostics) result(lines)
+    type(diagnostics_t), intent(in) :: diagnostics !! what was gathered
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    allocate (lines(diagnostics%n_warnings))
+    do i = 1, diagnostics%n_warnings
+      lines(i)%s = place_text(diagnostics, diagnostics%warnings(i)%at)//': '// &
+        printable(diagnostics%warnings(i)%what)
+    end do
+  end function warning_lines
 end module diagnostics

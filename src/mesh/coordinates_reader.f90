@@ -7,7 +7,8 @@ module coordinates_reader
   use records, only: item_integer, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use mesh_building, only: reserve_nodes, place_node, max_coordinate
+  use mesh_building, only: reserve_nodes, place_node, max_coordinate, set_roundings
+  use near_places, only: roundings
   implicit none
   private
   public :: read_coordinates, report_second_place
@@ -21,7 +22,7 @@ contains
     type(mesh_t), intent(inout) :: mesh !! the mesh it adds to
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     integer :: i, node, previous, increment
-    real(wp) :: x(3), x_previous(3)
+    real(wp) :: x(3), x_previous(3), written(3, set%count)
     logical :: good
 
     previous = 0
@@ -32,11 +33,39 @@ contains
       if (good .and. previous > 0 .and. increment /= 0) call fill_line(set%records(i)%at, &
         previous, node, abs(increment), x_previous, x, mesh, diagnostics)
       if (good) call put_node(set%records(i)%items(1)%at, node, x, mesh, diagnostics)
+      written(:, i) = merge(x, 0.0_wp, good)
       previous = merge(node, 0, good)
       increment = item_integer(set%records(i), 2)
       x_previous = x
     end do
+    call keep_roundings(set, roundings(written), mesh)
   end subroutine read_coordinates
+
+  !> Keeps what the coordinates of a data set are rounded by; generated nodes lie between others,
+  !! and are off by no more than these.
+  subroutine keep_roundings(set, rough, mesh)
+    type(data_set_t), intent(in) :: set !! the data set
+    real(wp), intent(in) :: rough(:, :) !! (3, records) [length]
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer :: i, n, node, previous, step
+
+    previous = 0
+    do i = 1, set%count
+      node = item_integer(set%records(i), 1)
+      if (node < 1 .or. node > mesh%nodes) exit
+      if (previous > 0) then
+        step = item_integer(set%records(i - 1), 2)
+        if (step /= 0) then
+          step = sign(min(abs(step), abs(node - previous) + 1), node - previous)
+          do n = previous + step, node - sign(1, step), step
+            call set_roundings(mesh, n, max(rough(:, i - 1), rough(:, i)))
+          end do
+        end if
+      end if
+      call set_roundings(mesh, node, rough(:, i))
+      previous = node
+    end do
+  end subroutine keep_roundings
 
   !> Reads one record and makes room for its node.
   subroutine read_node(record, mesh, diagnostics, node, x, good)

@@ -8,7 +8,8 @@ module mesh_building
   implicit none
   private
   public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, &
-    place_node, place_element, finish_mesh, model_size, model_box
+    place_node, place_element, finish_mesh, model_size, model_box, axis_tolerance, &
+    place_tolerance, miss_tolerance, set_roundings
   public :: own_nodes, max_nodes, max_elements, max_coordinate
 
   !> Most nodes and elements; what goes beyond is taken for a slip of the pen.
@@ -18,6 +19,11 @@ module mesh_building
   real(wp), parameter :: max_coordinate = 1.0e100_wp
   !> Coordinates that differ by less than this part of their size are the same.
   real(wp), parameter :: same_place = 1.0e-10_wp
+  !> Nodes closer to a plane, or to each other, than this part of the model's size are on it.
+  real(wp), parameter :: default_tolerance = 1.0e-8_wp
+  !> Nodes closer than this part of the shortest edge to what is chosen lie just beside it: no mesh
+  !! has a layer of elements so thin beside elements so long.
+  real(wp), parameter :: beside = 0.01_wp
 
   !> The record of the deck that each element comes from, for error messages.
   type :: element_origin_t
@@ -37,7 +43,7 @@ contains
 
     n = max(8, min(nodes, 100000))
     m = max(8, min(elements, 100000))
-    allocate (mesh%x(3, n), source=0.0_wp)
+    allocate (mesh%x(3, n), mesh%rough(3, n), source=0.0_wp)
     allocate (mesh%defined(n), source=.false.)
     allocate (mesh%ix(most_nodes, m), source=0)
     allocate (mesh%material(m), mesh%region(m), origin%set(m), origin%record(m), source=0)
@@ -102,6 +108,15 @@ contains
     end if
   end subroutine place_node
 
+  !> Keeps what a file has rounded the coordinates of a node by, turned like these by TRANsform.
+  subroutine set_roundings(mesh, n, rough)
+    type(mesh_t), intent(inout) :: mesh !! the mesh
+    integer, intent(in) :: n !! node number
+    real(wp), intent(in) :: rough(3) !! [length]
+
+    mesh%rough(:, n) = matmul(abs(mesh%turn), rough)
+  end subroutine set_roundings
+
   !> Gives an element its nodes, unless it has some already.
   subroutine place_element(mesh, origin, n, nodes, material, set, record, twice)
     type(mesh_t), intent(inout) :: mesh !! the mesh, with room for the element
@@ -142,7 +157,71 @@ contains
         if (n >= 1 .and. n <= mesh%nodes) mesh%used(n) = .true.
       end do
     end do
+    call limit_roundings(mesh)
   end subroutine finish_mesh
+
+  !> Measures the shortest edge at each node; what files have rounded a node by is less than a small
+  !! part of that, or the elements would not have their shapes.
+  pure subroutine limit_roundings(mesh)
+    type(mesh_t), intent(inout) :: mesh !! the mesh; gets spacing
+    real(wp) :: edge
+    integer :: e, i, k, a, b
+
+    allocate (mesh%spacing(mesh%nodes), source=huge(1.0_wp))
+    do e = 1, mesh%elements
+      do k = 2, tet4%nodes
+        b = mesh%ix(k, e)
+        do i = 1, k - 1
+          a = mesh%ix(i, e)
+          if (min(a, b) < 1 .or. max(a, b) > mesh%nodes .or. a == b) cycle
+          edge = norm2(mesh%x(:, a) - mesh%x(:, b))
+          mesh%spacing(a) = min(mesh%spacing(a), edge)
+          mesh%spacing(b) = min(mesh%spacing(b), edge)
+        end do
+      end do
+    end do
+    do k = tet4%nodes + 1, most_nodes
+      do e = 1, mesh%elements
+        a = mesh%ix(k, e)
+        b = mesh%ix(1, e)
+        if (min(a, b) < 1 .or. max(a, b) > mesh%nodes) cycle
+        mesh%spacing(a) = min(mesh%spacing(a), mesh%spacing(b))
+      end do
+    end do
+    do a = 1, mesh%nodes
+      mesh%rough(:, a) = min(mesh%rough(:, a), beside*mesh%spacing(a))
+    end do
+  end subroutine limit_roundings
+
+  !> How far from a coordinate a node may be and still have it [length].
+  pure function axis_tolerance(mesh, direction) result(tolerance)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: direction !! 1, 2, 3
+    real(wp) :: tolerance(mesh%nodes)
+
+    tolerance = default_tolerance*model_size(mesh)
+    if (allocated(mesh%rough)) tolerance = max(tolerance, mesh%rough(direction, :mesh%nodes))
+  end function axis_tolerance
+
+  !> How far apart nodes may be and still be at one place [length].
+  pure function place_tolerance(mesh) result(tolerance)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp) :: tolerance(mesh%nodes)
+
+    tolerance = default_tolerance*model_size(mesh)
+    if (allocated(mesh%rough)) tolerance = max(tolerance, norm2(mesh%rough(:, :mesh%nodes), 1))
+  end function place_tolerance
+
+  !> A node so near to what a choice takes was meant, maybe, and is worth a warning [length].
+  pure function miss_tolerance(mesh) result(tolerance)
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp) :: tolerance(mesh%nodes)
+
+    tolerance = 0.0_wp
+    if (allocated(mesh%spacing)) then
+      where (mesh%spacing(:mesh%nodes) < huge(1.0_wp)) tolerance = beside*mesh%spacing(:mesh%nodes)
+    end if
+  end function miss_tolerance
 
   !> Diagonal of the box around the model [length].
   pure real(wp) function model_size(mesh) result(length)
@@ -184,20 +263,23 @@ contains
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer, intent(in) :: room !! new length
     integer, intent(out) :: status !! 0, or no memory
-    real(wp), allocatable :: x(:, :)
+    real(wp), allocatable :: x(:, :), rough(:, :)
     logical, allocatable :: defined(:)
     integer :: n
 
     n = min(room, size(mesh%defined))
     allocate (x(3, room), stat=status)
     if (status /= 0) return
-    allocate (defined(room), stat=status)
+    allocate (defined(room), rough(3, room), stat=status)
     if (status /= 0) return
     x(:, :n) = mesh%x(:, :n)
     x(:, n + 1:) = 0.0_wp
+    rough(:, :n) = mesh%rough(:, :n)
+    rough(:, n + 1:) = 0.0_wp
     defined(:n) = mesh%defined(:n)
     defined(n + 1:) = .false.
     call move_alloc(x, mesh%x)
+    call move_alloc(rough, mesh%rough)
     call move_alloc(defined, mesh%defined)
   end subroutine resize_nodes
 

@@ -50,6 +50,8 @@ module mesh_types
     integer :: exact_nodes = 0 !! the last so many belong to exact surfaces
     integer :: elements = 0 !! highest element number
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates
+    real(wp), allocatable :: rough(:, :) !! (3, nodes) what files have rounded it by [length]
+    real(wp), allocatable :: spacing(:) !! (nodes) shortest edge of an element there [length]
     logical, allocatable :: defined(:) !! (nodes) the deck gave this node coordinates
     logical, allocatable :: used(:) !! (nodes) an element holds this node
     integer, allocatable :: ix(:, :) !! (most_nodes, elements) nodes; zeros behind the last
@@ -63,5 +65,6 @@ module mesh_types
     logical :: mirrors = .false. !! it makes left-handed elements of right-handed ones
     real(wp) :: shift(3) = 0.0_wp !! x = turn x + shift [length]
     integer, allocatable :: tied(:) !! (nodes) the node that TIE keeps for each; none without TIE
+    logical, allocatable :: to_tie(:) !! (nodes) some TIE is about it, of nodes that are kept
   end type mesh_t
 end module mesh_types

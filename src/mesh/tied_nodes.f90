@@ -5,18 +5,13 @@ module tied_nodes
   use deck_types, only: deck_t, data_set_t
   use records, only: is_word, item_count, item_integer, item_real, item_name
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use key_sorting, only: sort_columns
+  use near_places, only: grid_t, start_grid, sort_grid
   use mesh_types, only: mesh_t
-  use mesh_building, only: model_size
+  use mesh_building, only: axis_tolerance, place_tolerance
   use mesh_names, only: find_nodes, name_hint
   implicit none
   private
   public :: has_tie, join_nodes, kept_node
-
-  !> Nodes closer than this part of the model's size are at the same place.
-  real(wp), parameter :: same_place = 1.0e-8_wp
-  !> Cells in which nodes are looked for, as a part of the model's size.
-  real(wp), parameter :: cell_size = 1.0e-6_wp
 
   !> What one TIE joins: nodes of the first kind with nodes of the second.
   type :: choice_t
@@ -57,11 +52,13 @@ contains
 
     allocate (mesh%tied(mesh%nodes))
     mesh%tied(:) = [(n, n=1, mesh%nodes)]
+    allocate (mesh%to_tie(mesh%nodes), source=.false.)
     call mark_sides(deck, named, sides)
     do i = 1, size(deck%mesh)
       if (deck%mesh(i)%command /= 'tie') cycle
       call choose_nodes(deck%mesh(i), named, diagnostics, choice, good)
       if (.not. good) cycle
+      mesh%to_tie = mesh%to_tie .or. choice%first .or. choice%second
       call join_chosen(mesh, choice, sides, joined, apart)
       call report_note(diagnostics, deck%mesh(i)%head%at, 'TIE joins '// &
         count_noun(joined, 'node')//' to others at the same place'//pairs_text(apart))
@@ -135,7 +132,7 @@ contains
         if (good) call mark_named(set, 4, mesh, diagnostics, choice%second, good)
       else
         choice%first = choice%first .and. abs(mesh%x(item_integer(head, 3), :) - &
-          item_real(head, 4)) <= same_place*model_size(mesh)
+          item_real(head, 4)) <= axis_tolerance(mesh, item_integer(head, 3))
         choice%second = choice%first
       end if
     end associate
@@ -181,27 +178,24 @@ contains
     integer, intent(out) :: joined !! nodes that were joined to others
     integer, intent(out) :: apart !! places that contact keeps apart
     integer, allocatable :: nodes(:), keys(:, :), order(:)
-    real(wp) :: low(3), size_of_model, half(3)
-    integer :: grid, i, j, n
+    real(wp) :: tolerance(mesh%nodes)
+    type(grid_t) :: grid
+    integer :: number, i, j, n
     logical, allocatable :: held(:)
 
     joined = 0
     nodes = pack([(n, n=1, mesh%nodes)], choice%first .or. choice%second)
     allocate (keys(3, size(nodes)), held(mesh%nodes))
     held(:) = .false.
-    size_of_model = model_size(mesh)
-    low = minval(mesh%x(:, nodes), 2)
-    do grid = 0, 7
-      half = 0.5_wp*[(real(ibits(grid, i, 1), wp), i=0, 2)]
-      do i = 1, size(nodes)
-        keys(:, i) = int((mesh%x(:, nodes(i)) - low)/(cell_size*size_of_model) + half)
-      end do
-      call sort_columns(keys, order)
+    tolerance = place_tolerance(mesh)
+    grid = start_grid(mesh%x(:, nodes), maxval(tolerance(nodes)))
+    do number = 0, 7
+      call sort_grid(grid, number, mesh%x(:, nodes), keys, order)
       do i = 2, size(order)
         do j = i - 1, 1, -1
           if (any(keys(:, order(j)) /= keys(:, order(i)))) exit
-          call join_pair(mesh, nodes(order(j)), nodes(order(i)), choice, same_place*size_of_model, &
-            sides, joined, held)
+          call join_pair(mesh, nodes(order(j)), nodes(order(i)), choice, max(tolerance( &
+            nodes(order(j))), tolerance(nodes(order(i)))), sides, joined, held)
         end do
       end do
     end do
@@ -268,7 +262,9 @@ contains
         if (.not. any(mesh%ix(:k - 1, e) == mesh%tied(n))) cycle
         first = findloc(deck%mesh%command, 'tie ', dim=1)
         call report_error(diagnostics, deck%mesh(first)%head%at, &
-          'TIE joins two nodes of element '//to_text(e), 'it is smaller than 1e-8 of the model')
+          'TIE joins two nodes of element '//to_text(e), &
+          'it is smaller than what counts as one place: 1e-8 of the model, or more where its '// &
+          'file has fewer digits')
         return
       end do
     end do

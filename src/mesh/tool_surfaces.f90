@@ -8,12 +8,12 @@ module tool_surfaces
   use source, only: file_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use key_sorting, only: sort_columns, ascending
-  use tag_table, only: tag_table_t, build_table, find_tag
+  use near_places, only: join_places, roundings
   use mesh_types, only: mesh_t
   use mesh_names, only: name_exists
   use mesh_building, only: reserve_nodes, place_node
   use mesh_file_types, only: file_mesh_t, group_cells
-  use file_mesh_checks, only: file_place_t, resolve_nodes, coordinate_key
+  use file_mesh_checks, only: file_place_t, resolve_nodes
   use part_lists, only: append_surface
   implicit none
   private
@@ -21,6 +21,8 @@ module tool_surfaces
 
   !> A triangle whose area is below this share of its longest edge squared is a line.
   real(wp), parameter :: flat = 1.0e-12_wp
+  !> Corners that are closer than this share of the tool are one: no facet is so small.
+  real(wp), parameter :: least_feature = 1.0e-6_wp
 
 contains
 
@@ -88,22 +90,21 @@ contains
     type(file_mesh_t), intent(in) :: file !! what the file holds
     type(mesh_t), intent(inout) :: mesh !! gets the nodes
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    type(tag_table_t) :: table
     type(error_t), allocatable :: error
-    integer, allocatable :: keys(:)
+    integer, allocatable :: first(:)
     logical, allocatable :: held(:)
-    integer :: c, n, first, before
+    integer :: c, n, before
     real(wp) :: apart
 
-    allocate (keys(file%nodes), held(file%nodes))
-    held = .false.
+    allocate (held(file%nodes), source=.false.)
     do c = 1, file%cells
       if (file%size(c) == 3) held(file%corners(:3, c)) = .true.
     end do
-    do n = 1, file%nodes
-      keys(n) = coordinate_key(file%x(:, n))
-    end do
-    call build_table(keys, table)
+    ! what the numbers of the file are rounded by must not tear the surface
+    associate (x => file%x(:, :file%nodes))
+      call join_places(x, min(maxval(roundings(x)), least_feature*norm2(maxval(x, 2) - &
+        minval(x, 2))), first)
+    end associate
     before = mesh%nodes
     call reserve_nodes(mesh, before + count(held), error)
     if (allocated(error)) then
@@ -113,14 +114,12 @@ contains
     mesh%nodes = before
     do n = 1, file%nodes
       if (.not. held(n)) cycle
-      first = find_tag(table, keys(n))
-      if (any(abs(file%x(:, n) - file%x(:, first)) > 0.0_wp)) first = n
-      if (place%node(first) == 0) then
+      if (place%node(first(n)) == 0) then
         mesh%nodes = mesh%nodes + 1
-        place%node(first) = mesh%nodes
-        call place_node(mesh, mesh%nodes, file%x(:, first), apart)
+        place%node(first(n)) = mesh%nodes
+        call place_node(mesh, mesh%nodes, file%x(:, first(n)), apart)
       end if
-      place%node(n) = place%node(first)
+      place%node(n) = place%node(first(n))
     end do
     call report_note(diagnostics, place%at, file_name(diagnostics%source, place%file)//': '// &
       count_noun(mesh%nodes - before, 'node')//', numbered from '//to_text(before + 1)// &

@@ -6,8 +6,9 @@ module located_conditions
   use records, only: item_location, item_integer, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use mesh_building, only: own_nodes
-  use node_queries, only: plane_tolerance, nearest_node
+  use mesh_building, only: own_nodes, axis_tolerance, place_tolerance, miss_tolerance
+  use node_sets, only: warn_of_misses
+  use node_queries, only: nearest_node
   use condition_draft, only: condition_draft_t, set_values, record_values
   implicit none
   private
@@ -36,20 +37,31 @@ contains
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(condition_draft_t), intent(inout) :: draft !! receives the values
-    real(wp) :: coordinate, tolerance
+    real(wp) :: coordinate, tolerance(mesh%nodes), beside(mesh%nodes)
+    logical :: missed(mesh%nodes), taken(mesh%nodes)
     integer :: direction, node, found
 
     direction = item_integer(record, 1)
     coordinate = item_real(record, 2)
-    tolerance = plane_tolerance(mesh)
+    tolerance = axis_tolerance(mesh, direction)
+    beside = miss_tolerance(mesh)
+    missed = .false.
+    taken = .false.
     found = 0
     do node = 1, own_nodes(mesh)
       if (.not. mesh%defined(node)) cycle
-      if (abs(mesh%x(direction, node) - coordinate) > tolerance) cycle
+      if (abs(mesh%x(direction, node) - coordinate) > tolerance(node)) then
+        missed(node) = abs(mesh%x(direction, node) - coordinate) <= beside(node)
+        cycle
+      end if
       found = found + 1
+      taken(node) = .true.
       call set_values(draft, quantity, node, record_values(record, 2), record, 2)
     end do
     if (found == 0) call report_empty_plane(record, direction, coordinate, mesh, diagnostics)
+    if (found > 0) call warn_of_misses(mesh, 'the plane', record%at, taken, missed, &
+      'name a set for it: SET name, PLANe i c tol, and BOUNdary, DISPlacement or FORCe name', &
+      diagnostics)
   end subroutine set_on_plane
 
   !> No node lies on the plane: says where the nearest one is.
@@ -84,15 +96,16 @@ contains
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(condition_draft_t), intent(inout) :: draft !! receives the values
-    real(wp) :: x(3), distance
+    real(wp) :: x(3), distance, tolerance(mesh%nodes)
     integer :: i, node
 
+    tolerance = place_tolerance(mesh)
     do i = 1, set%count
       x = record_values(set%records(i), 1)
       node = nearest_node(mesh, x)
       if (node == 0) return
       distance = norm2(mesh%x(:, node) - x)
-      if (distance > plane_tolerance(mesh)) then
+      if (distance > tolerance(node)) then
         call report_note(diagnostics, set%records(i)%at, 'node '//to_text(node)// &
           ' is taken: the nearest, '//to_text(distance)//' away')
       end if

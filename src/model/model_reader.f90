@@ -4,6 +4,7 @@ module model_reader
   use deck_losses, only: is_whole
   use diagnostics, only: diagnostics_t, error_count
   use mesh_reader, only: read_mesh
+  use tied_nodes, only: has_tie
   use model_types, only: model_t
   use materials_reader, only: read_materials, assign_materials
   use loads_reader, only: read_loads, add_lost_tables
@@ -11,7 +12,10 @@ module model_reader
   use distributed_loads, only: read_distributed_loads
   use held_reader, only: read_held
   use contact_reader, only: read_pairs, pair_draft_t
-  use facets, only: facet_table_t
+  use facets, only: facet_table_t, exterior_facets
+  use tie_checks, only: check_ties
+  use behind_checks, only: check_behind
+  use load_uses, only: warn_of_unused_loads
   use pair_builder, only: build_pairs
   use output_reader, only: read_output
   use name_checks, only: check_names
@@ -58,5 +62,26 @@ contains
     call read_held(deck, diagnostics, model)
     call build_pairs(drafts, is_whole(deck, ['mate', 'glob']), diagnostics, model, exterior)
     call read_output(deck, diagnostics, model)
+    if (error_count(diagnostics) == 0) call look_at_scene(deck, exterior, model, diagnostics)
   end subroutine read_rest
+
+  !> Looks at a scene without errors for what cannot be meant: faces that a TIE has not joined,
+  !! slaves that start behind their masters, loads that nothing uses.
+  subroutine look_at_scene(deck, known, model, diagnostics)
+    type(deck_t), intent(in) :: deck !! the deck
+    type(facet_table_t), intent(in) :: known !! exterior facets, if at hand
+    type(model_t), intent(in) :: model !! mesh and pairs
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    type(facet_table_t) :: exterior
+    integer :: k
+
+    call warn_of_unused_loads(deck, model, diagnostics)
+    if (size(model%pairs) == 0 .and. .not. has_tie(deck)) return
+    exterior = known
+    if (.not. allocated(known%corners)) call exterior_facets(model%mesh, exterior)
+    if (has_tie(deck)) call check_ties(deck, exterior, model, diagnostics)
+    do k = 1, size(model%pairs)
+      call check_behind(model%mesh, exterior, model%pairs(k), diagnostics)
+    end do
+  end subroutine look_at_scene
 end module model_reader

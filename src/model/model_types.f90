@@ -132,5 +132,6 @@ module model_types
     logical, allocatable :: held(:) !! (nodes) of regions whose free motions are held
     type(output_request_t) :: output !! what is written
     type(string_t), allocatable :: notes(:) !! remarks for the log (reordered elements, ...)
+    type(string_t), allocatable :: warnings(:) !! what the deck deserves, for log and terminal
   end type model_t
 end module model_types

@@ -6,13 +6,12 @@ module node_queries
   use records, only: item_location, item_name
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
-  use mesh_building, only: model_size, own_nodes
+  use mesh_building, only: own_nodes
   use mesh_names, only: find_nodes, name_exists, name_hint, region_hint
-  use node_sets, only: default_tolerance
   implicit none
   private
   public :: report_missing_node, nodes_of_item, report_unknown_name, report_no_region
-  public :: plane_tolerance, nearest_node
+  public :: nearest_node
 
 contains
 
@@ -69,13 +68,6 @@ contains
     call report_unknown_name(mesh, item_location(record, i), item_name(record, i), diagnostics)
     if (.not. allocated(nodes)) allocate (nodes(0))
   end subroutine nodes_of_item
-
-  !> How far from a plane a node may lie and still be on it.
-  pure real(wp) function plane_tolerance(mesh)
-    type(mesh_t), intent(in) :: mesh !! the mesh
-
-    plane_tolerance = default_tolerance*model_size(mesh)
-  end function plane_tolerance
 
   !> The node nearest to a point, the lowest number among equals; 0 without nodes.
   pure integer function nearest_node(mesh, x) result(nearest)

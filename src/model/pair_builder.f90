@@ -22,6 +22,7 @@ module pair_builder
   use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
   use facet_depths, only: body_facets_t, measure_depths
+  use tool_sides, only: face_tools
   use gap_adjustment, only: adjust_gaps, adjustment_t
   implicit none
   private
@@ -55,6 +56,7 @@ contains
     else
       call exterior_facets(model%mesh, exterior)
     end if
+    if (sound) call face_tools(drafts, exterior, diagnostics, model%mesh)
     do i = 1, size(drafts)
       if (.not. (sound .and. drafts(i)%has_form .and. drafts(i)%pair%fit%adjusted)) cycle
       call adjust_pair(drafts(i)%pair, exterior, diagnostics, model%mesh)

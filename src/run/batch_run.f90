@@ -16,6 +16,7 @@ module batch_run
   use results_file, only: fields_due
   use rigid_paths, only: count_rigid
   use model_types, only: state_none
+  use touch_report, only: keep_touches
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
@@ -287,6 +288,7 @@ contains
       call keep_slopes(context%model, context%sensitivity, context%state)
     if (context%sensitivity%active) derivatives = derivative_rows(context%model, &
       context%sensitivity)
+    call keep_touches(context%model, context%touched)
     call begin_writing()
     call write_row(context%files, context%model, context%system, context%state, run%increment, &
       context%audit, derivatives, error)

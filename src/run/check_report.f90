@@ -39,6 +39,9 @@ contains
         call print_line(context%terminal, model%notes(k)%s)
       end do
       context%monitor%terminal => context%terminal
+      do k = 1, size(model%warnings)
+        call context%monitor%warning(model%warnings(k)%s)
+      end do
       call outline_system(model, system, context%state)
       call report_gaps(context, .true.)
       call check_supports(model, system, context%monitor, error)

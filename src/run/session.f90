@@ -9,7 +9,8 @@ module session
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
-  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines
+  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
+    warning_lines
   use source, only: file_text
   use mesh_building, only: drop_middles
   use model_types, only: model_t
@@ -30,6 +31,7 @@ module session
   use run_context, only: context_t
   use batch_run, only: run_batch
   use batch_position, only: count_steps
+  use touch_report, only: tell_untouched
   use run_audit, only: tell_warnings
   use check_report, only: print_check, report_gaps
   use saved_states, only: saved_states_t, take_state, restart_base
@@ -147,6 +149,7 @@ contains
       return
     end if
     model%notes = note_lines(diagnostics)
+    model%warnings = warning_lines(diagnostics)
     deck_text = file_text(diagnostics%source, 1)
   end subroutine read_problem
 
@@ -194,6 +197,7 @@ contains
       context%system%whole_factors = study%active
       context%system%slopes_due = context%sensitivity%active
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
+      if (.not. allocated(error)) call tell_untouched(context)
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
         states%base, study, context, variant_seconds, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
@@ -268,7 +272,11 @@ contains
     type(saved_states_t), intent(in) :: states !! the restart
     type(context_t), target, intent(inout) :: context !! problem, log and terminal
     type(error_t), allocatable, intent(out) :: error !! trouble with the log
+    integer :: i
 
+    do i = 1, size(context%model%warnings)
+      call context%monitor%warning(context%model%warnings(i)%s)
+    end do
     if (is_reference_blas()) call log_warning(context%files%log, 'this is the reference '// &
       'BLAS, which is 10 to 20 times slower than OpenBLAS: install libopenblas-dev', error)
     if (.not. allocated(error) .and. len(states%restart) > 0) call report_restart(states, &

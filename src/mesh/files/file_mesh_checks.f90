@@ -1,6 +1,5 @@
 !> Checks what a mesh file holds, and finds what of it joins the mesh.
 module file_mesh_checks
-  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: location_t
@@ -9,11 +8,12 @@ module file_mesh_checks
   use mesh_file_types, only: file_mesh_t
   use tag_table, only: tag_table_t, build_table, find_tag
   use key_sorting, only: sort_columns
+  use near_places, only: join_places
   use cells, only: mirrored, most_nodes
   use tetrahedra, only: relative_volume, flat_limit
   implicit none
   private
-  public :: file_place_t, check_file_mesh, resolve_nodes, coordinate_key, place_in_file
+  public :: file_place_t, check_file_mesh, resolve_nodes, place_in_file
 
   !> Errors of one kind that are reported one by one.
   integer, parameter :: most_errors = 5
@@ -241,22 +241,14 @@ contains
     type(file_place_t), intent(in) :: place !! marks what joins the mesh
     type(file_mesh_t), intent(in) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! notes
-    type(tag_table_t) :: table
-    integer, allocatable :: keys(:)
-    integer :: n, other, found, first
+    integer, allocatable :: place_of(:)
+    integer :: n, found, first
 
-    allocate (keys(file%nodes))
-    do n = 1, file%nodes
-      keys(n) = coordinate_key(file%x(:, n))
-    end do
-    call build_table(keys, table)
+    call join_places(file%x(:, :file%nodes), 0.0_wp, place_of)
     found = 0
     first = 0
     do n = 1, file%nodes
-      if (place%node(n) == 0) cycle
-      other = find_tag(table, keys(n))
-      if (other == n .or. place%node(other) == 0) cycle
-      if (any(abs(file%x(:, n) - file%x(:, other)) > 0.0_wp)) cycle
+      if (place_of(n) == n .or. place%node(n) == 0 .or. place%node(place_of(n)) == 0) cycle
       found = found + 1
       if (found == 1) first = n
     end do
@@ -264,21 +256,6 @@ contains
       file%node_at(first)), count_noun(found, 'node')//' at the place of another node, the '// &
       'first is node '//to_text(file%node_tag(first))//': the bodies are not joined there')
   end subroutine note_coincident
-
-  !> A number, at least 1, that is the same for the same coordinates and rarely for others.
-  pure integer function coordinate_key(x) result(key)
-    real(wp), intent(in) :: x(3) !! coordinates [length]
-    integer(int64) :: bits
-    integer :: k
-
-    bits = 0_int64
-    do k = 1, 3
-      ! adding zero makes 0 of -0
-      bits = ieor(ishftc(bits, 21), transfer(x(k) + 0.0_wp, 0_int64))
-    end do
-    bits = ieor(bits, shiftr(bits, 29))
-    key = max(1, int(iand(bits, int(huge(1), int64))))
-  end function coordinate_key
 
   !> Reports an error of a kind of which there may be many.
   subroutine report(place, at, what, remedy, wrong, diagnostics)

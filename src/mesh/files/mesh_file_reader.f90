@@ -10,7 +10,8 @@ module mesh_file_reader
   use mesh_types, only: mesh_t
   use cells, only: mirrored, most_nodes
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
-    place_element
+    place_element, set_roundings
+  use near_places, only: roundings
   use file_cursor, only: cursor_t
   use mesh_file_types, only: file_mesh_t
   use stl_reader, only: is_stl, read_stl
@@ -119,6 +120,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     logical, intent(out) :: good !! there is room
     type(error_t), allocatable :: error
+    real(wp), allocatable :: rough(:, :)
     integer :: n, e, c, k, nodes, elements, nodes_of(most_nodes)
     real(wp) :: apart
     logical :: twice
@@ -134,11 +136,13 @@ contains
       return
     end if
     n = nodes
+    rough = roundings(file%x(:, :file%nodes))
     do c = 1, file%nodes
       if (place%node(c) == 0) cycle
       n = n + 1
       place%node(c) = n
       call place_node(mesh, n, file%x(:, c), apart)
+      call set_roundings(mesh, n, rough(:, c))
     end do
     e = elements
     do c = 1, file%cells
