@@ -65,6 +65,8 @@ contains
         end associate
       end do
       if (all(accepted(:n) == accept_not)) then
+        ! what number of items a record has tells no more once it cannot be right
+        if (k == match%first) alive(:n) = .true.
         call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
         record%items = record%items(:k - 1)
         good = .false.
@@ -292,10 +294,47 @@ contains
       else
         call report_error(diagnostics, item%at, ''''//item%text//''' cannot stand here', &
                           did_you_mean(words, item%text, &
-                          expectation(signature, alive, match)))
+                          with_word(record, k, signature, alive, match, parameters, &
+                          expectation(signature, alive, match))))
       end if
     end associate
   end subroutine report_item
+
+  !> The record as it would be right if one word before a number is missing, and only one could be:
+  !! `FRICtion COULomb mu` for `FRICtion mu`. Otherwise what it takes.
+  function with_word(record, k, signature, alive, match, parameters, otherwise) result(t)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: k !! number of the item that cannot stand where it does
+    type(signature_t), intent(in) :: signature !! what the record takes
+    logical, intent(in) :: alive(:) !! ways still possible before this item
+    type(match_t), intent(in) :: match !! which record this is
+    type(parameter_t), intent(in) :: parameters(:) !! parameters there are
+    character(*), intent(in) :: otherwise !! what the record takes
+    character(:), allocatable :: t, word
+    integer :: i, j
+
+    t = otherwise
+    j = k - match%first + 1
+    if (.not. is_value(record%items(k), parameters)) return
+    word = ''
+    do i = 1, size(alive)
+      if (.not. alive(i)) cycle
+      associate (tokens => signature%alternatives(i)%tokens)
+        if (size(tokens) /= item_count(record) - match%first + 2) cycle
+        if (tokens(j)%kind /= kind_keyword) cycle
+        if (any([kind_keyword, kind_name, kind_nothing] == tokens(j + 1)%kind)) cycle
+        if (len(word) > 0) return
+        word = trim(tokens(j)%label)
+      end associate
+    end do
+    if (len(word) == 0) return
+    t = trim(match%head)
+    do i = match%first, item_count(record)
+      if (i == k) t = t//' '//word
+      t = t//' '//record%items(i)%text
+    end do
+    t = 'did you mean '''//t//'''? '//otherwise
+  end function with_word
 
   !> Advice for a record that begins with the name of a parameter; empty if it does not.
   function parameter_advice(record, parameters) result(t)

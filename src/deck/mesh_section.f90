@@ -2,7 +2,7 @@
 module mesh_section
   use deck_types, only: record_t, item_t, item_word, item_quoted
   use records, only: item_count, is_word
-  use numbers, only: is_letter
+  use numbers, only: is_letter, is_digit
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
   use diagnostics, only: diagnostics_t, report_error
@@ -34,6 +34,10 @@ contains
     logical :: hidden
 
     command = ''
+    if (is_feap_contact(reading, record)) then
+      call pass_contact(reading, record, diagnostics)
+      return
+    end if
     if (reading%in_parameters .and. reading%lines%equals) then
       call define_parameter(reading, record, diagnostics)
       return
@@ -57,6 +61,40 @@ contains
       if (reading%in_parameters) call guess_parameter(reading, record)
     end select
   end subroutine read_mesh_record
+
+  !> Whether a record belongs to a contact input as FEAP has it, with numbers for surfaces and
+  !! materials of contact. It goes on to its END, or to BATCh.
+  logical function is_feap_contact(reading, record) result(yes)
+    type(reading_t), intent(in) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! the record
+
+    yes = reading%feap_contact .and. .not. any([is_word(record%items(1), 'end'), &
+      is_word(record%items(1), 'batch'), is_word(record%items(1), 'macro')])
+    if (reading%feap_contact .or. .not. reading%contact .or. item_count(record) < 2) return
+    if (.not. any([is_word(record%items(1), 'surface'), is_word(record%items(1), 'ntos'), &
+      is_word(record%items(1), 'gtos')])) return
+    yes = record%items(2)%kind == item_word .and. is_digit(record%items(2)%text(1:1))
+  end function is_feap_contact
+
+  !> Passes over FEAP's contact input: one error for all of it.
+  subroutine pass_contact(reading, record, diagnostics)
+    type(reading_t), intent(inout) :: reading !! where reading stands
+    type(record_t), intent(in) :: record !! one of its records
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets the error at the first
+    character(*), parameter :: line = new_line('a')//'  '
+
+    if (reading%feap_contact) return
+    reading%feap_contact = .true.
+    call report_error(diagnostics, record%at, 'contact is not written as in FEAP', &
+      'surfaces have names and lie where the mesh has its skin, and a pair has all the rest:'// &
+      line//'  SET upper'//line//'    PLANe 3 1'//line//'  SURFace slave FROM upper IN block'// &
+      line//'  SURFace master'//line//'    FACEts 1 5 7'//line//'  CONTact'//line// &
+      '    PAIR 1'//line//'    NTOS slave master'//line//'    PENAlty 1e5'//line// &
+      '    FRICtion COULomb 0.1'//line//'no SOLM, TOLE, DETA and no MATErial (AUGMent for '// &
+      'multipliers); see doc/tutorials.md, "Coming from FEAP"')
+    call skip_data(reading)
+    call lose(reading, '?')
+  end subroutine pass_contact
 
   !> Finds out by its first item what a record is.
   subroutine classify(reading, record, kind, number)

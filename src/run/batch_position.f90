@@ -1,5 +1,6 @@
 !> Where a run stands in the commands of BATCh, and which of its end times a restart passes over.
 module batch_position
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use batch_types, only: batch_command_t
   implicit none
@@ -24,9 +25,10 @@ module batch_position
 contains
 
   !> Number of rows the deck will write, for the progress line; loops count in full.
-  pure integer function count_steps(commands) result(n)
+  pure integer function count_steps(commands) result(steps)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
     integer :: i, times, factor(size(commands))
+    integer(int64) :: n
 
     n = 0
     factor = 1
@@ -39,15 +41,16 @@ contains
       case ('next')
         times = times/factor(commands(i)%partner)
       case ('step')
-        n = n + times*nint(commands(i)%v(1))
+        n = n + int(times, int64)*nint(commands(i)%v(1))
       case ('time')
         n = n + times
       case ('back')
-        n = max(0, n - times)
+        n = max(0_int64, n - times)
       case default
         cycle
       end select
     end do
+    steps = int(min(n, int(huge(1), int64)))
   end function count_steps
 
   !> A position that passes over everything until it has found where a state belongs.

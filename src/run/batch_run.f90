@@ -1,7 +1,7 @@
 !> Carries out the solution commands of a deck, one after the other.
 module batch_run
   use kinds, only: wp
-  use errors, only: error_t
+  use errors, only: error_t, raise, exit_deck
   use text, only: to_text
   use costs, only: wall_seconds
   use newton, only: outcome_open, outcome_stopped, outcome_through
@@ -119,10 +119,12 @@ contains
         end if
       case ('step')
         call close_increment(run, context, error)
+        if (.not. allocated(error)) call check_increment(run, error)
         if (.not. allocated(error)) call run_steps(nint(command%v(1)), steps_on(commands, next), &
           run, context, error)
       case ('time')
         call close_increment(run, context, error)
+        if (.not. allocated(error)) call check_increment(run, error)
         if (allocated(error)) return
         if (is_over(command%v(1), run)) then
           next = end_of_loop(commands, next)
@@ -159,6 +161,20 @@ contains
       end select
     end associate
   end subroutine run_command
+
+  !> An increment has to move the time: by what the tables show (13 digits), so that a 1024th of it,
+  !! the shortest that it is cut to, is more than round-off.
+  subroutine check_increment(run, error)
+    type(run_state_t), intent(in) :: run !! time and increment
+    type(error_t), allocatable, intent(out) :: error !! it is too short
+    real(wp), parameter :: shortest = 1.0e-11_wp
+
+    if (run%increment > shortest*abs(run%position%clock)) return
+    call raise(error, exit_deck, 'error: DT = '//to_text(run%increment)//' does not move the '// &
+      'time '//to_text(run%position%clock, 12)//' any more: times have 13 digits'//new_line('a')// &
+      '  give it a larger DT, or let the times of the deck begin near 0; everything up to time '// &
+      to_text(run%position%clock, 12)//' is on disk')
+  end subroutine check_increment
 
   !> DISP, REAC, STRE, CHEC: prints to the log.
   subroutine print_request(command, context, error)
