@@ -3,13 +3,14 @@ module deck_reader
   use errors, only: error_t, raise, exit_deck
   use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t, parameter_t, &
     item_word, item_empty
-  use numbers, only: is_digit, is_letter
-  use text, only: to_text, lower
+  use numbers, only: is_digit
+  use text, only: to_text
   use records, only: item_count, item_integer, is_word
   use hints, only: word_list_t, add_candidate, nearest_word
   use signatures, only: compile_signature
   use keywords, only: keyword_table
-  use source, only: source_t, add_file
+  use source, only: add_file
+  use foreign_decks, only: foreign_deck, has_batch
   use keyword_types, only: find_keyword, table_mesh
   use diagnostics, only: diagnostics_t, error_count, report_error, report_note, &
     diagnostics_to_error
@@ -44,8 +45,8 @@ contains
     call add_file(diagnostics%source, path, problem)
     if (allocated(problem)) then
       call raise(error, exit_deck, 'command line: error: cannot read the deck '''//path// &
-        ''': '//problem//new_line('a')//'  name a file that you may read, as it is found from the '// &
-        'working directory; a pipe will do: cat deck.inp | mfec /dev/stdin')
+        ''': '//problem//new_line('a')//'  name a file that you may read, as it is found from '// &
+        'the working directory; a pipe will do: cat deck.inp | mfec /dev/stdin')
       return
     end if
     problem = foreign_deck(diagnostics%source%files(1)%text, path)
@@ -57,42 +58,6 @@ contains
     ! what else might be wrong with it is of no use to anybody
     if (deck%hopeless) call diagnostics_to_error(diagnostics, error)
   end subroutine read_deck
-
-  !> What a file is, and what to do with it, if it is a mesh, a deck or a result of another program;
-  !! empty if it may be a deck.
-  pure function foreign_deck(text, path) result(t)
-    character(*), intent(in) :: text !! the file
-    character(*), intent(in) :: path !! its name
-    character(:), allocatable :: t
-    character(*), parameter :: own = '  a deck of mfec begins with MFEC * * title'
-    integer, parameter :: head = 4096
-    integer :: first
-
-    t = ''
-    first = verify(text(:min(len(text), head)), ' '//achar(9)//achar(10)//achar(13))
-    if (first == 0) return
-    if (index(text(first:min(len(text), first + 3)), char(137)//'HDF') == 1) then
-      t = 'it is an HDF5 file, results perhaps'//new_line('a')// &
-        '  to go on from them: mfec deck.inp --restart '//path
-    else if (index(text(first:min(len(text), head)), achar(0)) > 0) then
-      t = 'it is binary'//new_line('a')//own//'; MESH file in it reads a mesh'
-    else if (index(text(first:min(len(text), first + 10)), '$MeshFormat') == 1) then
-      t = 'it is a mesh of Gmsh'//new_line('a')//own//'; MESH '//path//' in it reads the mesh'
-    else if (begins_card(text(first:min(len(text), first + 1)))) then
-      t = 'it is written for Abaqus or CalculiX'//new_line('a')//own//'; MESH '//path// &
-        ' in it reads nodes, elements and sets, and materials, supports, contact and steps are '// &
-        'written anew (doc/tutorials.md, "Coming from CalculiX")'
-    end if
-  end function foreign_deck
-
-  !> A card or a comment of Abaqus.
-  pure logical function begins_card(t)
-    character(*), intent(in) :: t !! the first two characters of a file
-
-    begins_card = .false.
-    if (len(t) < 2) return
-    begins_card = t(1:1) == '*' .and. (t(2:2) == '*' .or. is_letter(t(2:2)))
-  end function begins_card
 
   !> Reads the deck whose main file is the first of the source.
   subroutine read_source(overrides, deck, diagnostics)
@@ -177,9 +142,9 @@ contains
                           'the title is missing', 'a deck begins with MFEC * * title')
       else
         deck%hopeless = .true.
-        call report_error(diagnostics, location_of(record, deck%last), 'this is no deck: it has '// &
-          'no title and no BATCh', 'a deck begins with MFEC * * title; MESH file in it reads a '// &
-          'mesh of Gmsh, Abaqus or CalculiX')
+        call report_error(diagnostics, location_of(record, deck%last), 'this is no deck: it '// &
+          'has no title and no BATCh', 'a deck begins with MFEC * * title; MESH file in it '// &
+          'reads a mesh of Gmsh, Abaqus or CalculiX')
         return
       end if
     end if
@@ -215,25 +180,6 @@ contains
     if (yes) yes = find_keyword(reading%table, table_mesh, record%items(1)) > 0 .or. &
       is_control(record)
   end function is_command
-
-  !> A line of some file begins with BATCh or MACRo.
-  pure logical function has_batch(source) result(yes)
-    type(source_t), intent(in) :: source !! the files read so far
-    character(4) :: word
-    integer :: file, i, first
-
-    yes = .false.
-    do file = 1, source%count
-      associate (f => source%files(file))
-        do i = 1, f%lines
-          first = f%first(i) - 1 + verify(f%text(f%first(i):f%last(i)), ' '//achar(9))
-          if (first < f%first(i)) cycle
-          word = lower(f%text(first:min(first + 3, f%last(i))))
-          yes = yes .or. word == 'batc' .or. word == 'macr'
-        end do
-      end associate
-    end do
-  end function has_batch
 
   !> Whether a record is the control record: what it has first is a number, fields before it may be
   !> left empty (FEAP counts them), as in `,,,3,3,4`.
@@ -395,7 +341,8 @@ contains
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &
                                           'ELEMents, BLOCk or MESH make them')
     if (section == in_mesh) then
-      if (.not. torn) call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
+      if (.not. torn .and. .not. reading%solution) call report_error(diagnostics, deck%last, &
+        'the deck has no BATCh', &
         'solution commands stand between BATCh and END')
     else if (section == in_batch) then
       call report_error(diagnostics, deck%last, 'BATCh is not ended', &

@@ -2,7 +2,8 @@
 module mesh_section
   use deck_types, only: record_t, item_t, item_word, item_quoted
   use records, only: item_count, is_word
-  use numbers, only: is_letter, is_digit
+  use numbers, only: is_letter
+  use foreign_records, only: is_feap_contact, pass_contact, pass_foreign_line
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
   use diagnostics, only: diagnostics_t, report_error
@@ -31,13 +32,15 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     character(4), intent(out) :: command !! the command it starts, empty if none
     integer :: kind, number
-    logical :: hidden
+    logical :: hidden, foreign
 
     command = ''
     if (is_feap_contact(reading, record)) then
       call pass_contact(reading, record, diagnostics)
       return
     end if
+    call pass_foreign_line(reading, record, diagnostics, foreign)
+    if (foreign) return
     if (reading%in_parameters .and. reading%lines%equals) then
       call define_parameter(reading, record, diagnostics)
       return
@@ -61,40 +64,6 @@ contains
       if (reading%in_parameters) call guess_parameter(reading, record)
     end select
   end subroutine read_mesh_record
-
-  !> Whether a record belongs to a contact input as FEAP has it, with numbers for surfaces and
-  !! materials of contact. It goes on to its END, or to BATCh.
-  logical function is_feap_contact(reading, record) result(yes)
-    type(reading_t), intent(in) :: reading !! where reading stands
-    type(record_t), intent(in) :: record !! the record
-
-    yes = reading%feap_contact .and. .not. any([is_word(record%items(1), 'end'), &
-      is_word(record%items(1), 'batch'), is_word(record%items(1), 'macro')])
-    if (reading%feap_contact .or. .not. reading%contact .or. item_count(record) < 2) return
-    if (.not. any([is_word(record%items(1), 'surface'), is_word(record%items(1), 'ntos'), &
-      is_word(record%items(1), 'gtos')])) return
-    yes = record%items(2)%kind == item_word .and. is_digit(record%items(2)%text(1:1))
-  end function is_feap_contact
-
-  !> Passes over FEAP's contact input: one error for all of it.
-  subroutine pass_contact(reading, record, diagnostics)
-    type(reading_t), intent(inout) :: reading !! where reading stands
-    type(record_t), intent(in) :: record !! one of its records
-    type(diagnostics_t), intent(inout) :: diagnostics !! gets the error at the first
-    character(*), parameter :: line = new_line('a')//'  '
-
-    if (reading%feap_contact) return
-    reading%feap_contact = .true.
-    call report_error(diagnostics, record%at, 'contact is not written as in FEAP', &
-      'surfaces have names and lie where the mesh has its skin, and a pair has all the rest:'// &
-      line//'  SET upper'//line//'    PLANe 3 1'//line//'  SURFace slave FROM upper IN block'// &
-      line//'  SURFace master'//line//'    FACEts 1 5 7'//line//'  CONTact'//line// &
-      '    PAIR 1'//line//'    NTOS slave master'//line//'    PENAlty 1e5'//line// &
-      '    FRICtion COULomb 0.1'//line//'no SOLM, TOLE, DETA and no MATErial (AUGMent for '// &
-      'multipliers); see doc/tutorials.md, "Coming from FEAP"')
-    call skip_data(reading)
-    call lose(reading, '?')
-  end subroutine pass_contact
 
   !> Finds out by its first item what a record is.
   subroutine classify(reading, record, kind, number)
@@ -250,6 +219,7 @@ contains
     match%first = 2
     match%name = command%name
     match%head = command%name
+    if (size(command%words) > 0) match%tail = '; '//own_words_text(reading, command)
     call match_record(record, command%head, match, reading%parameters(:reading%n_parameters), &
                       diagnostics, good)
   end subroutine match_head
@@ -286,6 +256,7 @@ contains
     type(match_t) :: match
     logical :: good
 
+    reading%skipping = .false.
     associate (command => reading%table%commands(reading%open))
       associate (word => command%words(number))
         good = word%available
@@ -337,6 +308,8 @@ contains
       call take_bare_names(command, record)
       match%first = 1
       match%name = command%name
+      if (any(command%key == ['boun', 'ebou', 'cbou'])) match%tail = &
+        '; a code for each direction: 1 restrains it, 0 leaves it free'
       call match_record(record, command%data, match, &
                         reading%parameters(:reading%n_parameters), diagnostics, good)
     end associate

@@ -7,8 +7,9 @@ module audit_text
   use system_types, only: system_t
   use diagnosis, only: body_name
   use bulk_laws, only: laws
-  use audit_types, only: audit_t, most_lost, check_names, n_checks, check_balance, check_work, check_strain, &
-    check_rotation, check_turning, check_penetration, check_elastic_slip, check_facets, &
+  use audit_types, only: audit_t, most_lost, check_names, n_checks, check_balance, check_work, &
+    check_strain, check_rotation, check_turning, check_penetration, check_elastic_slip, &
+    check_facets, &
     check_locking, check_moved
   implicit none
   private
@@ -82,7 +83,7 @@ contains
         t = field_finding(model, audit, check)
       case (check_turning)
         t = 'no body can move'
-        if (any(audit%fixed%moves)) t = 'any: what moves is of finite strain'
+        if (any(audit%fixed%moves)) t = 'not limited: what moves is of finite strain'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' degrees as a whole, '// &
           body_name(model, system, worst)
       case (check_penetration, check_elastic_slip)
@@ -95,8 +96,8 @@ contains
     end associate
   end function finding
 
-  !> How much of the balance is round-off of what is stiffer than the forces are worth, where that is
-  !! more than is allowed otherwise.
+  !> How much of the balance is round-off of what is stiffer than the forces are worth, where that
+  !! is more than is allowed otherwise.
   function round_off_text(audit) result(t)
     type(audit_t), intent(in) :: audit !! an audited end time
     character(:), allocatable :: t
@@ -151,7 +152,8 @@ contains
 
     t = 'not measured: no field is due'
     if (audit%fields_known) t = 'no element deforms'
-    if (audit%fields_known .and. deforms(model, .true.)) t = 'any: what deforms is of finite strain'
+    if (audit%fields_known .and. deforms(model, .true.)) t = 'not limited: what deforms is of '// &
+      'finite strain'
     if (.not. audit%fields_known .or. audit%worst(check) == 0) return
     t = 'at most '//to_text(audit%value(check), 3)
     if (check == check_rotation) t = t//' degrees'

@@ -1,21 +1,17 @@
-!> What the solution commands name: states and files of REST, nodes of DISP and REAC; and which
-!! files the run writes. Looked up when the deck is read, before any file is touched.
+!> What the solution commands name: states and files of REST, nodes of DISP and REAC. Looked up when
+!! the deck is read, before any file is touched.
 module batch_checks
-  use text, only: to_text, string_t
+  use text, only: to_text
   use deck_types, only: deck_t, location_t
   use records, only: item_location
   use diagnostics, only: diagnostics_t, report_error
   use mesh_types, only: mesh_t
   use batch_types, only: batch_command_t
   use printing, only: numbers_to_print
-  use model_types, only: model_t
-  use string_lists, only: append_string
-  use hdf5_io, only: unfinished
-  use run_files, only: result_names
   use saved_states, only: file_of
   implicit none
   private
-  public :: check_files, check_nodes, written_files
+  public :: check_files, check_nodes
 
 contains
 
@@ -80,46 +76,6 @@ contains
 
     name = path(index(path, '/', back=.true.) + 1:)
   end function last_part
-
-  !> All files that the run writes, the unfinished ones included; with --check only what that writes.
-  function written_files(base, model, commands, derives, varies, check) result(names)
-    character(*), intent(in) :: base !! path of the run's files without their endings
-    type(model_t), intent(in) :: model !! what it writes
-    type(batch_command_t), intent(in) :: commands(:) !! its solution commands
-    logical, intent(in) :: derives !! derivatives are asked for
-    logical, intent(in) :: varies !! a study is asked for
-    logical, intent(in) :: check !! nothing is solved
-    type(string_t), allocatable :: names(:)
-    character(:), allocatable :: path
-    integer :: i, n
-
-    if (check) then
-      names = result_names(base//'.check', model, derives=.false., varies=.false.)
-      return
-    end if
-    names = result_names(base, model, derives, varies)
-    n = size(names)
-    do i = 1, size(commands)
-      if (commands(i)%command /= 'save') cycle
-      path = file_of(base, commands(i)%text)
-      if (is_among(path, names(:n))) cycle
-      call append_string(names, n, path)
-      call append_string(names, n, path//unfinished)
-    end do
-    names = names(:n)
-  end function written_files
-
-  !> A name is in a list.
-  pure logical function is_among(name, names)
-    character(*), intent(in) :: name !! a path
-    type(string_t), intent(in) :: names(:) !! paths
-    integer :: i
-
-    is_among = .false.
-    do i = 1, size(names)
-      is_among = is_among .or. names(i)%s == name
-    end do
-  end function is_among
 
   !> DISP and REAC need at least one node to print, STRE an element or a node.
   subroutine check_nodes(deck, commands, mesh, diagnostics)

@@ -1,7 +1,7 @@
 !> Carries out the solution commands of a deck, one after the other.
 module batch_run
   use kinds, only: wp
-  use errors, only: error_t, raise, exit_deck
+  use errors, only: error_t
   use text, only: to_text
   use costs, only: wall_seconds
   use newton, only: outcome_open, outcome_stopped, outcome_through
@@ -19,7 +19,7 @@ module batch_run
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
-  use batch_position, only: is_passing, pass_end_time, look_for, &
+  use batch_position, only: check_increment, is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
   use run_monitor, only: step_text, time_left, foresee_end
@@ -119,12 +119,14 @@ contains
         end if
       case ('step')
         call close_increment(run, context, error)
-        if (.not. allocated(error)) call check_increment(run, error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
+          error)
         if (.not. allocated(error)) call run_steps(nint(command%v(1)), steps_on(commands, next), &
           run, context, error)
       case ('time')
         call close_increment(run, context, error)
-        if (.not. allocated(error)) call check_increment(run, error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
+          error)
         if (allocated(error)) return
         if (is_over(command%v(1), run)) then
           next = end_of_loop(commands, next)
@@ -161,20 +163,6 @@ contains
       end select
     end associate
   end subroutine run_command
-
-  !> An increment has to move the time: by what the tables show (13 digits), so that a 1024th of it,
-  !! the shortest that it is cut to, is more than round-off.
-  subroutine check_increment(run, error)
-    type(run_state_t), intent(in) :: run !! time and increment
-    type(error_t), allocatable, intent(out) :: error !! it is too short
-    real(wp), parameter :: shortest = 1.0e-11_wp
-
-    if (run%increment > shortest*abs(run%position%clock)) return
-    call raise(error, exit_deck, 'error: DT = '//to_text(run%increment)//' does not move the '// &
-      'time '//to_text(run%position%clock, 12)//' any more: times have 13 digits'//new_line('a')// &
-      '  give it a larger DT, or let the times of the deck begin near 0; everything up to time '// &
-      to_text(run%position%clock, 12)//' is on disk')
-  end subroutine check_increment
 
   !> DISP, REAC, STRE, CHEC: prints to the log.
   subroutine print_request(command, context, error)

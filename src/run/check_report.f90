@@ -24,7 +24,7 @@ contains
   subroutine print_check(commands, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
-    type(error_t), allocatable, intent(out) :: error !! what would end the run before its first solve
+    type(error_t), allocatable, intent(out) :: error !! what would end a run at once
     integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
     integer :: k
 

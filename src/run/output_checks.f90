@@ -3,15 +3,88 @@
 module output_checks
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: string_t
+  use string_lists, only: append_string
+  use model_types, only: model_t
+  use rigid_paths, only: count_rigid
+  use hdf5_io, only: unfinished
+  use batch_types, only: batch_command_t
+  use run_files, only: contact_ending
+  use saved_states, only: file_of
   use deck_types, only: location_t
   use diagnostics, only: diagnostics_t, report_error
   use source, only: file_name
   use file_identity, only: file_identity_t, identify, are_one, obstacle_of, kind_file
   implicit none
   private
-  public :: guard_files, refuse_pipes
+  public :: written_files, guard_files, refuse_pipes
 
 contains
+
+  !> All files that the run writes, the unfinished ones included; with --check what that writes.
+  function written_files(base, model, commands, derives, varies, check) result(names)
+    character(*), intent(in) :: base !! path of the run's files without their endings
+    type(model_t), intent(in) :: model !! what it writes
+    type(batch_command_t), intent(in) :: commands(:) !! its solution commands
+    logical, intent(in) :: derives !! derivatives are asked for
+    logical, intent(in) :: varies !! a study is asked for
+    logical, intent(in) :: check !! nothing is solved
+    type(string_t), allocatable :: names(:)
+    character(:), allocatable :: path
+    integer :: i, n
+
+    if (check) then
+      names = result_names(base//'.check', model, derives=.false., varies=.false.)
+      return
+    end if
+    names = result_names(base, model, derives, varies)
+    n = size(names)
+    do i = 1, size(commands)
+      if (commands(i)%command /= 'save') cycle
+      path = file_of(base, commands(i)%text)
+      if (is_among(path, names(:n))) cycle
+      call append_string(names, n, path)
+      call append_string(names, n, path//unfinished)
+    end do
+    names = names(:n)
+  end function written_files
+
+  !> A name is in a list.
+  pure logical function is_among(name, names)
+    character(*), intent(in) :: name !! a path
+    type(string_t), intent(in) :: names(:) !! paths
+    integer :: i
+
+    is_among = .false.
+    do i = 1, size(names)
+      is_among = is_among .or. names(i)%s == name
+    end do
+  end function is_among
+
+  !> The files of a run, those that derivatives and variants write and the unfinished ones included.
+  function result_names(base, model, derives, varies) result(names)
+    character(*), intent(in) :: base !! path of the run's files without their endings
+    type(model_t), intent(in) :: model !! what it writes
+    logical, intent(in) :: derives !! derivatives are asked for
+    logical, intent(in) :: varies !! a study is asked for
+    type(string_t), allocatable :: names(:)
+    character(*), parameter :: results = '.h5'
+    integer :: n
+
+    n = 0
+    call append_string(names, n, base//'.log')
+    call append_string(names, n, base//'.rea')
+    call append_string(names, n, base//'.con')
+    call append_string(names, n, base//results)
+    call append_string(names, n, base//results//unfinished)
+    if (size(model%output%history) > 0) call append_string(names, n, base//'.his')
+    if (size(model%output%points) > 0) call append_string(names, n, base//'.pts')
+    if (count_rigid(model) > 0) call append_string(names, n, base//'.rig')
+    if (model%output%contact) call append_string(names, n, base//contact_ending)
+    if (model%output%contact) call append_string(names, n, base//contact_ending//unfinished)
+    if (derives) call append_string(names, n, base//'.sen')
+    if (varies) call append_string(names, n, base//'.study')
+    names = names(:n)
+  end function result_names
 
   !> Looks at what stands where the files of a run will be written: none is an input, each is a
   !! regular file or not there yet, and no two are one.

@@ -31,14 +31,11 @@ module run_files
   use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
   use text_files, only: make_folder
-  use text, only: string_t
-  use string_lists, only: append_string
-  use hdf5_io, only: unfinished
   use scene_marks, only: mark_scene, mark_time
   use restored_balance, only: residual_share_of
   implicit none
   private
-  public :: contact_ending, run_files_t, create_files, result_names, write_row, fill_state, &
+  public :: contact_ending, run_files_t, create_files, write_row, fill_state, &
     close_files
 
   !> Ending of the file of the contact surfaces.
@@ -99,32 +96,6 @@ contains
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
-
-  !> The files of a run, those that derivatives and variants write and the unfinished ones included.
-  function result_names(base, model, derives, varies) result(names)
-    character(*), intent(in) :: base !! path of the run's files without their endings
-    type(model_t), intent(in) :: model !! what it writes
-    logical, intent(in) :: derives !! derivatives are asked for
-    logical, intent(in) :: varies !! a study is asked for
-    type(string_t), allocatable :: names(:)
-    character(*), parameter :: results = '.h5'
-    integer :: n
-
-    n = 0
-    call append_string(names, n, base//'.log')
-    call append_string(names, n, base//'.rea')
-    call append_string(names, n, base//'.con')
-    call append_string(names, n, base//results)
-    call append_string(names, n, base//results//unfinished)
-    if (size(model%output%history) > 0) call append_string(names, n, base//'.his')
-    if (size(model%output%points) > 0) call append_string(names, n, base//'.pts')
-    if (count_rigid(model) > 0) call append_string(names, n, base//'.rig')
-    if (model%output%contact) call append_string(names, n, base//contact_ending)
-    if (model%output%contact) call append_string(names, n, base//contact_ending//unfinished)
-    if (derives) call append_string(names, n, base//'.sen')
-    if (varies) call append_string(names, n, base//'.study')
-    names = names(:n)
-  end function result_names
 
   !> Creates the table of contact points.
   subroutine create_points(files, path, model, error)

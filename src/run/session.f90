@@ -16,8 +16,8 @@ module session
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
-  use batch_checks, only: check_files, check_nodes, written_files
-  use output_checks, only: guard_files, refuse_pipes
+  use batch_checks, only: check_files, check_nodes
+  use output_checks, only: written_files, guard_files, refuse_pipes
   use system_types, only: system_t, state_t
   use system_building, only: build_system
   use ranks, only: this_rank, count_ranks
