@@ -3,10 +3,12 @@
 !! Text output goes through C streams because gfortran 12 loses the error when a buffer cannot be
 !! written (disk full): neither write nor flush nor close report it.
 module libc
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t, c_f_pointer
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_short, &
+    c_size_t, c_f_pointer
   implicit none
   private
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
+  public :: c_fread, c_statx, statx_t
   public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, &
     read_errno, c_memcpy, c_sched_yield, c_getrusage, rusage_t
 
@@ -22,7 +24,44 @@ module libc
     integer(c_long) :: taken_away = 0 !! how often others took its processor
   end type rusage_t
 
+  !> Linux's struct statx, which is the same on all its machines.
+  type, bind(c) :: statx_t
+    integer(c_int) :: head(4) = 0 !! what is filled in, size of a block, attributes
+    integer(c_int) :: owners(3) = 0 !! links, user, group
+    integer(c_short) :: mode = 0 !! kind and permissions
+    integer(c_short) :: spare = 0 !! not used
+    integer(c_long) :: inode = 0 !! number of the file on its device
+    integer(c_long) :: size = 0 !! bytes
+    integer(c_long) :: blocks(10) = 0 !! blocks, attributes, times
+    integer(c_int) :: is_device(2) = 0 !! numbers of the device that it is
+    integer(c_int) :: device(2) = 0 !! numbers of the device that it is on
+    integer(c_long) :: rest(14) = 0 !! mount, spare
+  end type statx_t
+
   interface
+    !> What a path leads to, behind its links; 0 is success.
+    function c_statx(folder, path, flags, mask, found) result(status) bind(c, name='statx')
+      import :: c_char, c_int, statx_t
+      implicit none
+      integer(c_int), value :: folder !! -100: a relative path starts in the working directory
+      character(kind=c_char), intent(in) :: path(*) !! file name, closed by a null character
+      integer(c_int), value :: flags !! 0: links are followed
+      integer(c_int), value :: mask !! what is asked for, as linux/stat.h has it
+      type(statx_t), intent(out) :: found !! the answer
+      integer(c_int) :: status
+    end function c_statx
+
+    !> Reads items from a stream; returns how many there were.
+    function c_fread(buffer, size, count, stream) result(taken) bind(c, name='fread')
+      import :: c_char, c_ptr, c_size_t
+      implicit none
+      character(kind=c_char), intent(out) :: buffer(*) !! where they go
+      integer(c_size_t), value :: size !! bytes of an item
+      integer(c_size_t), value :: count !! items that there is room for
+      type(c_ptr), value :: stream !! open stream
+      integer(c_size_t) :: taken
+    end function c_fread
+
     !> Opens a stream; a null pointer says that it failed.
     function c_fopen(path, mode) result(stream) bind(c, name='fopen')
       import :: c_char, c_ptr

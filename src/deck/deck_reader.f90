@@ -4,12 +4,16 @@ module deck_reader
   use deck_types, only: deck_t, data_set_t, record_t, override_t, location_t, parameter_t, &
     item_word, item_empty
   use numbers, only: is_digit
+  use text, only: to_text
   use records, only: item_count, item_integer, is_word
   use hints, only: word_list_t, add_candidate, nearest_word
   use signatures, only: compile_signature
   use keywords, only: keyword_table
   use source, only: add_file
-  use diagnostics, only: diagnostics_t, error_count, report_error, report_note
+  use foreign_decks, only: foreign_deck, has_batch
+  use keyword_types, only: find_keyword, table_mesh
+  use diagnostics, only: diagnostics_t, error_count, report_error, report_note, &
+    diagnostics_to_error
   use line_reader, only: open_reader, status_record, status_blank, status_end, &
     status_damaged
   use matching, only: match_t, match_record
@@ -41,10 +45,18 @@ contains
     call add_file(diagnostics%source, path, problem)
     if (allocated(problem)) then
       call raise(error, exit_deck, 'command line: error: cannot read the deck '''//path// &
-        ''': '//problem)
+        ''': '//problem//new_line('a')//'  name a file that you may read, as it is found from '// &
+        'the working directory; a pipe will do: cat deck.inp | mfec /dev/stdin')
+      return
+    end if
+    problem = foreign_deck(diagnostics%source%files(1)%text, path)
+    if (len(problem) > 0) then
+      call raise(error, exit_deck, 'command line: error: '//path//' is no deck: '//problem)
       return
     end if
     call read_source(overrides, deck, diagnostics)
+    ! what else might be wrong with it is of no use to anybody
+    if (deck%hopeless) call diagnostics_to_error(diagnostics, error)
   end subroutine read_deck
 
   !> Reads the deck whose main file is the first of the source.
@@ -62,7 +74,7 @@ contains
     if (empty) then
       if (error_count(diagnostics) == 0) call report_error(diagnostics, deck%last, &
         'the deck is empty', 'a deck begins with MFEC * * title')
-    else
+    else if (.not. deck%hopeless) then
       section = in_mesh
       call read_sections(reading, deck, diagnostics, section)
       call close_set(reading)
@@ -125,9 +137,15 @@ contains
         call report_error(diagnostics, record%at, 'a title that begins with '''// &
                           record%items(1)%text//'''', 'write MFEC * * title')
         call fetch_record(reading, diagnostics, record, status)
-      else
+      else if (is_command(reading, record, status) .or. has_batch(diagnostics%source)) then
         call report_error(diagnostics, location_of(record, deck%last), &
                           'the title is missing', 'a deck begins with MFEC * * title')
+      else
+        deck%hopeless = .true.
+        call report_error(diagnostics, location_of(record, deck%last), 'this is no deck: it '// &
+          'has no title and no BATCh', 'a deck begins with MFEC * * title; MESH file in it '// &
+          'reads a mesh of Gmsh, Abaqus or CalculiX')
+        return
       end if
     end if
     if (status == status_record) then
@@ -151,6 +169,17 @@ contains
     call add_candidate(words, 'FEAP')
     misspelt = len(nearest_word(words, record%items(1)%text)) > 0
   end function is_misspelt_title
+
+  !> A record begins with a command of the mesh section.
+  logical function is_command(reading, record, status) result(yes)
+    type(reading_t), intent(in) :: reading !! holds the table
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: status !! what was found
+
+    yes = status == status_record
+    if (yes) yes = find_keyword(reading%table, table_mesh, record%items(1)) > 0 .or. &
+      is_control(record)
+  end function is_command
 
   !> Whether a record is the control record: what it has first is a number, fields before it may be
   !> left empty (FEAP counts them), as in `,,,3,3,4`.
@@ -178,12 +207,26 @@ contains
 
     match%name = 'the control record'
     call match_record(record, compile_signature( &
-                      'n:numnp n:numel n:nummat [n:ndm] [n:ndf] [n:nen]'), match, &
+                      'n:numnp n:numel n:nummat [n:ndm] [n:ndf] [n:nen] [n:npd] [n:nud] '// &
+                      '[n:nad]'), match, &
                       reading%parameters(:reading%n_parameters), diagnostics, good)
     if (.not. good) return
-    do i = 1, size(record%items)
+    do i = 1, min(size(record%items), size(deck%control))
       deck%control(i) = item_integer(record, i)
     end do
+    do i = size(deck%control) + 1, size(record%items)
+      if (item_integer(record, i) == 0) cycle
+      call report_note(diagnostics, record%items(i)%at, 'items behind nen are ignored')
+      exit
+    end do
+    deck%hopeless = any(deck%control(4) == [1, 2])
+    if (deck%hopeless) then
+      call report_error(diagnostics, record%items(4)%at, 'a deck in '// &
+        to_text(deck%control(4))//' dimensions (ndm)', 'this program computes bodies of '// &
+        'tetrahedra: give the mesh a thickness of one cell along x3 (BLOCk; a mesh of Gmsh: '// &
+        'Extrude), and for plane strain restrain x3 on both of its faces (BOUNdary 0 0 1)')
+      return
+    end if
     do i = 4, 5
       if (deck%control(i) /= 0 .and. deck%control(i) /= 3) call report_error(diagnostics, &
         record%items(i)%at, 'ndm and ndf are 3 in this program', 'write 3 or 0, or leave the '// &
@@ -298,7 +341,8 @@ contains
     if (.not. elements) call report_error(diagnostics, deck%last, 'the deck has no elements', &
                                           'ELEMents, BLOCk or MESH make them')
     if (section == in_mesh) then
-      if (.not. torn) call report_error(diagnostics, deck%last, 'the deck has no BATCh', &
+      if (.not. torn .and. .not. reading%solution) call report_error(diagnostics, deck%last, &
+        'the deck has no BATCh', &
         'solution commands stand between BATCh and END')
     else if (section == in_batch) then
       call report_error(diagnostics, deck%last, 'BATCh is not ended', &

@@ -15,6 +15,9 @@ module item_checks
   private
   public :: evaluate_item, set_value, report_problem, check_value, check_name, check_choice
 
+  !> Numbers beyond this one are slips: squares and products of two have to be numbers as well.
+  real(wp), parameter :: max_number = 1.0e100_wp
+
 contains
 
   !> Turns an item into a number and reports what is wrong with it.
@@ -111,9 +114,16 @@ contains
       continue
     end select
     good = len(wanted) == 0
-    if (.not. good) call report_error(diagnostics, item%at, &
-      trim(token%label)//' = '//to_text(item%value)//' is out of its range', &
-      trim(token%label)//' is '//wanted)
+    if (.not. good) then
+      call report_error(diagnostics, item%at, &
+        trim(token%label)//' = '//to_text(item%value)//' is out of its range', &
+        trim(token%label)//' is '//wanted)
+    else if (abs(item%value) > max_number) then
+      good = .false.
+      call report_error(diagnostics, item%at, trim(token%label)//' = '//to_text(item%value)// &
+        ' is absurdly large', 'numbers lie between -1e100 and 1e100: look at units, parameters '// &
+        'and --set')
+    end if
   end subroutine check_value
 
   !> Whether a number is an integer within bounds; it is rounded if it is one up to round-off.

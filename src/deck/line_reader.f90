@@ -2,7 +2,7 @@
 module line_reader
   use text, only: to_text, lower
   use deck_types, only: record_t, location_t, item_word, item_quoted, item_empty, longest_line
-  use source, only: add_file, file_name, source_line
+  use source, only: add_file, source_line, beside
   use diagnostics, only: diagnostics_t, report_error
   use scanner, only: scan_t, scan_line, start_scan, first_item
   implicit none
@@ -208,8 +208,7 @@ contains
                           to_text(deepest_include)//' deep', 'does a file include itself?')
         return
       end if
-      path = item%text
-      if (path(1:1) /= '/') path = folder(file_name(diagnostics%source, item%at%file))//path
+      path = beside(diagnostics%source, item%at%file, item%text)
       call add_file(diagnostics%source, path, problem)
       if (allocated(problem)) then
         call report_error(diagnostics, item%at, 'cannot include '''//path//''': '//problem, &
@@ -221,12 +220,4 @@ contains
     reader%file(reader%depth) = diagnostics%source%count
     reader%line(reader%depth) = 0
   end subroutine open_include
-
-  !> Folder of a path with its slash; empty for the working directory.
-  pure function folder(path) result(name)
-    character(*), intent(in) :: path !! path of a file
-    character(:), allocatable :: name
-
-    name = path(:index(path, '/', back=.true.))
-  end function folder
 end module line_reader

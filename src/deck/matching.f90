@@ -6,6 +6,8 @@ module matching
   use signatures, only: token_t, signature_t, syntax_text, token_name, kind_name, kind_file, &
     kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing
   use hints, only: word_list_t, add_candidate, is_listed, did_you_mean
+  use source, only: source_line
+  use missing_words, only: with_word, is_value, decimal_comma, counts
   use numbers, only: is_letter
   use expressions, only: problem_t
   use parameter_tree, only: find_parameter
@@ -29,6 +31,7 @@ module matching
     integer :: first = 1 !! first item that the signature is about
     character(40) :: name = '' !! command or own word, for messages
     character(40) :: head = '' !! what such a record begins with, for the syntax
+    character(200) :: tail = '' !! what follows the record, for messages
     logical :: fields = .false. !! whether fields count by position (solution commands)
   end type match_t
 
@@ -65,6 +68,8 @@ contains
         end associate
       end do
       if (all(accepted(:n) == accept_not)) then
+        ! what number of items a record has tells no more once it cannot be right
+        if (k == match%first) alive(:n) = .true.
         call report_item(record, k, signature, alive(:n), match, parameters, diagnostics)
         record%items = record%items(:k - 1)
         good = .false.
@@ -78,6 +83,10 @@ contains
                      diagnostics, problem, sound)
       if (allocated(problem)) then
         call list_expected_words(signature, alive_before(:n), k - match%first + 1, words)
+        if (index(problem%remedy, 'define') == 1 .and. words%count == 0 .and. &
+          counts(signature%alternatives(i)%tokens(j))) problem%remedy = 'a number stands here: '// &
+          expectation(signature, alive(:n), match)//'; a parameter is defined before, in a '// &
+          'PARAmeter data set'
         call report_problem(record%items(k), problem, parameters, words, diagnostics)
       end if
       good = good .and. sound
@@ -265,6 +274,7 @@ contains
     type(parameter_t), intent(in) :: parameters(:) !! parameters it may use
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(word_list_t) :: words
+    character(:), allocatable :: wanted
     logical :: room, option
     integer :: i, j
 
@@ -284,15 +294,18 @@ contains
                           'an empty option is two commas: '//with_empty_option(record))
       else if (.not. room) then
         call report_error(diagnostics, item%at, 'too many items: '''//item%text//'''', &
-                          expectation(signature, alive, match)// &
-                          parameter_advice(record, parameters))
+                          expectation(signature, alive, match)//trim(match%tail)// &
+                          decimal_comma(record, k, source_line(diagnostics%source, &
+                          item%at%file, item%at%line))//parameter_advice(record, parameters))
       else if (item%kind == item_empty) then
         call report_error(diagnostics, item%at, 'an empty field', &
                           expectation(signature, alive, match))
       else
+        wanted = expectation(signature, alive, match)
+        if (is_value(item, parameters)) wanted = with_word(record, match%first, match%head, k, &
+          signature, alive, wanted)
         call report_error(diagnostics, item%at, ''''//item%text//''' cannot stand here', &
-                          did_you_mean(words, item%text, &
-                          expectation(signature, alive, match)))
+                          did_you_mean(words, item%text, wanted))
       end if
     end associate
   end subroutine report_item
@@ -309,18 +322,6 @@ contains
       t = '; a parameter at the start of a record is written ('//record%items(1)%text//')'
     end if
   end function parameter_advice
-
-  !> Whether an item is meant as a number.
-  logical function is_value(item, parameters)
-    type(item_t), intent(in) :: item !! the item
-    type(parameter_t), intent(in) :: parameters(:) !! parameters there are
-
-    is_value = .false.
-    if (item%kind /= item_word) return
-    is_value = .true.
-    if (is_letter(item%text(1:1))) is_value = scan(item%text, '+*/^(') > 0 &
-      .or. find_parameter(parameters, item%text) > 0
-  end function is_value
 
   !> A solution command as it would be right: the option empty, the rest behind it.
   function with_empty_option(record) result(t)
@@ -359,7 +360,7 @@ contains
     good = .false.
     call report_error(diagnostics, item_location(record, item_count(record) + 1), &
                       'too few items: '//missing//' is missing', &
-                      expectation(signature, alive, match))
+                      expectation(signature, alive, match)//trim(match%tail))
   end subroutine check_complete
 
   !> What a record that begins as this one does should look like.

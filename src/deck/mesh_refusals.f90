@@ -1,6 +1,6 @@
 !> What is said of records of the mesh section that cannot be what they seem to be.
 module mesh_refusals
-  use deck_types, only: record_t, item_word
+  use deck_types, only: record_t, item_t, item_word
   use records, only: item_count, four_letters
   use numbers, only: is_letter
   use hints, only: word_list_t, nearest_word, did_you_mean
@@ -141,6 +141,15 @@ contains
       find_keyword(reading%table, table_mesh, record%items(1)) == 0
   end function is_solution_command
 
+  !> PARAmeter, as if it stood where a record begins.
+  pure function parameter_word(record) result(item)
+    type(record_t), intent(in) :: record !! the record
+    type(item_t) :: item
+
+    item = record%items(1)
+    item%text = 'PARAmeter'
+  end function parameter_word
+
   !> Reports a record that begins with an unknown word.
   subroutine refuse(reading, record, diagnostics)
     type(reading_t), intent(inout) :: reading !! where reading stands
@@ -160,6 +169,14 @@ contains
       call report_error(diagnostics, record%at, '''='' is missing after '''//word//'''', remedy)
       return
     end if
+    if (reading%open == 0 .and. reading%lines%equals) then
+      call report_error(diagnostics, record%at, 'a parameter outside of PARAmeter: '''//word// &
+        '''', 'write PARAmeter on a line before the first one, and a blank line behind the last')
+      reading%open = find_keyword(reading%table, table_mesh, parameter_word(record))
+      reading%in_parameters = .true.
+      reading%keep = .false.
+      return
+    end if
     if (continues_closed(reading, record)) then
       if (.not. reading%skipping) call report_stray(reading, record, diagnostics)
       reading%skipping = .true.
@@ -168,6 +185,7 @@ contains
     if (is_solution_command(reading, record)) then
       call report_error(diagnostics, record%at, ''''//word//''' is a solution command', &
                         'solution commands stand between BATCh and END')
+      reading%solution = .true.
       call skip_data(reading)
       return
     end if
@@ -180,6 +198,8 @@ contains
           own_words_text(reading, reading%table%commands(reading%open))))
         reading%set%complete = .false.
         reading%set%unknown = .true.
+        ! numbers below are data of this word
+        reading%skipping = .not. reading%table%commands(reading%open)%has_data
         return
       end if
     end if

@@ -3,6 +3,7 @@ module mesh_section
   use deck_types, only: record_t, item_t, item_word, item_quoted
   use records, only: item_count, is_word
   use numbers, only: is_letter
+  use foreign_records, only: is_feap_contact, pass_contact, pass_foreign_line
   use parameter_tree, only: find_parameter
   use keyword_types, only: keyword_t, find_keyword, find_word, takes_names, fits_data, table_mesh
   use diagnostics, only: diagnostics_t, report_error
@@ -31,9 +32,15 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     character(4), intent(out) :: command !! the command it starts, empty if none
     integer :: kind, number
-    logical :: hidden
+    logical :: hidden, foreign
 
     command = ''
+    if (is_feap_contact(reading, record)) then
+      call pass_contact(reading, record, diagnostics)
+      return
+    end if
+    call pass_foreign_line(reading, record, diagnostics, foreign)
+    if (foreign) return
     if (reading%in_parameters .and. reading%lines%equals) then
       call define_parameter(reading, record, diagnostics)
       return
@@ -212,6 +219,7 @@ contains
     match%first = 2
     match%name = command%name
     match%head = command%name
+    if (size(command%words) > 0) match%tail = '; '//own_words_text(reading, command)
     call match_record(record, command%head, match, reading%parameters(:reading%n_parameters), &
                       diagnostics, good)
   end subroutine match_head
@@ -248,6 +256,7 @@ contains
     type(match_t) :: match
     logical :: good
 
+    reading%skipping = .false.
     associate (command => reading%table%commands(reading%open))
       associate (word => command%words(number))
         good = word%available
@@ -299,6 +308,8 @@ contains
       call take_bare_names(command, record)
       match%first = 1
       match%name = command%name
+      if (any(command%key == ['boun', 'ebou', 'cbou'])) match%tail = &
+        '; a code for each direction: 1 restrains it, 0 leaves it free'
       call match_record(record, command%data, match, &
                         reading%parameters(:reading%n_parameters), diagnostics, good)
     end associate

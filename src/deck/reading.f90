@@ -37,6 +37,10 @@ module reading
     type(loss_t), allocatable :: losses(:) !! what was left out because of errors
     integer :: closed = 0 !! index of the last set that a blank line ended
     logical :: contact = .false. !! whether there was a CONTact
+    logical :: told_comment = .false. !! a comment of others has been reported
+    logical :: told_card = .false. !! a card of Abaqus has been reported
+    logical :: solution = .false. !! whether a solution command stood among the mesh commands
+    logical :: feap_contact = .false. !! whether records are FEAP's contact input, up to its END
     type(record_t) :: pending !! a record that is to be read again
     integer :: pending_status = 0 !! its status, 0 if there is none
   end type reading_t

@@ -1,10 +1,12 @@
 !> The text of all files a deck consists of, kept as read so that errors can show their lines.
 module source
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_long, c_null_char, c_ptr, c_size_t
+  use libc, only: c_fopen, c_fread, c_fclose
+  use file_identity, only: file_identity_t, identify, obstacle_of, kind_none, kind_file, kind_pipe
   implicit none
   private
   public :: source_t, source_file_t, add_file, add_text, source_line, line_count, file_name, &
-    file_text
+    file_text, beside
 
   !> One file with the places where its lines start and end.
   type :: source_file_t
@@ -13,6 +15,7 @@ module source
     integer, allocatable :: first(:) !! first character of each line
     integer, allocatable :: last(:) !! last character of each line, without its line end
     integer :: lines = 0 !! number of lines
+    logical :: piped = .false. !! it came through a pipe: it cannot be read again
     ! A text that has been put together of several files:
     integer, allocatable :: piece_start(:) !! (pieces) first character of each piece
     integer, allocatable :: piece_file(:) !! (pieces) number of its file
@@ -27,40 +30,65 @@ module source
 
 contains
 
-  !> Reads a file; `problem` says why it could not be read.
+  !> Reads a file, or a pipe to its end; `problem` says why it could not be read.
   subroutine add_file(source, name, problem)
     type(source_t), intent(inout) :: source !! the source to extend
     character(*), intent(in) :: name !! path of the file
     character(:), allocatable, intent(out) :: problem !! allocated if the file cannot be read
+    type(file_identity_t) :: file
     character(:), allocatable :: text
-    integer(int64) :: size
-    integer :: unit, status
-    logical :: found
+    type(c_ptr) :: stream
 
-    inquire (file=name, exist=found)
-    if (.not. found) then
+    file = identify(name)
+    if (file%kind == kind_none) then
       problem = 'there is no such file'
-      return
-    end if
-    open (newunit=unit, file=name, access='stream', form='unformatted', status='old', &
-          action='read', iostat=status)
-    if (status /= 0) then
-      problem = 'the file cannot be opened'
-      return
-    end if
-    inquire (unit=unit, size=size)
-    text = ''
-    if (size < 0 .or. size >= huge(1)) then
-      problem = 'this is no regular file of less than 2 GB'
+    else if (file%kind == kind_file .or. file%kind == kind_pipe) then
+      stream = c_fopen(trim(name)//c_null_char, 'r'//c_null_char)
+      if (c_associated(stream)) then
+        call read_to_end(stream, file%size, text, problem)
+      else
+        problem = 'the file cannot be opened'
+      end if
     else
-      deallocate (text)
-      allocate (character(int(size)) :: text)
-      if (size > 0) read (unit, iostat=status) text
-      if (status /= 0) problem = 'the file cannot be read'
+      problem = obstacle_of(file)
     end if
-    close (unit)
-    if (.not. allocated(problem)) call take_text(source, name, text)
+    if (allocated(problem)) return
+    call take_text(source, name, text)
+    source%files(source%count)%piped = file%kind == kind_pipe
   end subroutine add_file
+
+  !> Reads a stream to its end and closes it. A regular file says beforehand what it holds, a pipe
+  !! at its end.
+  subroutine read_to_end(stream, expected, text, problem)
+    type(c_ptr), intent(in) :: stream !! open stream
+    integer(c_long), intent(in) :: expected !! bytes of a regular file, 0 where that is not known
+    character(:), allocatable, intent(out) :: text !! all its bytes
+    character(:), allocatable, intent(inout) :: problem !! allocated if they cannot be read
+    integer(c_long), parameter :: first_room = 65536, longest = huge(1) - 1
+    character(:), allocatable :: longer
+    integer(c_long) :: room, taken
+    integer(c_int) :: ignored
+
+    room = merge(expected, first_room, expected > 0)
+    taken = 0
+    do while (room <= longest)
+      allocate (character(room) :: longer)
+      if (taken > 0) longer(:taken) = text
+      call move_alloc(longer, text)
+      taken = taken + int(c_fread(text(taken + 1:), 1_c_size_t, int(room - taken, c_size_t), &
+        stream), c_long)
+      if (taken < room .or. expected > 0) exit
+      room = 2*room
+    end do
+    ignored = c_fclose(stream)
+    if (room > longest) then
+      problem = 'it is larger than 2 GB'
+    else if (taken < expected) then
+      problem = 'the file cannot be read'
+    else if (taken < room) then
+      text = text(:taken)
+    end if
+  end subroutine read_to_end
 
   !> Adds a text as if it had been read from a file.
   subroutine add_text(source, name, text)
@@ -108,6 +136,7 @@ contains
     call move_alloc(from%piece_file, to%piece_file)
     call move_alloc(from%piece_at, to%piece_at)
     to%lines = from%lines
+    to%piped = from%piped
   end subroutine move_file
 
   !> Finds the lines; a line ends with LF, CR LF or CR, the last one also without.
@@ -193,6 +222,21 @@ contains
     name = 'command line'
     if (file >= 1 .and. file <= source%count) name = source%files(file)%name
   end function file_name
+
+  !> The path of a file as it is found from the one that names it: relative to that one's folder, to
+  !! the working directory where it has none of its own (`/dev/stdin`).
+  function beside(source, file, path) result(full)
+    type(source_t), intent(in) :: source !! all files
+    integer, intent(in) :: file !! number of the file that names it
+    character(*), intent(in) :: path !! as written there
+    character(:), allocatable :: full
+
+    full = path
+    if (path(1:min(1, len(path))) == '/') return
+    associate (name => source%files(file)%name)
+      if (index(name, '/dev/') /= 1) full = name(:index(name, '/', back=.true.))//path
+    end associate
+  end function beside
 
   !> All bytes of a file.
   function file_text(source, file) result(text)

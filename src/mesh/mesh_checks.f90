@@ -138,8 +138,14 @@ contains
     type(mesh_t), intent(in) :: mesh !! the mesh
     integer :: e, i, materials, most
 
-    if (mesh%elements == 0) call report_error(diagnostics, deck%last, 'the mesh has no elements', &
-      'define some with BLOCk or with COORdinates and ELEMents')
+    if (mesh%elements == 0 .and. any(deck%mesh%command == 'mesh')) then
+      call report_error(diagnostics, deck%last, 'the mesh has no elements', 'triangles alone '// &
+        '(STL) are a rigid tool: a body wants tetrahedra, from BLOCk or a MESH; Gmsh fills a '// &
+        'closed surface with them (doc/tutorials.md, "A gmsh part")')
+    else if (mesh%elements == 0) then
+      call report_error(diagnostics, deck%last, 'the mesh has no elements', &
+        'define some with BLOCk or with COORdinates and ELEMents')
+    end if
     if (mesh%nodes/100 > 10 + count(mesh%defined)) call report_error( &
       diagnostics, deck%last, 'the highest node number is '//to_text(mesh%nodes)// &
       ', but there are only '//count_noun(count(mesh%defined), 'node'), &

@@ -98,6 +98,11 @@ contains
       n = item_count(set%records(i))
       before = items_before(set, i)
       select case (quantity)
+      case (quantity_restraint)
+        if (set%command /= 'boun' .or. n < before + 3) cycle
+        if (any(set%records(i)%items(before + 1:before + 3)%value > 1.5_wp)) &
+          call report_note(diagnostics, set%records(i)%at, 'a code for each direction: any but '// &
+          '0 restrains it, and 0 leaves it free; they are no range of directions')
       case (quantity_load)
         do k = max(1, n - 2), n
           call check_table(set%records(i)%items(k), model, diagnostics, good)

@@ -6,13 +6,14 @@ module audit_text
   use model_types, only: model_t
   use system_types, only: system_t
   use diagnosis, only: body_name
+  use bulk_laws, only: laws
   use statics, only: verdict_t, judge_at_rest, statics_carried
   use statics_report, only: motion_text, turned_text
   use body_audit, only: farthest_turn
   use shape_audit, only: most_swelling
-  use audit_types, only: audit_t, verdict_failed, check_names, n_checks, check_balance, &
-    check_work, check_strain, check_rotation, check_turning, check_volume, check_penetration, &
-    check_elastic_slip, check_facets, check_locking, check_moved
+  use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
+    check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
+    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved
   implicit none
   private
   public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
@@ -36,7 +37,8 @@ contains
     table = 'audit: step '//to_text(audit%step)//' time '//to_text(audit%time)//' '// &
       trim(verdict_words(maxval(audit%verdict)))
     if (.not. full .and. all(audit%verdict == audit%before)) then
-      table = table//', balance within '//to_text(audit%value(check_balance), 2)
+      table = table//', balance within '//to_text(audit%value(check_balance), 2)// &
+        round_off_text(audit)
       return
     end if
     do i = 1, n_checks
@@ -74,15 +76,17 @@ contains
         if (system%body%bodies > 1) t = 'forces and moments of each of '// &
           to_text(system%body%bodies)// &
           ' bodies cancel to '//to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+        t = t//round_off_text(audit)
       case (check_work)
         t = 'work '//to_text(audit%sum%work, 4)//' is in strain '//to_text(audit%strain_energy, &
           4)// &
           ', penalty '//to_text(audit%penalty_energy, 4)//', friction '// &
-          to_text(audit%dissipation, 4)//'; not found again '//to_text(100.0_wp*value, 2)//' %'
+          to_text(audit%dissipation, 4)//'; '//work_text(audit)
       case (check_strain, check_rotation)
         t = field_finding(model, audit, check)
       case (check_turning)
         t = 'no body can move'
+        if (any(audit%fixed%moves)) t = 'not limited: what moves is of finite strain'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' degrees as a whole, '// &
           body_name(model, system, worst)
       case (check_volume)
@@ -99,6 +103,53 @@ contains
     end associate
   end function finding
 
+  !> How much of the balance is round-off of what is stiffer than the forces are worth, where that
+  !! is more than is allowed otherwise.
+  function round_off_text(audit) result(t)
+    type(audit_t), intent(in) :: audit !! an audited end time
+    character(:), allocatable :: t
+
+    t = ''
+    if (audit%lacking <= audit%asked .or. audit%lacking > audit%allowed) return
+    t = ': round-off of what is far stiffer than the forces, which may make '// &
+      to_text(audit%allowed/audit%scale, 2)
+  end function round_off_text
+
+  !> What of the work is missing, or too much; and why that is no warning where it is much.
+  function work_text(audit) result(t)
+    type(audit_t), intent(in) :: audit !! an audited end time
+    character(:), allocatable :: t
+
+    t = to_text(100.0_wp*audit%value(check_work), 2)//' % of it'
+    if (audit%sum%work >= audit%strain_energy + audit%penalty_energy + audit%dissipation) then
+      t = t//' not found again'
+    else
+      t = t//' found too much'
+    end if
+    if (audit%value(check_work) <= most_lost .or. audit%verdict(check_work) /= 0) return
+    if (audit%depends_on_path) then
+      t = t//' so far (judged at the last end time)'
+    else
+      t = t//' (long increments; without friction the state does not depend on the path)'
+    end if
+  end function work_text
+
+  !> Materials of elements that deform, of small or of finite strain.
+  pure logical function deforms(model, finite)
+    type(model_t), intent(in) :: model !! materials and elements
+    logical, intent(in) :: finite !! of finite strain
+    integer :: e, m
+
+    deforms = .false.
+    do e = 1, size(model%element_material)
+      m = model%element_material(e)
+      if (m <= 0) cycle
+      deforms = .not. model%materials(m)%rigid .and. (laws(model%materials(m)%law)%finite .eqv. &
+        finite)
+      if (deforms) return
+    end do
+  end function deforms
+
   !> What a check of the fields has found.
   function field_finding(model, audit, check) result(t)
     type(model_t), intent(in) :: model !! regions
@@ -108,6 +159,8 @@ contains
 
     t = 'not measured: no field is due'
     if (audit%fields_known) t = 'no element deforms'
+    if (audit%fields_known .and. deforms(model, .true.)) t = 'not limited: what deforms is of '// &
+      'finite strain'
     if (.not. audit%fields_known .or. audit%worst(check) == 0) return
     t = 'at most '//to_text(audit%value(check), 3)
     if (check == check_rotation) t = t//' degrees'
@@ -144,6 +197,8 @@ contains
           ' times as large as those of the master, pair '//model%pairs(worst)%name
       case (check_locking)
         t = 'no element deforms'
+        if (deforms(model, .false.) .or. deforms(model, .true.)) t = 'none: elements take the '// &
+          'dilatation as a mean'
         if (worst > 0) t = 'Poisson''s ratio is at most '//to_text(audit%value(check), 4)
       case (check_moved)
         t = 'none'

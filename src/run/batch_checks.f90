@@ -1,6 +1,5 @@
-!> What the solution commands name: states and files of REST, nodes of DISP and REAC; and that no
-!! file of the run is one that the deck is made of. Looked up when the deck is read, before any file
-!! is touched.
+!> What the solution commands name: states and files of REST, nodes of DISP and REAC. Looked up when
+!! the deck is read, before any file is touched.
 module batch_checks
   use text, only: to_text
   use deck_types, only: deck_t, location_t
@@ -9,14 +8,10 @@ module batch_checks
   use mesh_types, only: mesh_t
   use batch_types, only: batch_command_t
   use printing, only: numbers_to_print
-  use model_types, only: model_t
-  use source, only: file_name
-  use text_files, only: real_path
-  use run_files, only: is_result
-  use saved_states, only: file_of, folder_of
+  use saved_states, only: file_of
   implicit none
   private
-  public :: check_files, check_nodes, spare_inputs
+  public :: check_files, check_nodes
 
 contains
 
@@ -81,28 +76,6 @@ contains
 
     name = path(index(path, '/', back=.true.) + 1:)
   end function last_part
-
-  !> The deck and what it includes must not be overwritten by what the run writes.
-  subroutine spare_inputs(base, model, derives, varies, diagnostics)
-    character(*), intent(in) :: base !! path of the run's files without their endings
-    type(model_t), intent(in) :: model !! what it writes
-    logical, intent(in) :: derives !! derivatives are asked for
-    logical, intent(in) :: varies !! a study is asked for
-    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's files; gets errors
-    character(:), allocatable :: here, name
-    integer :: file
-
-    here = folder_of(base)
-    if (len(here) == 0) here = './'
-    here = real_path(here)//'/'//last_part(base)
-    do file = 1, diagnostics%source%count
-      name = file_name(diagnostics%source, file)
-      if (.not. is_result(real_path(name), here, model, derives, varies)) cycle
-      call report_error(diagnostics, location_t(file, 1, 1), 'the run would write over '//name, &
-        'its files have the name of the deck: rename this one, or choose a folder for them, '// &
-        '--out DIR')
-    end do
-  end subroutine spare_inputs
 
   !> DISP and REAC need at least one node to print, STRE an element or a node.
   subroutine check_nodes(deck, commands, mesh, diagnostics)

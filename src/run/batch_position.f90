@@ -1,10 +1,14 @@
 !> Where a run stands in the commands of BATCh, and which of its end times a restart passes over.
 module batch_position
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
+  use errors, only: error_t, raise, exit_deck
+  use text, only: to_text
   use batch_types, only: batch_command_t
   implicit none
   private
-  public :: position_t, is_passing, pass_end_time, look_for, end_times_to_pass, count_steps
+  public :: check_increment, position_t, is_passing, pass_end_time, look_for, end_times_to_pass, &
+    count_steps
 
   !> Times count as equal when they differ by less than this share.
   real(wp), parameter :: same_time = 1.0e-9_wp
@@ -24,9 +28,10 @@ module batch_position
 contains
 
   !> Number of rows the deck will write, for the progress line; loops count in full.
-  pure integer function count_steps(commands) result(n)
+  pure integer function count_steps(commands) result(steps)
     type(batch_command_t), intent(in) :: commands(:) !! the commands
     integer :: i, times, factor(size(commands))
+    integer(int64) :: n
 
     n = 0
     factor = 1
@@ -39,16 +44,32 @@ contains
       case ('next')
         times = times/factor(commands(i)%partner)
       case ('step')
-        n = n + times*nint(commands(i)%v(1))
+        n = n + int(times, int64)*nint(commands(i)%v(1))
       case ('time')
         n = n + times
       case ('back')
-        n = max(0, n - times)
+        n = max(0_int64, n - times)
       case default
         cycle
       end select
     end do
+    steps = int(min(n, int(huge(1), int64)))
   end function count_steps
+
+  !> An increment has to move the time: by what the tables show (13 digits), so that a 1024th of it,
+  !! the shortest that it is cut to, is more than round-off.
+  subroutine check_increment(increment, clock, error)
+    real(wp), intent(in) :: increment !! DT
+    real(wp), intent(in) :: clock !! the last end time
+    type(error_t), allocatable, intent(out) :: error !! it is too short
+    real(wp), parameter :: shortest = 1.0e-11_wp
+
+    if (increment > shortest*abs(clock)) return
+    call raise(error, exit_deck, 'error: DT = '//to_text(increment)//' does not move the '// &
+      'time '//to_text(clock, 12)//' any more: times have 13 digits'//new_line('a')// &
+      '  give it a larger DT, or let the times of the deck begin near 0; everything up to time '// &
+      to_text(clock, 12)//' is on disk')
+  end subroutine check_increment
 
   !> A position that passes over everything until it has found where a state belongs.
   pure function look_for(step, time) result(position)

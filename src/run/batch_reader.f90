@@ -14,6 +14,9 @@ module batch_reader
   private
   public :: read_batch
 
+  !> End times that the tables' column of steps has room for.
+  integer, parameter :: most_steps = 99999999
+
 contains
 
   !> Reads all solution commands; the list is complete even if some of them are wrong.
@@ -250,6 +253,9 @@ contains
         'SAVE before the first end time', 'write it behind STEP, or behind TIME and TANG')
     case ('step', 'time')
       has_state = .true.
+      if (command%command == 'step' .and. command%v(1) > real(most_steps, wp)) call report_error( &
+        diagnostics, command%at, 'STEP of '//to_text(nint(command%v(1)))//' end times', &
+        'the tables number up to '//to_text(most_steps)//' of them: raise DT')
       if (has_increment) return
       call report_error(diagnostics, command%at, 'no time increment has been given', &
         'write DT,, and a value before it')

@@ -20,7 +20,7 @@ module batch_run
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
   use terminal, only: print_line
-  use batch_position, only: is_passing, pass_end_time, look_for, &
+  use batch_position, only: check_increment, is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
   use run_monitor, only: step_text, time_left, foresee_end
@@ -120,10 +120,14 @@ contains
         end if
       case ('step')
         call close_increment(run, context, error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
+          error)
         if (.not. allocated(error)) call run_steps(nint(command%v(1)), steps_on(commands, next), &
           run, context, error)
       case ('time')
         call close_increment(run, context, error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
+          error)
         if (allocated(error)) return
         if (is_over(command%v(1), run)) then
           next = end_of_loop(commands, next)

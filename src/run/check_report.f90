@@ -21,15 +21,18 @@ contains
 
   !> Counts, notes, gaps, bodies that nothing or contact alone holds, coarse facets, locking, moved
   !! nodes. Bodies are found and points get their facets for that; no matrix is made.
-  subroutine print_check(commands, context)
+  subroutine print_check(commands, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
+    type(error_t), allocatable, intent(out) :: error !! what would end a run at once
     integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
-    type(error_t), allocatable :: error
     integer :: k
 
     associate (model => context%model, system => context%system)
-      call print_line(context%terminal, 'the deck is sound: '// &
+      call outline_system(model, system, context%state)
+      call check_supports(model, system, error=error)
+      call print_line(context%terminal, trim(merge('the deck can be read', &
+        'the deck is sound   ', allocated(error)))//': '// &
         count_noun(count(model%mesh%defined), 'node')//', '// &
         count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
         count_noun(size(model%materials), 'material')//', '// &
@@ -42,10 +45,8 @@ contains
       do k = 1, size(model%warnings)
         call context%monitor%warning(model%warnings(k)%s)
       end do
-      call outline_system(model, system, context%state)
       call report_gaps(context, .true.)
-      call check_supports(model, system, context%monitor, error)
-      if (allocated(error)) call context%monitor%warning(error%message)
+      if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       call begin_audit(model, system, context%state, context%audit)
       do k = 1, size(checks)
         if (context%audit%verdict(checks(k)) == verdict_warning) then

@@ -1,6 +1,7 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
-  use text, only: edit_distance
+  use text, only: edit_distance, to_text, count_noun
+  use threads, only: count_cores
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   use linear_solver, only: solver_of, solver_list, solver_unknown, refusal
@@ -160,6 +161,8 @@ contains
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
       options%threads, error)
+    if (name == '--threads' .and. .not. allocated(error)) call check_threads(options%threads, &
+      error)
     if (name == '--solver') call take_solver(value, options%solver, error)
     if (name == '--log') then
       options%log_level = log_level(value)
@@ -199,6 +202,19 @@ contains
     call raise(error, exit_deck, 'command line: error: '//name//' '//value//new_line('a')// &
       '  '//name//' wants the '//wanted)
   end subroutine take_count
+
+  !> More threads than cores wait for each other; so many that no machine has the cores are a slip,
+  !! and the runtime does not survive the stack that it takes for them.
+  subroutine check_threads(n, error)
+    integer, intent(in) :: n !! threads that are asked for
+    type(error_t), allocatable, intent(out) :: error !! too many
+    integer, parameter :: sane = 1024
+
+    if (n <= max(sane, count_cores())) return
+    call raise(error, exit_deck, 'command line: error: --threads '//to_text(n)//new_line('a')// &
+      '  this machine has '//count_noun(count_cores(), 'core')//': use --threads '// &
+      to_text(count_cores())//' at most')
+  end subroutine check_threads
 
   !> The back end of --solver; the first four letters count, as in the deck.
   subroutine take_solver(value, solver, error)

@@ -35,7 +35,7 @@ module run_files
   use restored_balance, only: residual_share_of
   implicit none
   private
-  public :: contact_ending, run_files_t, create_files, is_result, write_row, fill_state, &
+  public :: contact_ending, run_files_t, create_files, write_row, fill_state, &
     close_files
 
   !> Ending of the file of the contact surfaces.
@@ -96,23 +96,6 @@ contains
     allocate (files%point_state(n_element_stress, system%contact%n), source=0.0_wp)
     files%open = .true.
   end subroutine create_files
-
-  !> A run writes a file of this name, here or where derivatives and variants are written.
-  pure logical function is_result(path, base, model, derives, varies) result(yes)
-    character(*), intent(in) :: path !! the file
-    character(*), intent(in) :: base !! path of the run's files without their endings
-    type(model_t), intent(in) :: model !! what it writes
-    logical, intent(in) :: derives !! derivatives are asked for
-    logical, intent(in) :: varies !! a study is asked for
-
-    yes = any(path == [character(len(base) + len(contact_ending)) :: base//'.log', &
-      base//'.rea', base//'.con', base//'.h5'])
-    yes = yes .or. (path == base//'.his' .and. size(model%output%history) > 0)
-    yes = yes .or. (path == base//'.pts' .and. size(model%output%points) > 0)
-    yes = yes .or. (path == base//contact_ending .and. model%output%contact)
-    yes = yes .or. (path == base//'.rig' .and. count_rigid(model) > 0)
-    yes = yes .or. (path == base//'.sen' .and. derives) .or. (path == base//'.study' .and. varies)
-  end function is_result
 
   !> Creates the table of contact points.
   subroutine create_points(files, path, model, error)

@@ -17,7 +17,8 @@ module session
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
-  use batch_checks, only: check_files, check_nodes, spare_inputs
+  use batch_checks, only: check_files, check_nodes
+  use output_checks, only: written_files, guard_files, refuse_pipes
   use system_types, only: system_t, state_t
   use system_building, only: build_system
   use ranks, only: this_rank, count_ranks
@@ -64,6 +65,7 @@ contains
     character(:), allocatable :: deck_text
     type(study_t) :: study
     type(diagnostics_t) :: diagnostics
+    type(error_t), allocatable :: unsound
 
     call set_threads(options%threads)
     call set_blas_threads(1)
@@ -83,12 +85,13 @@ contains
       call check_derivatives(context%model, context%sensitivity, diagnostics, error)
       if (.not. allocated(error)) call check_restart(options, context%model, error)
       if (allocated(error)) return
-      call print_check(commands, context)
+      call print_check(commands, context, unsound)
       if (this_rank() == 0) call write_check_files(base_name(options), options%folder, &
         context%model, origin_of(options, commands, deck_text, context%sensitivity%active, &
         study), error)
       if (.not. allocated(error)) call print_line(context%terminal, 'to be looked at: '// &
         base_name(options)//'.check.*')
+      if (.not. allocated(error)) call move_alloc(unsound, error)
       return
     end if
     call run_problem(options, context, commands, deck_text, study, diagnostics, error)
@@ -142,8 +145,12 @@ contains
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return
-    if (error_count(diagnostics) == 0) call spare_inputs(restart_base(base_name(options), &
-      options%restart), model, sensitivity%active, study%active, diagnostics)
+    if (error_count(diagnostics) == 0 .and. (sensitivity%active .or. study%active)) &
+      call refuse_pipes(diagnostics)
+    if (error_count(diagnostics) == 0) call guard_files(written_files(restart_base( &
+      base_name(options), options%restart), model, commands, sensitivity%active, study%active, &
+      options%check), options%restart, diagnostics, error)
+    if (allocated(error)) return
     if (error_count(diagnostics) > 0) then
       call diagnostics_to_error(diagnostics, error)
       return

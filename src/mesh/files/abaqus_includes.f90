@@ -2,7 +2,7 @@
 !! together as one text that knows where each of its pieces comes from.
 module abaqus_includes
   use text, only: to_text
-  use source, only: source_t, add_file, add_text
+  use source, only: source_t, add_file, add_text, beside
   use file_cursor, only: cursor_t, start_cursor, fail
   use abaqus_cards, only: card_t, next_card, card_parameter, has_parameter
   use abaqus_assembly, only: go_to_star
@@ -115,8 +115,7 @@ contains
     if (depth >= deepest) call fail(cursor, card%at, 'files include each other more than '// &
       to_text(deepest)//' deep', 'does one include itself?')
     if (cursor%failed) return
-    if (path(1:1) /= '/') path = source%files(file)%name(:scan(source%files(file)%name, '/', &
-      back=.true.))//path
+    path = beside(source, file, path)
     call add_file(source, path, problem)
     if (allocated(problem)) call fail(cursor, card%at, 'cannot read '''//path//''': '//problem, &
       'the path is relative to the file that names it')

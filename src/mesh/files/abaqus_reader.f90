@@ -46,7 +46,8 @@ contains
       if (cursor%failed) return
     end do
     if (file%nodes == 0) call fail(cursor, max(1, cursor%last), 'the file has no *NODE', &
-      'is it a mesh? Gmsh''s files begin with $MeshFormat')
+      'is it a mesh? Files of Gmsh (they begin with $MeshFormat), Abaqus, CalculiX and STL are '// &
+      'read; gmsh and meshio turn others into these')
     if (.not. cursor%failed) call fill_groups(text, requests, assembly, file, cursor)
   end subroutine read_abaqus
 

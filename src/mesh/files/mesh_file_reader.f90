@@ -5,7 +5,8 @@ module mesh_file_reader
   use errors, only: error_t
   use deck_types, only: deck_t, location_t
   use records, only: item_name, item_count
-  use source, only: add_file, file_name
+  use foreign_meshes, only: describe_foreign
+  use source, only: add_file, file_name, beside
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use cells, only: mirrored, most_nodes
@@ -75,12 +76,10 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     logical, intent(out) :: good !! it could be read
     type(cursor_t) :: cursor
-    character(:), allocatable :: problem, full, deck_file
+    character(:), allocatable :: problem, remedy, full
     logical :: is_abaqus
 
-    full = path
-    deck_file = file_name(diagnostics%source, at%file)
-    if (path(1:min(1, len(path))) /= '/') full = deck_file(:scan(deck_file, '/', back=.true.))//path
+    full = beside(diagnostics%source, at%file, path)
     call add_file(diagnostics%source, full, problem)
     is_abaqus = .false.
     good = .not. allocated(problem)
@@ -92,6 +91,12 @@ contains
     place%file = diagnostics%source%count
     place%at = at
     associate (text => diagnostics%source%files(place%file)%text)
+      call describe_foreign(full, text, problem, remedy)
+      if (len(problem) > 0) then
+        call report_error(diagnostics, at, 'the file '//full//' '//problem, remedy)
+        good = .false.
+        return
+      end if
       if (is_stl(full, text)) then
         call read_stl(text, file, cursor)
       else if (is_gmsh(text)) then

@@ -19,8 +19,9 @@ contains
     character(*), intent(in) :: path !! its path
     character(*), intent(in) :: text !! what it holds
 
-    is_stl = index(lower(path), '.stl', back=.true.) == max(1, len(path) - 3) .or. &
-      index(text(:min(6, len(text))), 'solid ') == 1
+    is_stl = index(lower(path), '.stl', back=.true.) == max(1, len(path) - 3) .and. &
+      index(text(:min(1, len(text))), '$') == 0
+    is_stl = is_stl .or. index(text(:min(6, len(text))), 'solid ') == 1 .or. is_binary(text)
   end function is_stl
 
   !> Reads a file of either kind.

@@ -21,14 +21,12 @@ module audit
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
-    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room
+    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, most_lost
   implicit none
   private
   public :: begin_audit, audit_state
 
-  !> Limits beyond which a check warns: what of the work is not found again over the largest energy
-  !! so far; penetration and elastic slip over a facet.
-  real(wp), parameter :: most_lost = 0.2_wp
+  !> Beyond this share of a facet penetration and elastic slip are worth a warning.
   real(wp), parameter :: most_way = 0.05_wp
 
 contains
@@ -177,8 +175,9 @@ contains
     audit%sum%largest_energy = largest
     audit%value(check_work) = 0.0_wp
     if (largest > 0.0_wp) audit%value(check_work) = abs(audit%sum%work - stored)/largest
+    audit%depends_on_path = has_friction(model)
     audit%verdict(check_work) = merge(verdict_warning, verdict_ok, &
-      last .and. audit%value(check_work) > most_lost .and. has_friction(model))
+      last .and. audit%value(check_work) > most_lost .and. audit%depends_on_path)
   end subroutine find_energies
 
   !> Energy that penalties hold, and the work that is done while SHRInk takes up overlaps.

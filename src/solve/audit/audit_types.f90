@@ -6,7 +6,7 @@ module audit_types
   public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
   public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
     check_volume, check_penetration, check_elastic_slip, check_facets, check_locking, &
-    check_moved, check_room
+    check_moved, check_room, most_lost
 
   !> Verdicts.
   integer, parameter :: verdict_ok = 0
@@ -27,6 +27,8 @@ module audit_types
   integer, parameter :: check_moved = 11
   integer, parameter :: check_room = 12
   integer, parameter :: n_checks = 12
+  !> What of the work need not be found again, over the largest energy so far.
+  real(wp), parameter :: most_lost = 0.2_wp
   character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
     'strain', 'rotation', 'turning', 'volume', 'penetration', 'elastic slip', 'facets', &
     'locking', 'moved nodes', 'room']
@@ -66,6 +68,7 @@ module audit_types
     real(wp) :: time = 0.0_wp !! its time
     real(wp) :: scale = 0.0_wp !! force scale [force]
     real(wp) :: allowed = 0.0_wp !! force that the worst body may lack [force]
+    real(wp) :: asked = 0.0_wp !! the same without what round-off may make of it [force]
     real(wp), allocatable :: balance(:, :) !! (6, bodies) sum of forces and of moments
     real(wp) :: noise = 0.0_wp !! what round-off may make of it, allowed or not [force]
     real(wp) :: lacking = 0.0_wp !! largest of these over what is allowed
@@ -73,6 +76,7 @@ module audit_types
     real(wp) :: strain_energy = 0.0_wp !! of the bulk [force length]
     real(wp) :: penalty_energy = 0.0_wp !! of penalties [force length]
     real(wp) :: dissipation = 0.0_wp !! of friction [force length]
+    logical :: depends_on_path = .false. !! there is friction
     logical :: fields_known = .false. !! strain and rotation have been measured at this end time
     real(wp) :: value(n_checks) = 0.0_wp !! what each check compares with its limit
     integer :: worst(n_checks) = 0 !! body, pair or element it is found at

@@ -59,7 +59,8 @@ contains
     audit%worst(check_balance) = 0
     audit%component = 0
     audit%lacking = 0.0_wp
-    audit%allowed = tolerance(model, settings)*audit%scale
+    audit%asked = tolerance(model, settings)*audit%scale
+    audit%allowed = audit%asked
     failed = .false.
     do b = 1, system%body%bodies
       least = no_strain*system%scale%stiffest*audit%fixed%model_size

@@ -6,7 +6,7 @@ module diagnosis
   use contact_types, only: form_node_to_surface
   use contact_points, only: count_points
   use contact_parameters, only: shifts_gap, stiffest_plain
-  use supports, only: free_motion
+  use supports, only: free_motion, free_motions
   use rigid_bodies, only: is_carried
   use model_types, only: model_t
   use monitors, only: monitor_t
@@ -163,17 +163,17 @@ contains
   subroutine check_supports(model, system, monitor, error)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
-    class(monitor_t), intent(inout) :: monitor !! hears of bodies held by contact alone
+    class(monitor_t), intent(inout), optional :: monitor !! hears of bodies held by contact alone
     type(error_t), allocatable, intent(out) :: error !! an unrestrained body
-    real(wp) :: motion(6)
-    logical :: free
-    integer :: b
+    integer :: b, n
+    real(wp) :: motions(6, 6)
 
     do b = 1, system%body%bodies
-      call free_motion(model%mesh%x, system, b, .false., free, motion)
-      if (.not. free) cycle
+      call free_motions(model%mesh%x, system, b, .false., .false., n, motions)
+      if (n == 0) cycle
       if (in_a_pair(model, system, b)) then
-        call monitor%warning(body_name(model, system, b)//' is held by contact alone')
+        if (present(monitor)) call monitor%warning(body_name(model, system, b)// &
+          held_text(n, motions(:, 1)))
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
           describe_body(model, system, b, statics_unknown))
@@ -181,6 +181,20 @@ contains
       end if
     end do
   end subroutine check_supports
+
+  !> What contact alone holds of a body: all of it, or the motions that its supports leave.
+  pure function held_text(n, motion) result(t)
+    integer, intent(in) :: n !! rigid motions that supports leave
+    real(wp), intent(in) :: motion(6) !! one of them
+    character(:), allocatable :: t
+
+    t = ' is held by contact alone'
+    if (n == 6) return
+    t = ' is held by its supports in part: that it does not '//named_motion(maxloc(abs(motion), &
+      1))//' is left to contact alone'
+    if (n > 1) t = ' is held by its supports in part: '//to_text(n)//' of its 6 rigid motions '// &
+      'are left to contact alone'
+  end function held_text
 
   !> A body takes part in a contact pair.
   pure logical function in_a_pair(model, system, body) result(yes)

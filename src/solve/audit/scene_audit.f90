@@ -88,7 +88,8 @@ contains
     do m = 1, size(model%materials)
       if (.not. used(m) .or. model%materials(m)%rigid) cycle
       if (model%materials(m)%mean) cycle
-      if (model%materials(m)%poissons_ratio <= audit%value(check_locking)) cycle
+      if (audit%worst(check_locking) > 0 .and. model%materials(m)%poissons_ratio <= &
+        audit%value(check_locking)) cycle
       audit%value(check_locking) = model%materials(m)%poissons_ratio
       audit%worst(check_locking) = m
     end do
