@@ -4,8 +4,8 @@ module batch_run
   use errors, only: error_t
   use text, only: to_text
   use costs, only: wall_seconds
-  use newton, only: outcome_open, outcome_stopped, outcome_through
-  use increments, only: accept, look_for_through
+  use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
+  use increments, only: accept, look_for_strays
   use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver
@@ -376,9 +376,10 @@ contains
       if (counts) call pass_end_time(run%position, run%pending_time)
       return
     end if
-    if (run%converged) call look_for_through(context%model, context%system, run%progress)
+    if (run%converged) call look_for_strays(context%model, context%system, run%progress)
     if (.not. run%converged) run%progress%outcome = outcome_open
-    if (.not. run%converged .or. run%progress%outcome == outcome_through) then
+    if (any(run%progress%outcome == [outcome_open, outcome_through, outcome_thrown, &
+      outcome_turned])) then
       call raise_outcome(context%model, context%system, context%state, run%progress, &
         run%pending_time, .false., error)
       return

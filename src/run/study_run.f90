@@ -29,6 +29,7 @@ module study_run
   use study_start, only: common_t, foresee_common, begin_common, begin_variant, acts_before, &
     plan_t, read_plan
   use study_monitor, only: study_monitor_t
+  use variant_limits, only: check_shapes
   use terminal, only: print_line
   use result_types, only: variant_row_t
   use results_file, only: begin_variants, append_variant_row
@@ -326,9 +327,11 @@ contains
     type(error_t), allocatable, intent(out) :: trouble !! why it ended early
     type(study_monitor_t) :: monitor
     type(settings_t) :: settings
+    real(wp) :: before
     integer :: i
 
     result%step = state%step
+    before = state%time
     do i = state%step + 1, size(shared%plan%times)
       settings = shared%plan%settings(i)
       if (sharing) then
@@ -339,7 +342,9 @@ contains
       end if
       monitor%first_energy = 0.0_wp
       call advance(model, system, state, shared%plan%times(i), settings, monitor, trouble)
+      if (.not. allocated(trouble)) call check_shapes(model, system, state, before, trouble)
       if (allocated(trouble)) exit
+      before = state%time
       state%step = i
       result%step = i
       if (sharing) then

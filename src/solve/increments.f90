@@ -33,7 +33,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, accept, look_for_through, complete_state
+  public :: solve_increment, accept, look_for_strays, complete_state
 
   !> With a drag a body first goes this share of a facet in an iteration.
   real(wp), parameter :: drag_way = 0.05_wp
@@ -75,11 +75,7 @@ contains
       if (.not. missed) exit
       progress%outcome = outcome_restless
     end do
-    if (progress%outcome == outcome_converged) call look_for_through(model, system, progress)
-    if (progress%outcome == outcome_converged) then
-      if (has_thrown(model, system)) progress%outcome = outcome_thrown
-      if (has_turned(model, system)) progress%outcome = outcome_turned
-    end if
+    if (progress%outcome == outcome_converged) call look_for_strays(model, system, progress)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
@@ -185,18 +181,21 @@ contains
       'not taken for the solution')
   end subroutine look_for_thrown
 
-  !> What has converged with a slave that has gone through a master is no solution.
-  subroutine look_for_through(model, system, progress)
+  !> What has converged with a slave that has gone through a master is no solution; nor where bodies
+  !! have been thrown out of contact, or turned too far.
+  subroutine look_for_strays(model, system, progress)
     type(model_t), intent(inout) :: model !! pairs with their hosts; trees are fitted
     type(system_t), intent(in) :: system !! converged
     type(newton_t), intent(inout) :: progress !! gets outcome
     integer :: k
 
+    if (has_thrown(model, system)) progress%outcome = outcome_thrown
+    if (has_turned(model, system)) progress%outcome = outcome_turned
     do k = 1, size(model%pairs)
       if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
         progress%outcome = outcome_through
     end do
-  end subroutine look_for_through
+  end subroutine look_for_strays
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
   !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").

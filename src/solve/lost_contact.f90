@@ -5,6 +5,7 @@ module lost_contact
   use elmlib, only: routine_none
   use model_types, only: model_t
   use force_scales, only: force_scale
+  use rigid_bodies, only: is_carried
   use body_audit, only: rigid_turns, has_small_strain, farthest_turn
   use system_types, only: system_t
   implicit none
@@ -125,10 +126,20 @@ contains
       associate (b => system%body%node_body(i))
         move = model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)
         way(b) = max(way(b), norm2(move))
-        given(b) = max(given(b), norm2(merge(move, 0.0_wp, system%equation(:, i) == 0)))
+        if (.not. is_loose(system, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
+          system%equation(:, i) == 0)))
       end associate
     end do
   end subroutine find_ways
+
+  !> The node goes along with a rigid body that is free in all its motions: nothing prescribes it.
+  pure logical function is_loose(system, node) result(loose)
+    type(system_t), intent(in) :: system !! rigid bodies
+    integer, intent(in) :: node !! the node
+
+    loose = is_carried(system, node)
+    if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
+  end function is_loose
 
   !> How far what pairs join a weak body with has gone: neighbours, and across weak ones theirs.
   !! Bodies that nothing acts on may have flown themselves: what is prescribed of them counts alone.

@@ -56,6 +56,29 @@ class LimitLaws:
                 last = max((int(line.split()[0]) for line in self.rows_of('edited')), default=0)
                 self.true(f'{name}, {form}: {last} end times, 18 to 20 wanted', 18 <= last <= 20)
 
+    def test_a_variant_that_small_strain_cannot_mean_fails(self):
+        """Blocks pressed by up to a fifth of both: on the factors of the run and on factors of their
+        own the variants end where a run of their values ends."""
+        deck = self.edited('audited_blocks', ('DT,,1/2', 'DT,,1/8'), ('STEP,,2', 'STEP,,8'), source=DECKS)
+        for values, name, vary in ((['nu=0'], 'depth', '0.01,0.31,0.41'), (['depth=0.31'], 'nu', '0,0.1,0.3')):
+            items = [item for value in values for item in ('--set', value)]
+            if name == 'depth':
+                items += ['--set', 'depth=0.02']
+            else:
+                items += ['--set', 'nu=0.4']
+            decks.run(self.program, [deck, '--out', self.folder, '--vary', f'{name}={vary}', *items],
+                      self.folder, 120)
+            with open(os.path.join(self.folder, 'edited.study'), encoding='ascii') as stream:
+                ends = [line.split()[1:4] for line in stream if not line.startswith('#')]
+            self.true(f'{name}: variants {ends}', len(ends) == 3)
+            for value, code, step in ends:
+                alone = decks.run(self.program, [deck, '--out', self.folder, *items, '--set',
+                                                 f'{name}={value}'], self.folder, 120)
+                rows = {int(line.split()[0]) for line in self.rows_of('edited')}
+                self.true(f'{name} {value}: exit {code} at {step}, alone {alone.code} at {rows}',
+                          int(code) == alone.code and int(step) == max(rows, default=0))
+            self.true(f'{name}: some fail: {ends}', {code for _, code, _ in ends} == {'0', '2'})
+
     def test_regions_that_turn_as_wholes_may_turn_far(self):
         """ROTAtion of all nodes and TURN of a rigid body are no strain, whatever their angle."""
         for name in ('turned_disc', 'turning_disc', 'turning_pin'):
