@@ -2,6 +2,7 @@
 module state_reader
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
   use kinds, only: wp
+  use file_identity, only: identify, obstacle_of
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
   use contact_types, only: pair_t
@@ -119,11 +120,18 @@ contains
     type(hdf5_file_t), intent(out) :: file !! open if there is no error
     type(error_t), allocatable, intent(out) :: error !! no such file, no HDF5, no states
     type(error_t), allocatable :: ignored
+    character(:), allocatable :: obstacle
     logical :: there
 
     inquire (file=path, exist=there)
     if (.not. there) then
       call raise(error, exit_deck, 'error: there is no file '//path//' to restart from'//nl// &
+        '  name the .h5 file of a run, or one that SAVE has written')
+      return
+    end if
+    obstacle = obstacle_of(identify(path))
+    if (len(obstacle) > 0) then
+      call raise(error, exit_deck, 'error: '//path//' cannot be restarted from: '//obstacle//nl// &
         '  name the .h5 file of a run, or one that SAVE has written')
       return
     end if
