@@ -13,8 +13,8 @@ module contact_hosts
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
   use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
-    rim_tolerance, longest_walk
-  use contact_tips, only: tip_of, find_tip, touches
+    rim_tolerance, on_edge, longest_walk
+  use contact_tips, only: tip_of, find_tip, touches, only_touches
   use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
@@ -220,7 +220,8 @@ contains
 
   !> Gives a point to the facet that holds its tip when it is followed from the last converged
   !! state. Below a convex kink either facet may hold its own tip: it must not matter with which of
-  !! them the solve began. One that this increment has left already is not taken back.
+  !! them the solve began. One that this increment has left already is not taken back. A tip on an
+  !! edge of the facet that had it is still there.
   subroutine take_back(pair, x_old, x, tolerance, p, point, back)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -243,7 +244,8 @@ contains
     if (has_multipliers(pair) .and. all(pair%surface%neighbours(:, point%host) /= &
       trial%host)) return
     call find_tip(pair, p, trial, x, tip, status)
-    back = status > status_open .and. all(barycentric(tip) > rim_tolerance)
+    back = status > status_open .and. all(barycentric(tip) > merge(-on_edge, rim_tolerance, &
+      trial%host == pair%history%start(p)%host))
     if (.not. back) return
     if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%surface%facets(:, point%host), &
       pair%surface%facets(:, trial%host), x_old, point%lambda)
@@ -298,7 +300,7 @@ contains
   end subroutine seek
 
   !> Makes the converged state the history: tips where the elements left them; an open point's
-  !! tip at its projection.
+  !! tip at its projection. A point that only touches is open.
   subroutine settle_points(pair, x)
     type(pair_t), intent(inout) :: pair !! new is completed and copied to old
     real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
@@ -311,6 +313,7 @@ contains
     end if
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
+        if (only_touches(pair, p, point, point_position(pair, p, x), x)) point%status = status_open
         if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
         if (point%host == 0) then
           point%status = status_off

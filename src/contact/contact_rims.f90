@@ -16,10 +16,12 @@ module contact_rims
   implicit none
   private
   public :: find_rims, facet_across, walk, beyond_rim, has_left, stays, rim_tolerance, &
-    longest_walk
+    on_edge, longest_walk
 
   !> A projection further than this outside a facet, in shape functions, has left it.
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  !> A projection that is not further outside lies on the edge: it belongs to the facet that it had.
+  real(wp), parameter :: on_edge = 0.1_wp*rim_tolerance
   !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
   !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
   !! the facet, and with it the force, to the start of the iteration.
@@ -103,7 +105,7 @@ contains
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
           kink(pair, x, host, across)))
-        if (n(k) < -max(allowed, 0.1_wp*rim_tolerance)) then
+        if (n(k) < -max(allowed, on_edge)) then
           next = across
           return
         end if

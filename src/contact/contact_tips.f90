@@ -3,16 +3,17 @@ module contact_tips
   use kinds, only: wp
   use element_types, only: element_t, task_residual
   use elmlib, only: element_routine, n_parameters
-  use contact_types, only: pair_t, contact_point_t
+  use contact_types, only: pair_t, contact_point_t, status_open
   use contact_points, only: point_position
   use contact_overlap, only: withheld_gap
-  use contact_parameters, only: point_parameters, point_shift
+  use contact_parameters, only: point_parameters, point_shift, stiffest_plain
+  use exact_touch, only: round_off
   use facet_geometry, only: corners
   use smooth_normals, only: project_on_master
   use master_facets, only: is_quadratic, facet_routine
   implicit none
   private
-  public :: tip_of, find_tip, find_tip_from, touches
+  public :: tip_of, find_tip, find_tip_from, touches, only_touches
 
 contains
 
@@ -82,4 +83,23 @@ contains
     kappa = point_shift(pair, p, pair%history%new(p))
     touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
   end function touches
+
+  !> A closed point whose depth is round-off carries nothing that means anything: whether it is
+  !! closed at all is chance. What a stiffer penalty makes of a depth tells more.
+  pure logical function only_touches(pair, p, point, y, x) result(only)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t), intent(in) :: point !! its state
+    real(wp), intent(in) :: y(3) !! where it is [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: xi(2), gap, kappa(3), least
+
+    only = .false.
+    if (point%status <= status_open .or. point%host == 0) return
+    call project_on_master(pair, point%host, x, y, xi, gap)
+    kappa = point_shift(pair, p, point)
+    least = round_off(corners(x, pair%surface%facets(:, point%host)), y)
+    if (pair%points%relative > stiffest_plain) least = least*stiffest_plain/pair%points%relative
+    only = gap + kappa(3) + withheld_gap(pair, p) > -least
+  end function only_touches
 end module contact_tips

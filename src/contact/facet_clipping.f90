@@ -13,8 +13,12 @@ module facet_clipping
   integer, parameter :: cell_points = 3
   !> A polygon with a smaller ratio of its second moments is taken for a line.
   real(wp), parameter :: flat = 1.0e-12_wp
-  !> A corner is further away than another if it is by this share: equal ones keep their order.
+  !> A corner is further away than another if it is by this share.
   real(wp), parameter :: clearly = 1.0e-6_wp
+  !> Of corners that are equally far away, as all of a triangle and of a parallelogram are, the one
+  !! is taken that lies furthest along this in the slave facet: round-off decides where a polygon
+  !! begins. No two corners of simple cuts are equally far along an irrational direction.
+  real(wp), parameter :: preferred(2) = [1.0_wp, sqrt(2.0_wp)]
 
 contains
 
@@ -160,20 +164,21 @@ contains
     integer, intent(in) :: n !! how many
     real(wp), intent(in) :: center(2) !! centroid
     real(wp), intent(in) :: root(2, 2) !! root of the second moments
-    real(wp) :: ray(2), y(2), det, far
+    real(wp) :: ray(2), y(2, most_corners), det, far(most_corners)
     integer :: i
 
     ray = [1.0_wp, 0.0_wp]
     det = root(1, 1)*root(2, 2) - root(1, 2)*root(2, 1)
     if (det <= sqrt(flat)*(root(1, 1) + root(2, 2))**2) return
-    far = 0.0_wp
     do i = 1, n
-      y = polygon(:, i) - center
-      y = [root(2, 2)*y(1) - root(1, 2)*y(2), root(1, 1)*y(2) - root(2, 1)*y(1)]
-      if (norm2(y) <= (1.0_wp + clearly)*far) cycle
-      far = norm2(y)
-      ray = y/far
+      associate (c => polygon(:, i) - center)
+        y(:, i) = [root(2, 2)*c(1) - root(1, 2)*c(2), root(1, 1)*c(2) - root(2, 1)*c(1)]
+      end associate
+      far(i) = norm2(y(:, i))
     end do
+    i = maxloc(matmul(preferred, polygon(:, :n)), 1, &
+      far(:n) >= (1.0_wp - clearly)*maxval(far(:n)))
+    ray = y(:, i)/far(i)
   end function direction
 
   !> The cross product of plane vectors.

@@ -4,6 +4,7 @@
 !! fitted anew, n. A query visits about log n boxes.
 module facet_tree
   use kinds, only: wp
+  use exact_touch, only: round_off
   use facet_geometry, only: corners, distance_to_facet, project_on_facet
   implicit none
   private
@@ -135,7 +136,7 @@ contains
 
   !> The facet closest to a point. Of facets at the same distance, which meet at an edge or corner,
   !! the one whose plane is furthest below the point, for the others may point away from it; then
-  !! the one with the lowest number.
+  !! the one with the lowest number. Distances that differ by round-off are the same.
   pure subroutine nearest_facet(tree, facets, x, y, facet, distance, depth)
     type(facet_tree_t), intent(in) :: tree !! the tree, fitted to x
     integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
@@ -145,7 +146,7 @@ contains
     real(wp), intent(out) :: distance !! its distance [length]
     real(wp), intent(in), optional :: depth(:) !! (facets) what is deeper is not below it
     integer :: waiting(deepest), n, b, k
-    real(wp) :: d, xi(2), gap, highest
+    real(wp) :: d, xi(2), gap, highest, same
 
     facet = 0
     highest = -huge(1.0_wp)
@@ -156,7 +157,8 @@ contains
     do while (n > 0)
       b = waiting(n)
       n = n - 1
-      if (box_distance(tree, b, y)*(1.0_wp - same_distance) > distance) cycle
+      same = same_distance*distance + round_off(x(:, facets(:, max(1, facet))), y)
+      if (box_distance(tree, b, y) > distance + same) cycle
       if (tree%n(b) == 0) then
         ! the closer child is looked at first
         k = merge(0, 1, box_distance(tree, tree%first(b), y) > &
@@ -167,14 +169,15 @@ contains
       else
         do k = tree%first(b), tree%first(b) + tree%n(b) - 1
           d = distance_to_facet(corners(x, facets(:, tree%order(k))), y)
-          if (d > distance*(1.0_wp + same_distance)) cycle
+          same = same_distance*distance + round_off(corners(x, facets(:, tree%order(k))), y)
+          if (d > distance + same) cycle
           call project_on_facet(corners(x, facets(:, tree%order(k))), y, xi, gap)
           if (present(depth)) then
             if (gap < -depth(tree%order(k))) cycle
           end if
-          if (d >= distance*(1.0_wp - same_distance)) then
-            if (gap < highest - same_distance*d) cycle
-            if (gap <= highest + same_distance*d .and. tree%order(k) > facet) cycle
+          if (d >= distance - same) then
+            if (gap < highest - same) cycle
+            if (gap <= highest + same .and. tree%order(k) > facet) cycle
           end if
           distance = d
           highest = gap

@@ -12,7 +12,7 @@ module friction_laws
   implicit none
   private
   public :: cone_laws, first_value, n_law_values, law_signature, law_summary, acts, any_acts, &
-    keeps_path, friction_point, friction_words, slip_path
+    keeps_path, hold_path, friction_point, friction_words, slip_path
 
   !> What may follow FRICtion.
   character(*), parameter :: friction_words = 'NONE | COULomb z:mu | ELLIptic z:mu1 z:mu2'
@@ -85,6 +85,22 @@ contains
       if (cone_laws(k)%keeps_path .and. acts(k, values)) keeps_path = .true.
     end do
   end function keeps_path
+
+  !> Laws that keep the coefficients which a point has after a path, however far it slips on.
+  pure subroutine hold_path(path, values, mu)
+    real(wp), intent(in) :: path !! its slip path [length]
+    real(wp), intent(inout) :: values(:) !! (n_law_values) of the laws
+    real(wp), intent(inout) :: mu(2) !! in: static coefficients, out: those after the path
+    type(cone_state_t) :: cone
+
+    if (.not. acts(decay, values)) return
+    cone%mu = mu
+    cone%path = path
+    call decay_cone(values(first_value(decay):first_value(decay + 1) - 1), cone)
+    mu = cone%mu
+    ! what decays over an endless way does not
+    values(first_value(decay) + 2) = huge(1.0_wp)
+  end subroutine hold_path
 
   !> Maps the trial components of a point onto its cone. Where coefficients go with the slip path,
   !! that is the one at the end, path = start%path + |s - s'|.

@@ -6,11 +6,12 @@ module pair_builder
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
   use cells, only: most_nodes, most_facet_nodes, facet_of
+  use key_sorting, only: sort_columns
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use friction_laws, only: cone_laws, acts
-  use contact_types, only: pair_t, pair_points_t, penalty_area, penalty_nodal, &
+  use contact_types, only: pair_t, pair_points_t, master_surface_t, penalty_area, penalty_nodal, &
     form_quadrature_to_surface
   use contact_parameters, only: is_round_off, has_field
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
@@ -148,6 +149,7 @@ contains
     if (.not. found) return
     pair%surface%facets = mesh%surfaces(index)%facets
     pair%surface%facet_elements = mesh%surfaces(index)%elements
+    if (all(pair%surface%facet_elements > 0)) call order_facets(mesh, pair%surface)
     pair%surface%exact = mesh%surfaces(index)%exact
     pair%surface%round = allocated(mesh%surfaces(index)%inner)
     if (pair%surface%round) then
@@ -165,6 +167,26 @@ contains
       count_noun(non_manifold, 'edge')//' with more than two facets; a node that slides over '// &
       'one of them is searched anew')
   end subroutine take_master
+
+  !> Facets in the order of the elements behind them: which of several is taken for a point on
+  !! their edge must not depend on the numbers of nodes (doc/theory, "Exact touch").
+  pure subroutine order_facets(mesh, surface)
+    type(mesh_t), intent(in) :: mesh !! elements
+    type(master_surface_t), intent(inout) :: surface !! facets and facet_elements in that order
+    integer :: keys(2, size(surface%facet_elements)), f, k
+    integer, allocatable :: order(:)
+
+    keys = 0
+    do f = 1, size(keys, 2)
+      keys(1, f) = surface%facet_elements(f)
+      do k = 1, 4
+        if (all(surface%facets(:, f) /= mesh%ix(k, keys(1, f)))) keys(2, f) = k
+      end do
+    end do
+    call sort_columns(keys, order)
+    surface%facets = surface%facets(:, order)
+    surface%facet_elements = surface%facet_elements(order)
+  end subroutine order_facets
 
   !> The surface of one side; what is none is reported.
   subroutine find_facets(mesh, side, name, at, diagnostics, index)

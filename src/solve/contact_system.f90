@@ -1,4 +1,5 @@
 !> The contact elements of a system: hosts to elements, elements to hosts, and the coupled pattern.
+!! In more than 400 lines, since elements, pattern and history all go by the same list.
 module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_pattern, cost_cells
@@ -26,6 +27,7 @@ module contact_system
   use linear_solver, only: start_pattern
   use condensed_system, only: couple_condensed
   use first_touch, only: withhold_friction, place_touches
+  use softening, only: hold_coefficients
   use system_types, only: system_t
   implicit none
   private
@@ -126,6 +128,7 @@ contains
         call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
       end do
     end do
+    call hold_coefficients(model, system)
     call withhold_friction(model, system)
   end subroutine load_contact
 

@@ -5,6 +5,7 @@ module host_passes
   use increment_start, only: start_rubbing
   use contact_system, only: move_hosts, renew_surfaces, load_contact, couple
   use first_touch, only: find_touches
+  use softening, only: find_softening
   use touch_bodies, only: some_drift
   use touch_path, only: touch_waits
   use condensed_system, only: refresh_candidates, recover_interior
@@ -177,17 +178,23 @@ contains
     if (drift) call monitor%detail('  friction alone holds a body that touches: not without it')
   end function has_drifted
 
-  !> After a solve that has settled: points whose friction has waited get their tips.
+  !> After a solve that has settled: points whose friction has waited get their tips; if there are
+  !! none, those that slip begin to soften.
   subroutine settle_touches(model, system, monitor, settled)
     type(model_t), intent(inout) :: model !! pairs: start tips
     type(system_t), intent(inout) :: system !! touch
     class(monitor_t), intent(inout) :: monitor !! hears of it
-    logical, intent(out) :: settled !! no such point has touched
-    integer :: touches
+    logical, intent(out) :: settled !! there is no such point
+    integer :: touches, softer
 
     call find_touches(model, system, touches)
     settled = touches == 0
     if (.not. settled) call monitor%detail('  '//count_noun(touches, 'contact point')// &
       ' touched first in this increment: friction from there')
+    if (.not. settled) return
+    call find_softening(model, system, softer)
+    settled = softer == 0
+    if (.not. settled) call monitor%detail('  '//count_noun(softer, 'contact point')// &
+      ' slipped: their friction softens from there')
   end subroutine settle_touches
 end module host_passes

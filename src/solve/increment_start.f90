@@ -10,6 +10,7 @@ module increment_start
   use contact_parameters, only: shifts_gap
   use contact_system, only: restart_points, move_hosts, load_contact, couple
   use first_touch, only: begin_touch, begin_touch_again
+  use softening, only: begin_softening
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies, turn_bodies
   use contact_carrying, only: carry_with_contact
@@ -43,6 +44,7 @@ contains
     real(wp) :: norm
 
     call begin_touch_again(system)
+    call begin_softening(model, system)
     system%condensed%near = .false.
     if (carried) then
       call take_along(system)
@@ -97,6 +99,7 @@ contains
     end do
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
+    call begin_softening(model, system)
     call start_bulk(state%u, system)
     system%position%left = system%u
     system%position%carried = system%u

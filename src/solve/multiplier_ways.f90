@@ -6,6 +6,7 @@ module multiplier_ways
   use increment_start, only: start_here
   use host_passes, only: solve_with_hosts, follow_solution
   use first_touch, only: begin_touch_again
+  use softening, only: begin_softening
   use drag, only: let_free, drag_patience
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_restless, outcome_singular, outcome_gaps, outcome_inverted
@@ -51,6 +52,7 @@ contains
       if (i > 1) then
         call tell_way(ways(i), monitor)
         call begin_touch_again(system)
+        call begin_softening(model, system)
         system%u = start
         call start_here(model, system, norm)
         progress = newton_t()

@@ -9,6 +9,7 @@ module system_types
   use condensed_types, only: condensed_t, defects_t, carried_t
   use rigid_motions, only: motions_t
   use touch_path, only: touch_t
+  use softening_state, only: softening_t
   use multiplier_types, only: multiplier_motion_t
   use rigid_types, only: rigid_t, border_t
   use slope_state, only: kept_slopes_t
@@ -169,6 +170,7 @@ module system_types
     real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
     real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
     type(touch_t) :: touch !! first touches of the increment
+    type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
     type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
     type(cost_t) :: costs !! cost table
     type(outer_t) :: loads !! loads and springs

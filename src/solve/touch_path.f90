@@ -3,7 +3,9 @@ module touch_path
   use kinds, only: wp
   use contact_types, only: pair_t, master_surface_t, contact_point_t
   use contact_points, only: point_facet, corner_weights
-  use facet_geometry, only: project_on_facet, barycentric, facet_normal
+  use facet_geometry, only: project_on_facet, barycentric, facet_normal, corners
+  use exact_touch, only: round_off
+  use contact_rims, only: on_edge
   use master_facets, only: is_quadratic, facet_kind, all_nodes
   use quadratic_facet, only: project_on_quadratic
   use smooth_patch, only: patch_point_t, patch_at, project_on_patch, patch_from_values, &
@@ -84,21 +86,23 @@ contains
   end function first_host
 
   !> When the free way of a point meets the surface, as a share of the increment; more than 1 if it
-  !! does so later.
+  !! does so later. One that touches exactly does so at once.
   pure real(wp) function touch_time(pair, touch, x_old, p) result(time)
     type(pair_t), intent(in) :: pair !! the pair
     type(touch_t), intent(in) :: touch !! free positions
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
     integer, intent(in) :: p !! the point, with a host
     type(contact_point_t) :: point
-    real(wp) :: gap, gap_free
+    real(wp) :: gap, gap_free, none
 
     point%host = first_host(pair, p)
     call meet(pair, touch, free_way, x_old, p, 0.0_wp, point, gap)
+    none = round_off(corners(x_old, pair%surface%facets(:, point%host)), x_old(:, &
+      pair%points%point_nodes(1, p)))
     call meet(pair, touch, free_way, x_old, p, 1.0_wp, point, gap_free)
-    if (gap <= 0.0_wp) then
+    if (gap <= none) then
       time = 0.0_wp
-    else if (gap_free >= gap) then
+    else if (gap_free >= gap - none) then
       time = never
     else
       time = gap/(gap - gap_free)
@@ -219,7 +223,7 @@ contains
     n = barycentric(xi)
     do trial = 1, 3
       k = minloc(n, 1)
-      if (n(k) >= 0.0_wp) return
+      if (n(k) >= -on_edge) return
       if (pair%surface%neighbours(k, host) > 0 .and. .not. pair%surface%fold(k, host)) then
         next = pair%surface%neighbours(k, host)
         return

@@ -1,0 +1,25 @@
+"""What mechanics says of laws of friction: tests of tests/properties/run, which mixes this class in."""
+import os
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DECKS = os.path.join(HERE, 'decks')
+
+
+class FrictionLaws:
+    """Tests of laws; self.run and self.near come from Suite."""
+
+    def test_softening_friction_sticks_up_to_its_static_limit(self):
+        # a block pressed by 10 on a rigid floor, mu .5 that falls to .2, drawn by a rope that is 200
+        # times softer than the block: the pull grows by 6 a unit of time from t = 1 on
+        for form in ('GTOS bottom ground_s', 'NTOS low ground_s', 'GTOS bottom ground_s SEGMent'):
+            deck = self.edited('soft_rope', ('GTOS bottom ground_s', form), source=DECKS)
+            for n in (7, 20):
+                run = self.run(deck, '--set', f'n={n}')
+                stretch = run.rea[2]['far'][0]*n/6.0
+                for step, sets in run.rea.items():
+                    pull = 6.0*(step - 1)/n
+                    what = f'{form}, {n} increments, pull {pull:.3f}'
+                    if pull < 4.5:
+                        self.near(what, sets['far'][0], stretch*pull, 2e-3*5.0)
+                    elif pull > 5.1:
+                        self.near(what, sets['far'][0], 2.0, 2e-3*5.0)
