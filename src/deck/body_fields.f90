@@ -30,11 +30,13 @@ module body_fields
     body_field_t('stress', 'von_mises', .false., 1, stress_unit, 'von Mises stress of the cell', &
     of_elements=.true.), &
     body_field_t('stress', 'nodal_stress', .true., 6, stress_unit, &
-    'mean stress of the cells around a node, weighted by volume', of_elements=.true.), &
+    'Cauchy stress at the nodes, recovered from inside the cells around', of_elements=.true.), &
     body_field_t('stress', 'nodal_von_mises', .true., 1, stress_unit, &
     'von Mises stress of nodal_stress', of_elements=.true.), &
     body_field_t('strain', 'strain', .false., 6, '1', &
     'strain xx yy zz xy yz zx; xy is half of the shear angle', .false., .true.), &
+    body_field_t('strain', 'nodal_strain', .true., 6, '1', &
+    'strain at the nodes, recovered likewise', .false., .true.), &
     body_field_t('lay', 'lay', .true., 3, '1', &
     'unit axis of mu1 on master surfaces, zero elsewhere', .false.)]
   integer, parameter :: n_body_fields = size(fields_of_bodies)

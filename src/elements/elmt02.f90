@@ -162,7 +162,7 @@ contains
     end do
   end subroutine add_point
 
-  !> Means over the points, by their volumes.
+  !> Stress and strain of the points, and their means by volume.
   pure subroutine find_state(rule, lambda, g, mean, dilatation, e)
     type(solid_rule_t), intent(in) :: rule !! points
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
@@ -175,12 +175,17 @@ contains
 
     call add_forces(rule, lambda, g, mean, dilatation, e)
     e%state = 0.0_wp
+    e%even = 0.0_wp
+    if (mean) e%even = [lambda*dilatation, dilatation/3.0_wp]
+    e%state(state_stress(1:3)) = e%even(1)
+    e%state(state_strain(1:3)) = e%even(2)
     do q = 1, rule%n
       share = rule%weight(q)/sum(rule%weight(:rule%n))
       associate (h => slope_at(rule, q, e))
-        e%state(state_stress) = e%state(state_stress) + share*stress_at(h, lambda, g, mean, &
-          dilatation)
-        e%state(state_strain) = e%state(state_strain) + share*strain_of(h, mean, dilatation)
+        e%points(:6, q) = stress_at(h, lambda, g, mean, 0.0_wp)
+        e%points(7:, q) = strain_of(h, mean, 0.0_wp)
+        e%state(state_stress) = e%state(state_stress) + share*e%points(:6, q)
+        e%state(state_strain) = e%state(state_strain) + share*e%points(7:, q)
         e%state(state_rotation) = e%state(state_rotation) + 0.5_wp*share &
           *[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
       end associate

@@ -40,6 +40,7 @@ contains
     if (task == task_tangent) e%s(:3*e%nel, :3*e%nel) = 0.0_wp
     e%energy = 0.0_wp
     e%state = 0.0_wp
+    e%even = 0.0_wp
     call add_points(task, d, rule, e)
     if (e%inverted) return
     if (d(d_mean) > 0.0_wp) call add_volume(task, d, rule, e)
@@ -88,7 +89,7 @@ contains
         e%energy = e%energy + w*energy
         call add_force(gradient, w*p, e%r)
         if (task == task_tangent) call add_matrix(gradient, w*a, e%s)
-        if (task == task_stress) call add_state(w/sum(rule%weight(:rule%n)), h, f, j, p, e)
+        if (task == task_stress) call add_state(q, w/sum(rule%weight(:rule%n)), h, f, j, p, e)
       end associate
     end do
   end subroutine add_points
@@ -127,8 +128,9 @@ contains
     end do
   end subroutine add_matrix
 
-  !> Cauchy stress sigma = P F^T/J and Green's strain, as means.
-  pure subroutine add_state(share, h, f, j, p, e)
+  !> Cauchy stress sigma = P F^T/J and Green's strain, of the point and as means.
+  pure subroutine add_state(q, share, h, f, j, p, e)
+    integer, intent(in) :: q !! the point
     real(wp), intent(in) :: share !! of the element's volume
     real(wp), intent(in) :: h(3, 3) !! displacement gradient
     real(wp), intent(in) :: f(3, 3) !! deformation gradient
@@ -138,8 +140,10 @@ contains
     real(wp) :: sigma(3, 3)
 
     sigma = matmul(p, transpose(f))/j
-    e%state(state_stress) = e%state(state_stress) + share*components(sigma)
-    e%state(state_strain) = e%state(state_strain) + share*components(green_strain(h))
+    e%points(:6, q) = components(sigma)
+    e%points(7:, q) = components(green_strain(h))
+    e%state(state_stress) = e%state(state_stress) + share*e%points(:6, q)
+    e%state(state_strain) = e%state(state_strain) + share*e%points(7:, q)
   end subroutine add_state
 
   !> xx yy zz xy yz zx of a symmetric tensor.
@@ -178,6 +182,7 @@ contains
     e%energy = e%energy + volume*u
     e%r(:n) = e%r(:n) + slope*b
     if (task == task_stress) e%state(state_stress(1:3)) = e%state(state_stress(1:3)) + slope
+    if (task == task_stress) e%even(1) = slope
     if (task /= task_tangent) return
     e%s(:n, :n) = e%s(:n, :n) + curvature/volume*spread(b, 2, n)*spread(b, 1, n)
     do q = 1, rule%n

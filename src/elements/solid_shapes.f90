@@ -4,12 +4,11 @@ module solid_shapes
   use kinds, only: wp
   use vectors, only: cross, sum_products
   use cells, only: most_nodes, tet10
+  use solid_types, only: most_points
   implicit none
   private
-  public :: solid_rule_t, solid_rule, shape_slopes
+  public :: solid_rule_t, solid_rule, shape_slopes, sample_places
 
-  !> Most points of a rule.
-  integer, parameter :: most_points = 8
   !> Mid nodes nearer than this share of their edge to its middle are in the middle.
   real(wp), parameter :: straight = 1.0e-10_wp
 
@@ -98,6 +97,32 @@ contains
       end do
     end if
   end subroutine place_points
+
+  !> Where the points of an element are.
+  pure subroutine sample_places(nel, x, n, places)
+    integer, intent(in) :: nel !! nodes of the element, 4 or 10
+    real(wp), intent(in) :: x(3, nel) !! reference coordinates [length]
+    integer, intent(out) :: n !! number of points
+    real(wp), intent(out) :: places(3, most_points) !! (3, n) reference positions [length]
+    type(solid_rule_t) :: rule
+    real(wp) :: shape(nel)
+    integer :: q
+
+    if (nel == 4) then
+      n = 1
+      places(:, 1) = 0.25_wp*sum(x, 2)
+      return
+    end if
+    call place_points(x, rule)
+    n = rule%n
+    do q = 1, n
+      associate (l => rule%l(:, q))
+        shape(:4) = l*(2.0_wp*l - 1.0_wp)
+        shape(5:) = 4.0_wp*l(tet10%ends(1, 5:))*l(tet10%ends(2, 5:))
+      end associate
+      places(:, q) = matmul(x, shape)
+    end do
+  end subroutine sample_places
 
   !> The point at a share of the way from the centre to a corner.
   pure function point_towards(corner, share) result(l)

@@ -7,11 +7,13 @@ module solid_types
   use cells, only: most_nodes
   implicit none
   private
-  public :: solid_t, most_solid_dofs, n_solid_state, n_solid_parameters
+  public :: solid_t, most_solid_dofs, n_solid_state, n_solid_parameters, most_points, n_sample
   public :: state_stress, state_rotation, state_strain
   public :: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
 
   integer, parameter :: most_solid_dofs = 3*most_nodes !! most degrees of freedom of an element
+  integer, parameter :: most_points = 8 !! most points of an element
+  integer, parameter :: n_sample = 12 !! stress and strain of a point
 
   !> Parameters d of the bulk elements.
   integer, parameter :: d_youngs_modulus = 1 !! E [force/length^2]
@@ -37,6 +39,10 @@ module solid_types
     real(wp) :: s(most_solid_dofs, most_solid_dofs) = 0.0_wp !! tangent dr/du [force/length]
     real(wp) :: r(most_solid_dofs) = 0.0_wp !! internal force of the nodes [force]
     real(wp) :: state(n_solid_state) = 0.0_wp !! result of task_stress: means over its points
+    real(wp) :: points(n_sample, most_points) = 0.0_wp !! of task_stress, if there are several
+    !! points: stress and strain of each as state has them, less those that are even
+    real(wp) :: even(2) = 0.0_wp !! of task_stress: normal stress and strain on the mean dilatation,
+    !! the same in all of the element
     real(wp) :: energy = 0.0_wp !! strain energy, of elements that are not linear [force length]
     logical :: inverted = .false. !! it has no answer: it is turned inside out somewhere
   end type solid_t

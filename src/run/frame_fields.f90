@@ -14,7 +14,7 @@ module frame_fields
   use master_facets, only: field_on_facet
   use system_types, only: system_t, state_t
   use body_fields, only: fields_of_bodies, n_body_fields
-  use nodal_stress, only: average_stress, von_mises
+  use von_mises_stress, only: von_mises
   use result_types, only: frame_t
   use point_fields, only: point_fields_t
   implicit none
@@ -24,19 +24,20 @@ module frame_fields
 contains
 
   !> The fields that the deck asks for.
-  subroutine fill_frame(model, system, state, point_state, stress, strain, frame)
+  subroutine fill_frame(model, system, state, point_state, stress, strain, nodal, frame)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! the system
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     real(wp), allocatable, intent(inout) :: stress(:, :) !! (6, elements) goes to the frame
     real(wp), allocatable, intent(inout) :: strain(:, :) !! (6, elements) goes to the frame
+    real(wp), allocatable, intent(in) :: nodal(:, :) !! (6 or 12, nodes) stress and strain
     type(frame_t), intent(out) :: frame !! the fields
     integer :: k
 
     do k = 1, n_body_fields
       if (model%output%field(k)) call fill_field(fields_of_bodies(k)%name, model, state, &
-        stress, frame%body(k)%values)
+        stress, nodal, frame%body(k)%values)
     end do
     ! the last ones: others are formed from them
     do k = 1, n_body_fields
@@ -55,13 +56,13 @@ contains
   end subroutine fill_frame
 
   !> One field of the bodies, unless it is that of the elements itself.
-  subroutine fill_field(name, model, state, stress, values)
+  subroutine fill_field(name, model, state, stress, nodal, values)
     character(*), intent(in) :: name !! its name in fields_of_bodies
     type(model_t), intent(in) :: model !! the problem
     type(state_t), intent(in) :: state !! the converged state
     real(wp), allocatable, intent(in) :: stress(:, :) !! (6, elements)
+    real(wp), allocatable, intent(in) :: nodal(:, :) !! (6 or 12, nodes) stress and strain
     real(wp), allocatable, intent(out) :: values(:, :) !! (components, nodes or elements)
-    real(wp), allocatable :: nodal(:, :)
 
     select case (name)
     case ('displacement')
@@ -71,10 +72,11 @@ contains
     case ('von_mises')
       values = von_mises(stress)
     case ('nodal_stress')
-      call average_stress(model%mesh, stress, values)
+      values = nodal(:6, :)
     case ('nodal_von_mises')
-      call average_stress(model%mesh, stress, nodal)
-      values = von_mises(nodal)
+      values = von_mises(nodal(:6, :))
+    case ('nodal_strain')
+      values = nodal(7:, :)
     case ('lay')
       call fill_lay(model, state, values)
     end select

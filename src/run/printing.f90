@@ -6,8 +6,8 @@ module printing
   use text, only: to_text
   use mesh_types, only: mesh_t
   use tetrahedra, only: tetrahedron_volume, aspect_ratio
-  use element_fields, only: find_element_fields
-  use nodal_stress, only: average_stress, von_mises
+  use element_fields, only: nodal_fields_t, find_element_fields, find_nodal_fields
+  use von_mises_stress, only: von_mises
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use batch_types, only: batch_command_t
@@ -56,8 +56,7 @@ contains
   end subroutine numbers_to_print
 
   !> STRE[,ALL] or STRE,,n1,n2,n3: Cauchy stresses of elements, their means; STRE,NODE,n1,n2,n3: at
-  !! nodes, the mean of the elements around each weighted by their volumes. Behind them that of von
-  !! Mises.
+  !! nodes, recovered from the elements around. Behind them that of von Mises.
   subroutine print_stresses(command, model, system, state, log, error)
     type(batch_command_t), intent(in) :: command !! which elements or nodes
     type(model_t), intent(in) :: model !! the problem
@@ -65,20 +64,21 @@ contains
     type(state_t), intent(in) :: state !! the converged state
     type(log_t), intent(inout) :: log !! the log
     type(error_t), allocatable, intent(out) :: error !! trouble with the file
-    real(wp), allocatable :: solid(:, :), stress(:, :)
+    type(nodal_fields_t) :: nodal
+    real(wp), allocatable :: stress(:, :)
     logical, allocatable :: there(:)
     character(:), allocatable :: what
 
-    allocate (solid(6, model%mesh%elements))
-    call find_element_fields(system, model%mesh%x, state%u, stress=solid)
     if (command%option == 'node') then
       what = 'node'
       there = model%mesh%used
-      call average_stress(model%mesh, solid, stress)
+      call find_nodal_fields(model%mesh, system, state%u, nodal)
+      call move_alloc(nodal%values, stress)
     else
       what = 'element'
       there = model%mesh%ix(1, :model%mesh%elements) > 0
-      call move_alloc(solid, stress)
+      allocate (stress(6, model%mesh%elements))
+      call find_element_fields(system, model%mesh%x, state%u, stress=stress)
     end if
     call log_line(log, '  stresses at time '//to_text(state%time, 12)//': '//what// &
       ' xx yy zz xy yz zx von_mises', error)

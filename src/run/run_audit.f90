@@ -38,7 +38,7 @@ contains
         context%files%point_state)
       call audit_whole(context, settings, last)
       call recover_fields(model, system, context%state, last, context%files%stress, &
-        context%files%strain, audit)
+        context%files%strain, context%files%nodal, audit)
       full = full .or. any(audit%verdict == verdict_failed) .or. &
         context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))

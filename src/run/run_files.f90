@@ -28,6 +28,7 @@ module run_files
   use result_types, only: origin_t, end_row_t, contact_row_t, frame_t, saved_state_t, &
     derivative_rows_t
   use point_fields, only: point_fields_t
+  use element_fields, only: nodal_fields_t
   use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
   use text_files, only: make_folder
@@ -56,6 +57,7 @@ module run_files
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
     real(wp), allocatable :: stress(:, :) !! (6, elements) of a row not written, if it is due
     real(wp), allocatable :: strain(:, :) !! (6, elements) likewise
+    type(nodal_fields_t) :: nodal !! stress and strain at the nodes, likewise
   end type run_files_t
 
 contains
@@ -199,7 +201,7 @@ contains
       return
     end if
     call fill_frame(model, system, state, files%point_state, files%stress, &
-      files%strain, frame)
+      files%strain, files%nodal%values, frame)
     call count_cost(system%costs, cost_fields, count([model%output%field, model%output%contact]))
     if (model%output%state == state_none) then
       call append_results(files%results, model, row, audit, frame, error=error)

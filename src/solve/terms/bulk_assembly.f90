@@ -13,7 +13,7 @@ module bulk_assembly
   use block_matrix, only: block_matrix_t, find_column
   implicit none
   private
-  public :: assemble_bulk, recover_bulk, find_bulk_reach, scatter_column
+  public :: assemble_bulk, recover_bulk, recover_points, find_bulk_reach, scatter_column
 
 contains
 
@@ -207,6 +207,24 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     integer, intent(in) :: first !! the first of them
     real(wp), intent(out) :: state(:, :) !! (n_solid_state, some) states, zero where there is none
+    real(wp) :: no_points(0, 0)
+    integer :: no_place(0)
+
+    call recover_points(list, x, u, first, state, no_place, no_points, no_points)
+  end subroutine recover_bulk
+
+  !> States of some elements, and of the points of those that have several.
+  subroutine recover_points(list, x, u, first, state, place, points, even)
+    type(bulk_list_t), intent(in) :: list !! elements
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    integer, intent(in) :: first !! the first of them
+    real(wp), intent(out) :: state(:, :) !! (n_solid_state, some) states, zero where there is none
+    integer, intent(in) :: place(:) !! (n + 1) first point of each element in the list of all
+    !! points, (0) if their values are not wanted
+    real(wp), intent(inout) :: points(:, :) !! (n_sample, all points) gets those of the elements
+    !! with several
+    real(wp), intent(inout) :: even(:, :) !! (2, n) gets what is even in these
     type(solid_t) :: e
     integer :: k, i
     logical :: pays
@@ -214,16 +232,19 @@ contains
     pays = threads_of(size(state, 2)) > 1
     state = 0.0_wp
     !$omp parallel do schedule(static) default(none) private(k, e) &
-    !$omp& shared(list, x, u, first, state) if(pays)
+    !$omp& shared(list, x, u, first, state, place, points, even) if(pays)
     do i = 1, size(state, 2)
       k = first + i - 1
       if (list%routine(k) == routine_none) cycle
       call gather(list, k, x, u, e)
       call solid_routine(list%routine(k), task_stress, list%d(:, list%set(k)), e)
       state(:, i) = e%state
+      if (size(place) == 0 .or. e%nel == 4) cycle
+      points(:, place(k):place(k + 1) - 1) = e%points(:, :place(k + 1) - place(k))
+      even(:, k) = e%even
     end do
     !$omp end parallel do
-  end subroutine recover_bulk
+  end subroutine recover_points
 
   !> How far the bulk can go along a way before an element is turned inside out.
   subroutine find_bulk_reach(list, x, u, du, reach, worst)

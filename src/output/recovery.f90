@@ -1,0 +1,225 @@
+!> Stress and strain at nodes from those inside the elements around: superconvergent patch recovery
+!! (doc/theory, "Nodal stress").
+!!
+!! Around each corner a polynomial is fitted to the values at points of the elements (samples), in
+!! each material for itself; it gives the values at the corner and, with that of the other end, in
+!! the middles of edges.
+module recovery
+  use kinds, only: wp
+  use vectors, only: cross
+  use cells, only: tet10
+  use mesh_types, only: mesh_t
+  use element_lists, only: bulk_list_t
+  use elmlib, only: routine_none
+  use solid_types, only: most_points
+  use solid_shapes, only: sample_places
+  use patch_fits, only: recovery_t, patch_t, begin_patches, fit_patch, find_weights, find_terms, &
+    solve_terms, most_terms
+  implicit none
+  private
+  public :: recovery_t, prepare_recovery, recover_at_nodes
+
+contains
+
+  !> Lists samples and neighbours, and the weights of four nodes.
+  subroutine prepare_recovery(recovery, mesh, bulk, single)
+    type(recovery_t), intent(out) :: recovery !! gets all of it
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(bulk_list_t), intent(in) :: bulk !! its elements
+    logical, intent(in) :: single !! one sample an element, what is even in it
+    real(wp) :: places(3, most_points)
+    integer :: e, n, most
+
+    associate (elements => mesh%elements)
+      most = merge(1, most_points, single .or. all(bulk%nel == 4))
+      allocate (recovery%first(elements + 1), recovery%volume(elements))
+      recovery%ten = bulk%nel > 4
+      allocate (recovery%place(3, most*elements))
+      recovery%first(1) = 1
+      recovery%volume = 0.0_wp
+      do e = 1, elements
+        n = 0
+        if (bulk%routine(e) /= routine_none) then
+          recovery%volume(e) = corner_volume(mesh%x(:, mesh%ix(1:4, e)))
+          if (single) then
+            n = 1
+            places(:, 1) = 0.25_wp*sum(mesh%x(:, mesh%ix(1:4, e)), 2)
+          else
+            call sample_places(bulk%nel(e), mesh%x(:, mesh%ix(:bulk%nel(e), e)), n, places)
+          end if
+        end if
+        recovery%first(e + 1) = recovery%first(e) + n
+        recovery%place(:, recovery%first(e):recovery%first(e + 1) - 1) = places(:, :n)
+      end do
+      recovery%place = recovery%place(:, :recovery%first(elements + 1) - 1)
+    end associate
+    call list_neighbours(recovery, mesh)
+    call find_rows(recovery, mesh)
+  end subroutine prepare_recovery
+
+  !> The elements with samples around each corner.
+  pure subroutine list_neighbours(recovery, mesh)
+    type(recovery_t), intent(inout) :: recovery !! gets around, begin
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer :: e, k, n
+    integer, allocatable :: next(:)
+
+    allocate (recovery%begin(mesh%nodes + 1), source=0)
+    do e = 1, mesh%elements
+      if (recovery%first(e + 1) == recovery%first(e)) cycle
+      do k = 1, 4
+        n = mesh%ix(k, e) + 1
+        recovery%begin(n) = recovery%begin(n) + 1
+      end do
+    end do
+    recovery%begin(1) = 1
+    do n = 1, mesh%nodes
+      recovery%begin(n + 1) = recovery%begin(n) + recovery%begin(n + 1)
+    end do
+    allocate (recovery%around(recovery%begin(mesh%nodes + 1) - 1))
+    next = recovery%begin
+    do e = 1, mesh%elements
+      if (recovery%first(e + 1) == recovery%first(e)) cycle
+      do k = 1, 4
+        n = mesh%ix(k, e)
+        recovery%around(next(n)) = e
+        next(n) = next(n) + 1
+      end do
+    end do
+  end subroutine list_neighbours
+
+  !> Weights of the samples at corners of elements of four nodes.
+  subroutine find_rows(recovery, mesh)
+    type(recovery_t), intent(inout) :: recovery !! gets row, column, weight
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    type(patch_t) :: patch
+    real(wp) :: whole, share
+    real(wp), allocatable :: weight(:)
+    integer :: v, i, material, n
+
+    allocate (recovery%row(mesh%nodes + 1), recovery%column(1024), recovery%weight(1024))
+    call begin_patches(patch, recovery)
+    n = 0
+    do v = 1, mesh%nodes
+      recovery%row(v) = n + 1
+      associate (mine => recovery%around(recovery%begin(v):recovery%begin(v + 1) - 1))
+        if (any(recovery%ten(mine))) cycle
+        whole = sum(recovery%volume(mine))
+        do i = 1, size(mine)
+          material = mesh%material(mine(i))
+          if (any(mesh%material(mine(:i - 1)) == material)) cycle
+          call fit_patch(recovery, mesh, v, material, patch)
+          call find_weights(patch, weight)
+          share = sum(recovery%volume(patch%list(:patch%own)))/whole
+          call append_row(recovery, patch%sample(:patch%samples), share*weight, n)
+        end do
+      end associate
+    end do
+    recovery%row(mesh%nodes + 1) = n + 1
+    recovery%column = recovery%column(:n)
+    recovery%weight = recovery%weight(:n)
+  end subroutine find_rows
+
+  !> Lengthens the row of a node.
+  pure subroutine append_row(recovery, samples, weights, n)
+    type(recovery_t), intent(inout) :: recovery !! gets columns, weights
+    integer, intent(in) :: samples(:) !! samples
+    real(wp), intent(in) :: weights(:) !! their weights
+    integer, intent(inout) :: n !! columns so far
+    integer, allocatable :: longer(:)
+    real(wp), allocatable :: heavier(:)
+
+    if (n + size(samples) > size(recovery%column)) then
+      allocate (longer(2*(n + size(samples))), heavier(2*(n + size(samples))))
+      longer(:n) = recovery%column(:n)
+      heavier(:n) = recovery%weight(:n)
+      call move_alloc(longer, recovery%column)
+      call move_alloc(heavier, recovery%weight)
+    end if
+    recovery%column(n + 1:n + size(samples)) = samples
+    recovery%weight(n + 1:n + size(samples)) = weights
+    n = n + size(samples)
+  end subroutine append_row
+
+  !> Values at nodes from those of the samples; zero where no element with samples is. Where
+  !! materials meet, the mean of theirs by their volumes around the node.
+  subroutine recover_at_nodes(recovery, mesh, samples, values)
+    type(recovery_t), intent(in) :: recovery !! prepared
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    real(wp), intent(in) :: samples(:, :) !! (components, samples) their values
+    real(wp), intent(out) :: values(:, :) !! (components, nodes) those of the nodes
+    type(patch_t) :: patch
+    real(wp), allocatable :: share(:)
+    integer :: v, i, k, material
+
+    allocate (share(mesh%nodes), source=0.0_wp)
+    call begin_patches(patch, recovery)
+    values = 0.0_wp
+    do v = 1, mesh%nodes
+      if (recovery%row(v + 1) > recovery%row(v)) then
+        do k = recovery%row(v), recovery%row(v + 1) - 1
+          values(:, v) = values(:, v) + recovery%weight(k)*samples(:, recovery%column(k))
+        end do
+        cycle
+      end if
+      associate (mine => recovery%around(recovery%begin(v):recovery%begin(v + 1) - 1))
+        do i = 1, size(mine)
+          material = mesh%material(mine(i))
+          if (any(mesh%material(mine(:i - 1)) == material)) cycle
+          call fit_patch(recovery, mesh, v, material, patch)
+          call spread_patch(recovery, mesh, v, patch, samples, values, share)
+        end do
+      end associate
+    end do
+    do v = 1, mesh%nodes
+      if (share(v) > 0.0_wp) values(:, v) = values(:, v)/share(v)
+    end do
+  end subroutine recover_at_nodes
+
+  !> Adds what a patch says of its corner and of the middles of the edges there, by the volumes of
+  !! the elements around.
+  subroutine spread_patch(recovery, mesh, v, patch, samples, values, share)
+    type(recovery_t), intent(in) :: recovery !! prepared
+    type(mesh_t), intent(in) :: mesh !! the mesh
+    integer, intent(in) :: v !! the corner
+    type(patch_t), intent(in) :: patch !! fitted around it
+    real(wp), intent(in) :: samples(:, :) !! (components, samples) values
+    real(wp), intent(inout) :: values(:, :) !! (components, nodes) sums of values times volumes
+    real(wp), intent(inout) :: share(:) !! (nodes) sums of volumes
+    real(wp) :: c(most_terms, size(samples, 1)), b(most_terms)
+    integer :: s, i, k, m
+
+    c = 0.0_wp
+    do s = 1, patch%samples
+      do k = 1, size(samples, 1)
+        c(:patch%terms, k) = c(:patch%terms, k) + patch%b(:patch%terms, s) &
+          *samples(k, patch%sample(s))
+      end do
+    end do
+    do k = 1, size(samples, 1)
+      call solve_terms(patch, c(:, k))
+    end do
+    do i = 1, patch%own
+      associate (e => patch%list(i), volume => recovery%volume(patch%list(i)))
+        values(:, v) = values(:, v) + volume*c(1, :)
+        share(v) = share(v) + volume
+        if (.not. recovery%ten(e)) cycle
+        do m = 5, 10
+          if (all(mesh%ix(tet10%ends(:, m), e) /= v)) cycle
+          associate (n => mesh%ix(m, e))
+            call find_terms((mesh%x(:, n) - patch%origin)/patch%size, patch%terms, b)
+            values(:, n) = values(:, n) + volume*matmul(b(:patch%terms), c(:patch%terms, :))
+            share(n) = share(n) + volume
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine spread_patch
+
+  !> Volume of a tetrahedron, by its corners.
+  pure real(wp) function corner_volume(x) result(volume)
+    real(wp), intent(in) :: x(3, 4) !! its corners [length]
+
+    volume = abs(dot_product(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)), x(:, 4) - x(:, 1)))/6.0_wp
+  end function corner_volume
+end module recovery
