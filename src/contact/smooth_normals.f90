@@ -4,15 +4,14 @@ module smooth_normals
   use kinds, only: wp, pi
   use vectors, only: cross
   use contact_types, only: pair_t, master_surface_t
-  use contact_points, only: point_facet
-  use facet_geometry, only: corners, facet_normal, facet_size, project_on_facet
+  use facet_geometry, only: corners, facet_normal, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
   use master_facets, only: is_quadratic, facet_kind, all_nodes, field_on_facet
   use quadratic_facet, only: project_on_quadratic
   implicit none
   private
-  public :: find_corners, renew_patches, bend, shape_change, project_on_master, &
+  public :: find_corners, renew_patches, bend, project_on_master, &
     carry_over, place_on_master
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
@@ -291,39 +290,6 @@ contains
       patch%edge(:, k) = size_c*matmul(mean, dual)
     end do
   end function patch_of
-
-  !> Largest change of the height of the patches, on both sides, that carry a closed point, over the
-  !! facet's size.
-  pure real(wp) function shape_change(pair, x, before, side, closed) result(change)
-    type(pair_t), intent(in) :: pair !! the pair with its new patches
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) those of the master before
-    real(wp), allocatable, intent(in) :: side(:, :) !! those of a bent slave before
-    logical, intent(in) :: closed(:) !! (points) the point carries a force
-    integer :: p
-
-    change = 0.0_wp
-    do p = 1, size(closed)
-      if (pair%history%new(p)%host == 0 .or. .not. closed(p)) cycle
-      change = max(change, patch_change(pair%surface, x, before, pair%history%new(p)%host))
-      if (.not. allocated(pair%points%side%patch)) cycle
-      change = max(change, patch_change(pair%points%side, x, side, point_facet(pair, p)))
-    end do
-  end function shape_change
-
-  !> Largest change of the height of a patch, over the facet's size.
-  pure real(wp) function patch_change(surface, x, before, f) result(change)
-    type(master_surface_t), intent(in) :: surface !! with its new patches
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(in) :: before(:, :) !! (n_patch_values, facets) the patches before
-    integer, intent(in) :: f !! the facet
-    type(patch_t) :: now, then
-
-    now = patch_from_values(surface%patch(:, f))
-    then = patch_from_values(before(:, f))
-    change = maxval(abs(now%edge(3, :) - then%edge(3, :)))/facet_size(corners(x, &
-      surface%facets(:, f)))
-  end function patch_change
 
   !> Projection of a point on a facet of the master, be it flat, quadratic or a patch, and its
   !! signed distance.

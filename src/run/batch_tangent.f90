@@ -37,7 +37,6 @@ contains
     run%started = .false.
     run%progress = newton_t()
     run%augmentation = augmentation_t()
-    run%renewals = 0
     if (is_passing(run%position)) return
     call take_overlaps(context%model, run%pending_time)
     call begin_at(context%model, context%system, context%state, run%pending_time)
@@ -103,11 +102,11 @@ contains
   subroutine settle_hosts(run, context)
     type(run_state_t), intent(inout) :: run !! the pending increment; gets converged
     type(context_t), target, intent(inout) :: context !! what the run works on
-    integer :: pass, changes
+    integer :: pass
 
     associate (model => context%model, system => context%system, monitor => context%monitor)
       do pass = 1, most_passes
-        call follow_solution(model, system, run%settings, monitor, run%renewals, changes, &
+        call follow_solution(model, system, run%settings, monitor, run%progress, &
           run%converged)
         if (run%converged) call settle_touches(model, system, monitor, run%converged)
         if (run%converged) return

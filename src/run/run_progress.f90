@@ -18,7 +18,6 @@ module run_progress
     type(settings_t) :: settings !! TOL
     type(newton_t) :: progress !! of the pending increment
     type(augmentation_t) :: augmentation !! its multipliers
-    integer :: renewals = 0 !! its changes of the shape of smooth surfaces
     logical :: pending = .false. !! TANG has begun an increment that is not accepted yet
     logical :: converged = .false. !! it has converged
     logical :: started = .false. !! its first solve has been prepared

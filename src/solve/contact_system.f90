@@ -17,7 +17,7 @@ module contact_system
   use master_facets, only: is_quadratic, facet_routine
   use contact_hosts, only: begin_increment, follow_tips, settle_points
   use contact_tips, only: touches
-  use smooth_normals, only: project_on_master, renew_patches, shape_change
+  use smooth_normals, only: project_on_master
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
   use block_matrix, only: find_block
@@ -31,7 +31,7 @@ module contact_system
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
+  public :: restart_points, move_hosts, load_contact, couple, couple_as_saved, &
     settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
@@ -76,32 +76,6 @@ contains
     call place_touches(model, system, .false.)
     call end_cost(system%costs, cost_search)
   end subroutine move_hosts
-
-  !> Renews the patches of smooth masters at x_now; `settled` if none of them, where a point is
-  !! closed, has changed by more than `tolerance` of its facet's size.
-  subroutine renew_surfaces(model, system, tolerance, settled)
-    type(model_t), intent(inout) :: model !! pairs: patches
-    type(system_t), intent(inout) :: system !! cost table; contact elements as solved
-    real(wp), intent(in) :: tolerance !! over the facet's size
-    logical, intent(out) :: settled !! they hardly change
-    real(wp), allocatable :: before(:, :), side(:, :)
-    integer :: k, first
-
-    settled = .true.
-    do k = 1, size(model%pairs)
-      associate (pair => model%pairs(k))
-        if (.not. pair%smooth) cycle
-        call begin_cost(system%costs, cost_search)
-        before = pair%surface%patch
-        if (allocated(pair%points%side%patch)) side = pair%points%side%patch
-        call renew_patches(pair, system%position%x_now)
-        first = system%place%first_point(k)
-        if (shape_change(pair, system%position%x_now, before, side, system%contact%status(first: &
-          first + count_points(pair) - 1) > status_open) > tolerance) settled = .false.
-        call end_cost(system%costs, cost_search)
-      end associate
-    end do
-  end subroutine renew_surfaces
 
   !> Points that have come through the surface although their elements are idle.
   pure integer function overlooked(pair, system, first) result(n)

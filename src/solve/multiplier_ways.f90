@@ -181,14 +181,13 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! counts on
     type(settings_t) :: budget
-    integer :: renewals, changes, k
+    integer :: k
     logical :: settled
 
     do k = 1, size(model%pairs)
       if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
     end do
-    renewals = 0
-    call follow_solution(model, system, settings, monitor, renewals, changes, settled)
+    call follow_solution(model, system, settings, monitor, progress, settled)
     if (settled) return
     budget = settings
     budget%most_solves = progress%solves + settings%most_solves

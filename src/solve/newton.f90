@@ -10,6 +10,7 @@ module newton
   use linear_solver, only: solver_name
   use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
+  use surface_shapes, only: follow_shape
   use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
     round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
@@ -29,11 +30,11 @@ module newton
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use ground_release, only: release_ground
-  use newton_progress, only: newton_t, is_converged, meets_energy, may_go_on, wanted_share, &
-    count_creeping, judge_progress, judge_settled, outcome_going_on, outcome_converged, &
-    outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, outcome_stopped, &
-    outcome_open, outcome_restless, outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, &
-    outcome_through, outcome_turned, outcome_thrown
+  use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
+    wanted_share, count_creeping, judge_progress, judge_settled, outcome_going_on, &
+    outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
+    outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
+    outcome_adrift, outcome_hosts, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -64,7 +65,7 @@ contains
 
   !> Iterates until the residual is in balance, or until that is hopeless.
   subroutine solve_frozen(model, system, time, settings, monitor, progress)
-    type(model_t), intent(in) :: model !! mesh, pairs
+    type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -153,12 +154,13 @@ contains
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
   !! with the same factor").
   subroutine go_on(model, system, settings, progress)
-    type(model_t), intent(in) :: model !! mesh, pairs
+    type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
     type(chords_t) :: chords
 
+    chords%bends = any(model%pairs%smooth) .and. is_close(progress)
     chords%looks = progress%looks .and. system%condensed%near .and. .not. system%motion%active
     ! what single precision has left shows with the next step
     if (system%condensed%bulk%hidden > 0.0_wp) progress%energy_met = .false.
@@ -192,7 +194,7 @@ contains
 
   !> One iteration: tangent, factor, direction, line search.
   subroutine iterate(model, system, time, settings, monitor, progress)
-    type(model_t), intent(in) :: model !! mesh, pairs
+    type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -228,6 +230,7 @@ contains
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
     progress%energy = abs(direction_work(system)) + defect_energy(system)
+    progress%most_energy = max(progress%energy, progress%most_energy)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, &
       settings%first_energy)
     call bulk_step(model%mesh%x, system, longest)
@@ -257,6 +260,7 @@ contains
     if (system%motion%active) call settle_multipliers(system, length)
     progress%length = length
     if (allocated(before)) call judge_settled(before, length, system)
+    if (is_close(progress)) call follow_shape(model, system)
     progress%updated = .false.
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &

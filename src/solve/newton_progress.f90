@@ -10,7 +10,7 @@ module newton_progress
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: newton_t, is_converged, is_round_off, meets_energy, may_go_on, wanted_share, &
+  public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
     count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
@@ -55,6 +55,10 @@ module newton_progress
   !> Residual over forces before an iteration after which the tangent of contact serves on, where
   !! that is all that an iteration forms.
   real(wp), parameter :: close_share = 0.01_wp
+  !> Smooth surfaces follow steps after one whose energy is below this share of the largest: with
+  !! points that still close, open, stick and slip single steps against ever new shapes went in
+  !! circles. The first energy will not do: an increment may begin in balance, and hosts change.
+  real(wp), parameter :: close_energy = 1.0e-4_wp
   !> Steps up to this length count as short.
   real(wp), parameter :: short_step = 1.0_wp/16.0_wp
 
@@ -63,6 +67,7 @@ module newton_progress
     integer :: solves = 0 !! linear solves of the increment
     real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
     real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
+    real(wp) :: most_energy = 0.0_wp !! the largest |R.du| of the increment so far
     real(wp) :: start = 0.0_wp !! residual norm before the last iteration
     real(wp) :: share = 0.0_wp !! residual norm after it over that, 0 before the first iteration
     real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
@@ -126,6 +131,13 @@ contains
       max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
       resultant_share*force_scale(system)))
   end function is_round_off
+
+  !> The last step was so small that hardly any point will close, open, stick or slip any more.
+  pure logical function is_close(progress) result(close)
+    type(newton_t), intent(in) :: progress !! energies
+
+    close = progress%energy <= close_energy*progress%most_energy
+  end function is_close
 
   !> The residual that a converged increment may have, over the forces.
   pure real(wp) function wanted_share(settings) result(share)

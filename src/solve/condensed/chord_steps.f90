@@ -18,6 +18,7 @@ module chord_steps
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
   use equation_values, only: spread_direction
   use early_hosts, only: tips_have_left
+  use surface_shapes, only: follow_shape
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -31,6 +32,7 @@ module chord_steps
     logical :: energy_met = .false. !! the next one would have next to no energy
     logical :: looks = .false. !! none follows where tips have left their hosts
     logical :: left = .false. !! they have
+    logical :: bends = .false. !! smooth surfaces follow each
   end type chords_t
 
   !> Most steps with one factor.
@@ -39,7 +41,7 @@ module chord_steps
   !! what they were before,
   real(wp), parameter :: contraction = 0.9_wp
   !> or than this where a direction is found by iteration, and costs about as much as a new tangent,
-  !! and between smooth surfaces, whose solves are rough until they have their shape.
+  !! and between smooth surfaces that do not follow yet.
   real(wp), parameter :: strict_contraction = 0.2_wp
   !> No further one is tried after a step that leaves more than this, where a direction is found by
   !! iteration, with blocks of groups too.
@@ -60,7 +62,7 @@ contains
   !> Goes on with the factor at hand after a full step. What steps in single precision have left of
   !! equilibrium is found at their end; more of them follow, in double, if it shows.
   subroutine follow_chords(model, system, tolerance, first_energy, energy, wanted, chords)
-    type(model_t), intent(in) :: model !! mesh, pairs
+    type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: tolerance !! of the energy
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
@@ -91,7 +93,7 @@ contains
 
   !> Steps with the factor at hand, while each leads on.
   subroutine take_chords(model, system, tolerance, first_energy, energy, wanted, sought, chords)
-    type(model_t), intent(in) :: model !! mesh, pairs
+    type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: tolerance !! of the energy
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
@@ -108,7 +110,7 @@ contains
     if (sought > 0.0_wp) last = direction_norm(system)
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
-      any(model%pairs%smooth))
+      (any(model%pairs%smooth) .and. .not. chords%bends))
     call begin_secants(system, most_chords, secants)
     do while (chords%steps < most_chords)
       if (chords%looks) chords%left = tips_have_left(model, system)
@@ -144,7 +146,12 @@ contains
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       chords%steps = chords%steps + 1
       call count_cost(system%costs, cost_chord, 1)
-      chords%energy_met = work*(work/last_work) <= tolerance**1.5_wp*first_energy .or. &
+      if (chords%bends) then
+        call follow_shape(model, system)
+        after = residual_norm(system)
+      end if
+      chords%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
+        .not. (chords%bends .and. after > wanted)) .or. &
         (work <= tolerance*first_energy .and. after <= well_within*wanted)
       if (system%condensed%preconditions) chords%energy_met = after <= wanted .and. &
         (chords%energy_met .or. (work <= tolerance*first_energy .and. &
