@@ -69,7 +69,7 @@ def run(folder, deck, options=(), changes=(), check=False):
 def cone(folder, plt):
     """The tip of the cone is dragged behind the slave point when it slips."""
     base = run(folder, 'inputs/two_facet_edge.inp', ['--set', 'mu=0.6'])
-    with Results(base + '.h5') as results:
+    with Results(base + '.vtkhdf') as results:
         pair = next(iter(results.pairs))
         index = {n: i for i, n in enumerate(results.node_numbers)}
         slave, tip, status, force = [], [], [], []
@@ -184,7 +184,7 @@ def hosts(folder, plt):
     """The facet that holds the tip, along the way of a node over an edge."""
     base = run(folder, 'inputs/two_facet_edge.inp', ['--set', 'slope=0.2'])
     figure, axes = plt.subplots(figsize=(6.0, 3.4))
-    with Results(base + '.h5') as results:
+    with Results(base + '.vtkhdf') as results:
         pair = next(iter(results.pairs))
         index = {n: i for i, n in enumerate(results.node_numbers)}
         place, host, force = [], [], []
@@ -286,7 +286,7 @@ def lay(folder, _):
     """The lay of a turned disc and the friction on a block at three end times."""
     base = run(folder, 'inputs/manual/turned_disc.inp')
     path = base + '.png'
-    if lay_script.main([base + '.h5', '--out', path]) != 0:
+    if lay_script.main([base + '.vtkhdf', '--out', path]) != 0:
         raise SystemExit('plot_lay has failed')
     return path
 
@@ -400,7 +400,7 @@ def draw_scene(folder, deck, options, view, what):
     """Two pictures side by side: the mesh, and a result at the last end time."""
     base = run(folder, deck, options)
     kind, field = what.split(':')
-    with Results(base + '.h5') as results:
+    with Results(base + '.vtkhdf') as results:
         left = scene.mesh(results, view)
         if kind == 'bodies':
             right = scene.bodies(results, -1, field, view=view)

@@ -3,7 +3,7 @@
     from mfec_post import read_table, Results
     rea = read_table('demo/mfc_0.1/sliding_cube.rea')
     top = rea[rea['set'] == 'top']
-    with Results('demo/mfc_0.1/sliding_cube.h5') as run:
+    with Results('demo/mfc_0.1/sliding_cube.vtkhdf') as run:
         u = run.set_displacement('top')
 """
 from .results import Results

@@ -116,7 +116,7 @@ def plot(results: Results, path: str, frame: int = -1, field: str = 'mises',
 def main(arguments: Optional[list[str]] = None) -> int:
     """Draws one end time of the results file on the command line."""
     parser = argparse.ArgumentParser(prog='plot_cube', description=__doc__)
-    parser.add_argument('results', help='.h5 file')
+    parser.add_argument('results', help='.vtkhdf file')
     parser.add_argument('--out', default='cube.png', help='picture (.png, .pdf, .svg)')
     parser.add_argument('--frame', type=int, default=-1, help='end time, from 0 (default: last)')
     parser.add_argument('--field', choices=FIELDS, default='mises', help='what colours the facets')

@@ -79,7 +79,7 @@ def main(arguments: Optional[list[str]] = None) -> int:
         curves = [Curve(base + '.rea', name=run[0]) for base, run in zip(bases, RUNS)]
         pictures = [os.path.join(options.out, name) for name in ('reactions.png', 'cube.png')]
         plot_reactions(curves, pictures[0])
-        with Results(bases[3] + '.h5') as results:
+        with Results(bases[3] + '.vtkhdf') as results:
             plot_cube(results, pictures[1])
     except (TableError, OSError, KeyError, IndexError) as problem:
         print(f'demo: {problem}', file=sys.stderr)

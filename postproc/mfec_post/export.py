@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from .results import results_path
 from .tables import read_table
 
 TYPES = {'f8': 'Float64', 'f4': 'Float32', 'i4': 'Int32', 'i8': 'Int64', 'u1': 'UInt8'}
@@ -90,7 +91,7 @@ def export(path: str, folder: str, grids: bool = True, tables: bool = True) -> l
     os.makedirs(folder, exist_ok=True)
     written = []
     if grids:
-        written += export_grid(path, folder, name)
+        written += export_grid(results_path(path), folder, name)
         if os.path.exists(base + '.contact.vtkhdf'):
             written += export_grid(base + '.contact.vtkhdf', folder, name + '.contact')
     for ending in ('.rea', '.con', '.his', '.pts', '.rig') if tables else ():

@@ -91,7 +91,7 @@ def main(arguments: Optional[list[str]] = None) -> int:
     """Command line."""
     parser = argparse.ArgumentParser(prog='plot_lay.py', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('results', help='results file (.h5) with the field lay')
+    parser.add_argument('results', help='results file (.vtkhdf) with the field lay')
     parser.add_argument('--pair', help='name of the pair; the first one without it')
     parser.add_argument('--frames', type=int, nargs='+', metavar='K',
                         help='end times whose points are drawn, counted from 0; three without it')

@@ -16,7 +16,7 @@ from .surfaces import Surfaces, surfaces_beside
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options that pictures and movies share."""
-    parser.add_argument('results', help='results file (.h5); x.contact.vtkhdf lies beside it')
+    parser.add_argument('results', help='results file (.vtkhdf); x.contact.vtkhdf lies beside it')
     parser.add_argument('--field', default='mises', help='colours the bodies: mises, pressure, '
                         'displacement, xx .. zx, or any field of the file')
     parser.add_argument('--contact', metavar='FIELD', help='shows the surfaces of contact instead, '

@@ -34,7 +34,7 @@ class Curve:
         self.tangential = rows['R1']
         self.lateral = rows['R2']
         self.normal = -rows['R3']
-        self.displacement = displacement_at(base + '.h5', set_name, self.time)
+        self.displacement = displacement_at(base + '.vtkhdf', set_name, self.time)
 
     @property
     def ratio(self) -> NDArray:
@@ -112,7 +112,7 @@ def label_ends(axes: Any, curves: list[Curve]) -> None:
 def main(arguments: Optional[list[str]] = None) -> int:
     """Draws the runs named on the command line."""
     parser = argparse.ArgumentParser(prog='plot_reactions', description=__doc__)
-    parser.add_argument('runs', nargs='+', help='.rea files; their .h5 lie beside them')
+    parser.add_argument('runs', nargs='+', help='.rea files; their .vtkhdf lie beside them')
     parser.add_argument('--set', default='top', dest='set_name', help='node set (default top)')
     parser.add_argument('--out', default='reactions.png', help='picture (.png, .pdf, .svg)')
     parser.add_argument('--length', default='', help='unit of length for the labels')

@@ -1,5 +1,7 @@
-"""The results file (.h5): fields, tables, contact points."""
+"""The results file (.vtkhdf): fields, tables, contact points."""
 from __future__ import annotations
+
+import os
 
 import h5py
 import numpy as np
@@ -11,12 +13,21 @@ def text_of(value: bytes) -> str:
     return value.decode('utf-8', 'replace').rstrip('\0 ')
 
 
+def results_path(path: str) -> str:
+    """The results file that a path means: x.vtkhdf, or x.h5 of an older run; the one that is there."""
+    base, ending = os.path.splitext(path)
+    other = {'.vtkhdf': '.h5', '.h5': '.vtkhdf'}.get(ending)
+    if other and not os.path.exists(path) and os.path.exists(base + other):
+        return base + other
+    return path
+
+
 class Results:
     """A results file open for reading. End times of the fields count from 0 (-1 is the last)."""
 
     def __init__(self, path: str):
-        self.path = path
-        self.file = h5py.File(path, 'r')
+        self.path = results_path(path)
+        self.file = h5py.File(self.path, 'r')
         self.vtk = self.file['VTKHDF']
         self.steps = int(self.vtk['Steps'].attrs['NSteps'])
         self.times = self.vtk['Steps/Values'][:self.steps]

@@ -12,5 +12,5 @@ import fakes  # noqa: E402
 
 @pytest.fixture
 def run(tmp_path):
-    """The .rea file of one run, its .h5 beside it."""
+    """The .rea file of one run, its .vtkhdf beside it."""
     return fakes.write_run(str(tmp_path), 'mfec_45', 0.09, 45.0)

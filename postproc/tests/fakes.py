@@ -43,13 +43,13 @@ def displacement(step):
 
 
 def write_results(base, mu, phi=0.0, steps=8):
-    """A .h5 file with the layout of the program."""
+    """A .vtkhdf file with the layout of the program."""
     upper, cells = block([0, 0, 0], [1, 1, 1], [4, 4, 4])
     lower, more = block([-0.4, -0.4, -0.4], [2.2, 1.4, 0], [13, 9, 2])
     points = np.concatenate([upper, lower])
     cells = np.concatenate([cells, more + len(upper)])
     sole = np.flatnonzero(upper[:, 2] == 0)
-    with h5py.File(base + '.h5', 'w') as file:
+    with h5py.File(base + '.vtkhdf', 'w') as file:
         vtk = file.create_group('VTKHDF')
         vtk.attrs['Version'] = [2, 0]
         vtk.attrs.create('Type', b'UnstructuredGrid', dtype='S16')

@@ -54,12 +54,12 @@ def test_equivalent_stress_of_uniaxial_tension_and_shear():
 @pytest.mark.parametrize('field', ['mises', 'pressure', 'displacement', 'zz'])
 def test_the_cube_is_drawn(run, tmp_path, field):
     picture = str(tmp_path / 'c.png')
-    assert cube.main([run[:-4] + '.h5', '--out', picture, '--field', field, '--scale', '2']) == 0
+    assert cube.main([run[:-4] + '.vtkhdf', '--out', picture, '--field', field, '--scale', '2']) == 0
     assert os.path.getsize(picture) > 10000
 
 
 def test_the_lay_is_drawn(run, tmp_path):
-    results, picture = run[:-4] + '.h5', str(tmp_path / 'l.png')
+    results, picture = run[:-4] + '.vtkhdf', str(tmp_path / 'l.png')
     assert lay.main([results, '--out', picture]) == 2
     with h5py.File(results, 'a') as file:
         vtk = file['VTKHDF']
@@ -72,7 +72,7 @@ def test_the_lay_is_drawn(run, tmp_path):
 
 
 def test_friction_is_the_part_of_the_force_along_the_facet(run):
-    with Results(run[:-4] + '.h5') as results:
+    with Results(run[:-4] + '.vtkhdf') as results:
         surface = lay.Surface(results, 'skid', -1)
     _, force = surface.friction()
     np.testing.assert_allclose(surface.points['traction'][:, 0], force[:, 0])
@@ -87,7 +87,7 @@ def test_the_view_is_along_the_normal():
 
 
 def test_a_missing_file_gives_two(tmp_path):
-    assert cube.main([str(tmp_path / 'none.h5')]) == 2
+    assert cube.main([str(tmp_path / 'none.vtkhdf')]) == 2
 
 
 def test_closed_form_of_the_ellipse():
@@ -129,7 +129,7 @@ def test_a_run_without_fields_cannot_be_drawn(tmp_path):
     base = str(tmp_path / 'x')
     fakes.write_tables(base, 0.1)
     fakes.write_results(base, 0.1)
-    with h5py.File(base + '.h5', 'a') as file:
+    with h5py.File(base + '.vtkhdf', 'a') as file:
         file['VTKHDF/Steps'].attrs['NSteps'] = 0
     with pytest.raises(TableError, match='no fields'):
         reactions.Curve(base + '.rea')

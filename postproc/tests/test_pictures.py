@@ -53,7 +53,7 @@ def runs(tmp_path_factory):
         subprocess.run([PROGRAM, os.path.join(TOP, 'inputs', deck + '.inp'), '--quiet', '--out',
                         folder] + options, check=True, cwd=folder,
                        env=dict(os.environ, OPENBLAS_NUM_THREADS='1'))
-        found[name] = os.path.join(folder, os.path.basename(deck) + '.h5')
+        found[name] = os.path.join(folder, os.path.basename(deck) + '.vtkhdf')
     return found
 
 
@@ -102,12 +102,12 @@ def test_a_report_of_a_run_without_fields(tmp_path):
     if not os.path.exists(PROGRAM):
         pytest.skip('build ./mfec first')
     subprocess.run([PROGRAM, 'x.inp', '--quiet'], check=True, cwd=tmp_path)
-    assert cli.main(['report', str(tmp_path / 'x.h5')]) == 0
+    assert cli.main(['report', str(tmp_path / 'x.vtkhdf')]) == 0
     assert os.path.exists(tmp_path / 'x.html')
 
 
 def test_curves_of_several_runs(runs, tmp_path):
-    tables = [runs[name].replace('.h5', '.con') for name in ('cube', 'pairs')]
+    tables = [runs[name].replace('.vtkhdf', '.con') for name in ('cube', 'pairs')]
     found = plots.curves(tables, 'time', ['Ft/Fn'])
     assert len(found) == 3  # one pair, two pairs
     rows = rows_of(read_table(tables[0]), 'sole_on_track')
@@ -134,7 +134,7 @@ def test_what_is_missing_is_said(runs, tmp_path, capsys):
     assert 'it has: ' in capsys.readouterr().err
     assert cli.main(['picture', runs['cube'], '--contact', 'pressure', '--pair', 'x']) == 2
     assert 'no pair x' in capsys.readouterr().err
-    assert cli.main(['report', str(tmp_path / 'none.h5')]) == 2
+    assert cli.main(['report', str(tmp_path / 'none.vtkhdf')]) == 2
 
 
 def test_pictures_without_pyvista(monkeypatch):
@@ -157,7 +157,7 @@ def test_exports_hold_what_the_files_hold(runs, tmp_path):
     assert cli.main(['export', runs['pairs'], '--out', out]) == 0
     index = tree.parse(os.path.join(out, 'two_cubes_block.contact.pvd')).getroot()
     parts = [(float(p.get('timestep')), p.get('file')) for p in index.iter('DataSet')]
-    with Surfaces(runs['pairs'].replace('.h5', '.contact.vtkhdf')) as surfaces:
+    with Surfaces(runs['pairs'].replace('.vtkhdf', '.contact.vtkhdf')) as surfaces:
         np.testing.assert_allclose([time for time, _ in parts], surfaces.times)
         count = len(surfaces.vtk['Points'])
         offset = surfaces.vtk['Steps/PointDataOffsets/pressure'][3]
@@ -167,7 +167,7 @@ def test_exports_hold_what_the_files_hold(runs, tmp_path):
     raw = base64.b64decode(data.text)
     assert int(np.frombuffer(raw[:8], dtype='<u8')[0]) == len(raw) - 8
     np.testing.assert_array_equal(np.frombuffer(raw[8:], dtype='<f8'), wanted)
-    table = read_table(runs['pairs'].replace('.h5', '.con'))
+    table = read_table(runs['pairs'].replace('.vtkhdf', '.con'))
     with open(os.path.join(out, 'two_cubes_block.con.csv'), encoding='utf-8') as stream:
         rows = list(csv.DictReader(stream))
     assert [float(row['Fn']) for row in rows] == list(table['Fn'])

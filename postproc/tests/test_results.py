@@ -10,7 +10,7 @@ from mfec_post import Results
 
 @pytest.fixture
 def results(run):
-    with Results(os.path.splitext(run)[0] + '.h5') as file:
+    with Results(os.path.splitext(run)[0] + '.vtkhdf') as file:
         yield file
 
 
@@ -39,6 +39,15 @@ def test_tables_end_at_their_last_whole_row(results):
     table = results.history('reactions')
     assert len(table['set']) == len(table['step']) == 8
     assert table['set'][0] == 'top'
+
+
+def test_a_file_is_found_by_either_name(run):
+    base = os.path.splitext(run)[0]
+    with Results(base + '.h5') as file:
+        assert file.path == base + '.vtkhdf'
+    os.rename(base + '.vtkhdf', base + '.h5')
+    with Results(base + '.vtkhdf') as file:
+        assert file.path == base + '.h5' and file.steps == 8
 
 
 def test_what_is_not_there_is_said_with_what_is(results):

@@ -79,7 +79,7 @@ contains
       '  --check            reads, meshes and reports without solving; writes deck.check.*'//nl// &
       '  --solver S         '//solver_list(', ', ' or ')//'; goes before SOLVer'//nl// &
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
-      '  --restart run.h5   goes on from the last state in a results file'//nl// &
+      '  --restart FILE     goes on from the last state in a results file (.vtkhdf)'//nl// &
       '  --step K           goes on from its end time K instead'//nl// &
       '  --sens NAME,NAME   derivatives of the reactions by these, as SENSitivity'//nl// &
       '  --vary NAME=VALUES many variants of the run, as STUDy: a,b,c or from:to:step'//nl// &

@@ -1,4 +1,4 @@
-!> The results file (.h5), HDF5 in three layers, the highest: what a run hands over goes where
+!> The results file (.vtkhdf), HDF5 in three layers, the highest: what a run hands over goes where
 !! deck.md 6 says, and what is in the file stays valid when the run is killed.
 !!
 !! /VTKHDF fields for ParaView; /history tables; /audit; /contact points; /state restart; /run

@@ -14,6 +14,7 @@ module state_reader
   use hdf5_data, only: read_block, series_shape, stored_real
   use results_state, only: pair_group, state_mark
   use state_checks, only: check_state
+  use results_names, only: bodies_ending, contact_ending
   use state_fit, only: check_fit
   use result_fields, only: field_t, field_shape, entries_of, over_bodies
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, &
@@ -126,7 +127,7 @@ contains
     inquire (file=path, exist=there)
     if (.not. there) then
       call raise(error, exit_deck, 'error: there is no file '//path//' to restart from'//nl// &
-        '  name the .h5 file of a run, or one that SAVE has written')
+        '  name the .vtkhdf file of a run, or one that SAVE has written')
       return
     end if
     obstacle = obstacle_of(identify(path))
@@ -139,13 +140,32 @@ contains
     if (allocated(error)) then
       call raise(error, exit_deck, 'error: '//path//' is no HDF5 file that can be read: '// &
         'something else, cut off, or still being written'//nl// &
-        '  name the .h5 file of a run that has ended')
+        '  name the .vtkhdf file of a run that has ended')
     else if (.not. exists_in(file, '/state')) then
-      call raise(error, exit_deck, 'error: '//path//' holds no state to restart from'//nl// &
-        '  the run that wrote it had OUTPut STATe NONE')
+      call raise_stateless(file, error)
       call close_hdf5(file, ignored)
     end if
   end subroutine open_states
+
+  !> Says why a file has no states: it holds contact surfaces, or its run kept none.
+  subroutine raise_stateless(file, error)
+    type(hdf5_file_t), intent(in) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! filled
+    integer :: at
+
+    at = index(file%path, contact_ending, back=.true.)
+    if (at > 0) then
+      if (exists_in(file, '/run')) at = 0
+    end if
+    if (at > 0) then
+      call raise(error, exit_deck, 'error: '//file%path//' holds contact surfaces and no state '// &
+        'to restart from'//nl//'  name the file of the bodies: '// &
+        file%path(:at - 1)//bodies_ending)
+    else
+      call raise(error, exit_deck, 'error: '//file%path//' holds no state to restart from'//nl// &
+        '  the run that wrote it had OUTPut STATe NONE')
+    end if
+  end subroutine raise_stateless
 
   !> Finds the place of a state.
   subroutine find_state(file, step, slot, error)

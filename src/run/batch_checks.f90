@@ -9,6 +9,7 @@ module batch_checks
   use batch_types, only: batch_command_t
   use printing, only: numbers_to_print
   use saved_states, only: file_of
+  use results_names, only: bodies_ending, state_ending, find_results
   implicit none
   private
   public :: check_files, check_nodes
@@ -30,18 +31,18 @@ contains
       if (commands(i)%command /= 'rest') cycle
       path = commands(i)%text
       if (scan(path, './') == 0) path = file_of(base, path)
-      inquire (file=path, exist=there)
+      inquire (file=find_results(path), exist=there)
       if (there .or. is_written(path, commands(:i - 1), base)) cycle
       at = commands(i)%at
       if (len(commands(i)%text) > 0) at = item_location(deck%batch(i)%head, 2)
       if (scan(commands(i)%text, './') > 0) then
         call report_error(diagnostics, at, 'there is no file '//path//' to go back to', &
-          'name the .h5 file of a run, or one that SAVE has written, as it is found from the '// &
-          'working directory')
+          'name the .vtkhdf file of a run, or one that SAVE has written, as it is found from '// &
+          'the working directory')
       else
         call report_error(diagnostics, at, 'no SAVE before it keeps this state, and '// &
           'there is no file '//path, 'write SAVE'//comma_name(commands(i)%text)// &
-          ' where the state is reached, or name a file: REST,run.h5')
+          ' where the state is reached, or name a file: REST,run.vtkhdf')
       end if
     end do
   end subroutine check_files
@@ -62,7 +63,8 @@ contains
     character(*), intent(in) :: base !! path of the run's files without their endings
     integer :: i
 
-    yes = last_part(path) == last_part(base//'.h5')
+    yes = last_part(path) == last_part(base//bodies_ending) .or. &
+      last_part(path) == last_part(base//state_ending)
     do i = 1, size(commands)
       if (commands(i)%command /= 'save') cycle
       yes = yes .or. last_part(path) == last_part(file_of(base, commands(i)%text))

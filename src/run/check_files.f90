@@ -11,7 +11,7 @@ module check_files
   use results_contact, only: contact_file_t, create_contact_file, append_contact_frame, &
     close_contact_file
   use frame_fields, only: fill_first_frame
-  use run_files, only: contact_ending
+  use results_names, only: bodies_ending, contact_ending
   use text_files, only: make_folder
   implicit none
   private
@@ -35,7 +35,7 @@ contains
     call ask_for_little(model)
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
-    call create_results(results, base//'.check.h5', model, 0, origin, error)
+    call create_results(results, base//'.check'//bodies_ending, model, 0, origin, error)
     if (allocated(error)) return
     call append_picture(results, 0.0_wp, frame, error)
     if (allocated(error)) return

@@ -4,6 +4,7 @@ module command_line
   use threads, only: count_cores
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
+  use results_names, only: find_results
   use linear_solver, only: solver_of, solver_list, solver_unknown, refusal
   use run_log, only: log_normal, log_level
   implicit none
@@ -12,8 +13,8 @@ module command_line
 
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
-    '[--threads N] [--restart run.h5 [--step K]] [--sens NAME,NAME] [--vary NAME=VALUES]... '// &
-    '[--log LEVEL] [--quiet]'
+    '[--threads N] [--restart run.vtkhdf [--step K]] [--sens NAME,NAME] '// &
+    '[--vary NAME=VALUES]... [--log LEVEL] [--quiet]'
 
   !> All options this version knows, for hints.
   character(10), parameter :: known(14) = [character(10) :: '--set', '--out', '--check', &
@@ -71,7 +72,7 @@ contains
     end do
     if (options%step > 0 .and. len(options%restart) == 0) then
       call raise(error, exit_deck, 'command line: error: --step without --restart'// &
-        new_line('a')//'  write --restart run.h5 --step K')
+        new_line('a')//'  write --restart run.vtkhdf --step K')
       return
     end if
     if (len(options%deck) > 0 .or. options%version .or. options%help) return
@@ -154,7 +155,7 @@ contains
     integer :: equals, n
 
     if (name == '--out') options%folder = value
-    if (name == '--restart') options%restart = value
+    if (name == '--restart') options%restart = find_results(value)
     if (name == '--sens') options%sens = value
     if (name == '--vary') options%vary = trim(adjustl(options%vary//' '//value))
     if (name == '--step') call take_count(value, 'number of an end time, 1 or more; without '// &

@@ -8,7 +8,7 @@ module output_checks
   use rigid_paths, only: count_rigid
   use hdf5_io, only: unfinished
   use batch_types, only: batch_command_t
-  use run_files, only: contact_ending
+  use results_names, only: bodies_ending, contact_ending
   use saved_states, only: file_of
   use deck_types, only: location_t
   use diagnostics, only: diagnostics_t, report_error
@@ -67,15 +67,14 @@ contains
     logical, intent(in) :: derives !! derivatives are asked for
     logical, intent(in) :: varies !! a study is asked for
     type(string_t), allocatable :: names(:)
-    character(*), parameter :: results = '.h5'
     integer :: n
 
     n = 0
     call append_string(names, n, base//'.log')
     call append_string(names, n, base//'.rea')
     call append_string(names, n, base//'.con')
-    call append_string(names, n, base//results)
-    call append_string(names, n, base//results//unfinished)
+    call append_string(names, n, base//bodies_ending)
+    call append_string(names, n, base//bodies_ending//unfinished)
     if (size(model%output%history) > 0) call append_string(names, n, base//'.his')
     if (size(model%output%points) > 0) call append_string(names, n, base//'.pts')
     if (count_rigid(model) > 0) call append_string(names, n, base//'.rig')

@@ -31,16 +31,13 @@ module run_files
   use element_fields, only: nodal_fields_t
   use frame_fields, only: fill_frame, fill_points
   use rigid_report, only: rigid_rows
+  use results_names, only: bodies_ending, contact_ending
   use text_files, only: make_folder
   use scene_marks, only: mark_scene, mark_time
   use restored_balance, only: residual_share_of
   implicit none
   private
-  public :: contact_ending, run_files_t, create_files, write_row, fill_state, &
-    close_files
-
-  !> Ending of the file of the contact surfaces.
-  character(*), parameter :: contact_ending = '.contact.vtkhdf'
+  public :: run_files_t, create_files, write_row, fill_state, close_files
 
   !> Open files.
   type :: run_files_t
@@ -52,7 +49,7 @@ module run_files
     type(contact_surface_t), allocatable :: slaves(:) !! slave sides of its pairs
     type(table_t) :: rigid !! .rig, with RIGId only
     type(log_t) :: log !! .log
-    type(results_t) :: results !! .h5
+    type(results_t) :: results !! .vtkhdf
     type(contact_file_t) :: surfaces !! .contact.vtkhdf, with the field contact
     real(wp), allocatable :: point_state(:, :) !! (n_element_stress, points) of the last row
     real(wp), allocatable :: stress(:, :) !! (6, elements) of a row not written, if it is due
@@ -89,7 +86,7 @@ contains
     if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
       model%title, model%conditions%rigid, error)
     if (allocated(error)) return
-    if (this_rank() == 0) call create_results(files%results, base//'.h5', model, &
+    if (this_rank() == 0) call create_results(files%results, base//bodies_ending, model, &
       system%body%bodies, origin, error)
     if (allocated(error)) return
     if (this_rank() == 0 .and. model%output%contact .and. size(model%pairs) > 0) &

@@ -17,6 +17,7 @@ module saved_states
   use results_state, only: save_state
   use state_reader, only: read_state
   use run_files, only: fill_state
+  use results_names, only: bodies_ending, state_ending, find_results, without_ending
   use text_files, only: real_path
   implicit none
   private
@@ -157,15 +158,18 @@ contains
     end do
   end function is_passed
 
-  !> The file that REST reads: a name is that of a state, anything with a dot or slash a file.
+  !> The file that REST reads: a name is that of a state, anything with a dot or slash a file. The
+  !! run's own file is the one that it writes now, whatever an earlier one has left beside it.
   function path_of(states, name) result(path)
     type(saved_states_t), intent(in) :: states !! where states are kept
     character(*), intent(in) :: name !! name of a state or file, may be empty
     character(:), allocatable :: path
     logical :: there
 
-    if (scan(name, './') > 0) then
-      path = name
+    if (name == states%base//state_ending .or. name == states%base//bodies_ending) then
+      path = states%base//bodies_ending
+    else if (scan(name, './') > 0) then
+      path = find_results(name)
     else if (is_passed(states, name)) then
       path = file_of(without_ending(states%restart), name)
       inquire (file=path, exist=there)
@@ -182,22 +186,11 @@ contains
     character(:), allocatable :: path
 
     if (len(name) == 0) then
-      path = base//'.'//default_name//'.h5'
+      path = base//'.'//default_name//state_ending
     else
-      path = base//'.'//name//'.h5'
+      path = base//'.'//name//state_ending
     end if
   end function file_of
-
-  !> A path without `.h5`.
-  pure function without_ending(path) result(base)
-    character(*), intent(in) :: path !! a results file
-    character(:), allocatable :: base
-    integer :: dot
-
-    base = path
-    dot = index(path, '.h5', back=.true.)
-    if (dot > 1 .and. dot == len(path) - 2) base = path(:dot - 1)
-  end function without_ending
 
   !> The folder of a path with its slash, empty for the working directory.
   pure function folder_of(path) result(folder)

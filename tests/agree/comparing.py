@@ -80,9 +80,9 @@ def compare(one, other, least=0.0):
     if one.converged() != other.converged():
         failed = 'the second' if one.converged() else 'the first'
         return Difference('one fails', where=f'{failed} does not converge')
-    if not (os.path.exists(one.base + '.h5') and os.path.exists(other.base + '.h5')):
+    if not (os.path.exists(one.base + '.vtkhdf') and os.path.exists(other.base + '.vtkhdf')):
         return Difference('agree')
-    with h5py.File(one.base + '.h5', 'r') as a, h5py.File(other.base + '.h5', 'r') as b:
+    with h5py.File(one.base + '.vtkhdf', 'r') as a, h5py.File(other.base + '.vtkhdf', 'r') as b:
         count = min(len(a['contact/step']), len(b['contact/step'])) if 'contact/step' in a else 0
         cut = first_cut(one.cuts, other.cuts)
         step, where = first_choice(a, b, count)

@@ -128,7 +128,7 @@ def perform(job, programs, store, seconds, run=True):
         else:
             result = measure.repeat(
                 command, lambda folder: write_own(scene, folder, job.limit), seconds,
-                lambda folder, run: results.own(scene, folder), outputs=('run.log', 'run.h5'))
+                lambda folder, run: results.own(scene, folder), outputs=('run.log', 'run.vtkhdf'))
         result.update(dofs=3*len(mesh.nodes), elements=len(mesh.elements))
         if result['code'] == 0 and not job.limit and result['increments'] < sum(scene.increments):
             result['code'] = STOPPED

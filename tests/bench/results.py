@@ -65,7 +65,7 @@ def own_pressures(scene, folder):
     point belongs to the nodes of its facet by its weights."""
     import h5py
     shares = scene.mesh.shares(scene.contact.slave)
-    with h5py.File(os.path.join(folder, 'run.h5'), 'r') as results:
+    with h5py.File(os.path.join(folder, 'run.vtkhdf'), 'r') as results:
         group = results['contact/1']
         nodes, force = group['node'][()], group['traction'][-1][:, 2]
         weights = group['weight'][()] if nodes.ndim > 1 else np.ones((len(nodes), 1))

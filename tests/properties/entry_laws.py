@@ -42,7 +42,7 @@ class EntryLaws:
     def test_a_punch_is_met_again_after_a_restart(self):
         deck, out = self.in_parts('bent_plate', self.bent, 'GTOS S M SEGMent', 2)
         again = self.run(os.path.join(self.folder, 'edited.inp'), '--restart',
-                         os.path.join(self.folder, out, 'edited.h5'), '--step', '1', out='again')
+                         os.path.join(self.folder, out, 'edited.vtkhdf'), '--step', '1', out='again')
         self.true('the second increment, to the bit', again.rea[2] == deck.rea[2]
                   and again.con[2] == deck.con[2] and deck.con[2]['above']['Fn'] > 0.1)
 

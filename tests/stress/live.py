@@ -135,7 +135,7 @@ def bounds(outcome, scene, place):
     import h5py
     import numpy as np
     faults = []
-    with h5py.File(os.path.join(place, 'scene.h5'), 'r') as file:
+    with h5py.File(os.path.join(place, 'scene.vtkhdf'), 'r') as file:
         moved = np.asarray(file['VTKHDF/PointData/displacement'])
     far = float(np.sqrt((moved**2).sum(axis=1)).max())
     if not far <= scene.bound:

@@ -307,7 +307,7 @@ class Tables:
             import h5py
         except ImportError as fault:
             raise Trouble('wants h5py: run it with build/venv/bin/python') from fault
-        return h5py.File(self.base + '.h5', 'r')
+        return h5py.File(self.base + '.vtkhdf', 'r')
 
 
 def read_table(path, columns):
