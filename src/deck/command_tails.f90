@@ -4,7 +4,7 @@ module command_tails
   use records, only: item_count, is_word
   use numbers, only: is_letter
   use signatures, only: signature_t, kind_keyword, kind_name
-  use keyword_types, only: keyword_t
+  use keyword_types, only: keyword_t, find_word
   use diagnostics, only: diagnostics_t, report_error, report_note
   implicit none
   private
@@ -30,6 +30,13 @@ contains
     if (n > first + 1) then
       if (.not. any([(is_remark(record%items(k)), k=first, n)])) return
     end if
+    if (is_data(record, first, command)) then
+      call report_error(diagnostics, record%items(first)%at, 'data behind '// &
+        trim(command%name)//': '''//tail_of(record, first)//'''', &
+        'its records stand on the lines below it, one a line')
+      good = .false.
+      return
+    end if
     do k = first, n
       remedy = remedy_of(command%key, record%items(k))
       if (len(remedy) == 0) cycle
@@ -43,6 +50,25 @@ contains
                      ''' behind '//trim(command%name)//' is ignored')
     record%items = record%items(:first - 1)
   end subroutine drop_tail
+
+  !> A tail that is meant as a record: a name with a number behind it, signed or with a point, or a
+  !! word that begins records of the command with a name behind it. FEAP's remarks (`BOUNdary
+  !! restraints 0`, `ELEMents NODEs 10`) are neither.
+  logical function is_data(record, first, command) result(yes)
+    type(record_t), intent(in) :: record !! the record
+    integer, intent(in) :: first !! first item of its tail
+    type(keyword_t), intent(in) :: command !! its command
+    integer :: n
+
+    n = item_count(record)
+    yes = .false.
+    if (n == first) return
+    yes = find_word(command, record%items(first)) > 0 .and. is_remark(record%items(n))
+    if (yes .or. .not. command%has_data) return
+    yes = is_remark(record%items(first)) .and. record%items(n)%kind == item_word
+    if (yes) yes = scan(record%items(n)%text(1:1), '+-.0123456789') > 0 .and. &
+      scan(record%items(n)%text, '+-.') > 0
+  end function is_data
 
   !> Takes empty fields off the end of a solution command.
   subroutine drop_empty_fields(record)

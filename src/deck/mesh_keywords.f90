@@ -108,6 +108,8 @@ contains
     call add_word(t, 'DENSity', 'z:rho', 'density')
     call add_word(t, 'RIGId', '', 'nodes of its regions follow DISPlacement')
     call add_word(t, 'FINIte', '', 'finite strain, for ELAStic NEOHookean')
+    call add_word(t, 'PLAStic', '', 'yielding', available=.false.)
+    call add_word(t, 'VISCoelastic', '', 'creep, relaxation', available=.false.)
     call add_word(t, 'SMALl', '', 'small strain, where GLOBal says FINIte')
     call explain(t, 'LINEar: small strain (the default). NEOHookean, SVK (Saint-Venant-')
     call explain(t, 'Kirchhoff): finite strain. MEAN: the volumetric part goes with the mean')

@@ -270,6 +270,8 @@ contains
           call report_error(diagnostics, record%at, trim(word%name)//' of '// &
                             trim(command%name)//' is not available in this version', &
                             '--help '//trim(command%name)//' shows what is')
+          ! numbers below are data of this word
+          reading%skipping = .not. command%has_data
         end if
       end associate
     end associate

@@ -2,7 +2,7 @@
 module conditions_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use deck_types, only: deck_t, data_set_t, location_t, item_t, item_number, item_empty
+  use deck_types, only: deck_t, data_set_t, record_t, location_t, item_t, item_number, item_empty
   use records, only: item_count, item_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use deck_losses, only: is_whole
@@ -109,12 +109,27 @@ contains
           if (.not. good) exit
         end do
       case (quantity_force, quantity_displacement)
+        if (is_range(set%records(i), before)) call report_note(diagnostics, set%records(i)%at, &
+          'three values, along x1, x2 and x3: the first two are no range of directions')
         do k = before + 4, n
           call check_table(set%records(i)%items(k), model, diagnostics, good)
         end do
       end select
     end do
   end subroutine check_tables
+
+  !> Two equal directions and a value that is none, as Abaqus prescribes one displacement.
+  pure logical function is_range(record, before) result(range)
+    type(record_t), intent(in) :: record !! a record of displacements or forces
+    integer, intent(in) :: before !! items before its three values
+
+    range = item_count(record) == before + 3
+    if (.not. range) return
+    associate (v => record%items(before + 1:before + 3)%value)
+      range = any(nint(v(1)) == [1, 2, 3]) .and. all(abs(v(1:2) - nint(v(1))) <= 0.0_wp) .and. &
+        abs(v(3) - nint(v(3))) > 0.0_wp
+    end associate
+  end function is_range
 
   !> Items of a record before its three values.
   pure integer function items_before(set, i) result(before)
