@@ -186,7 +186,7 @@ def paths():
                         presses=1)
             yield cube.scene(f'one increment {way:g} {kind}', 'path',
                              ratio_to(0.1) if rigid else None, 1e-3)
-        cube = Cube('a quarter pressed deep at once', rigid=rigid, depth=0.25, presses=1)
+        cube = Cube('a seventh pressed deep at once', rigid=rigid, depth=0.14, presses=1)
         yield cube.scene(f'deep press {kind}', 'path')
 
 
