@@ -23,3 +23,15 @@ class FrictionLaws:
                         self.near(what, sets['far'][0], stretch*pull, 2e-3*5.0)
                     elif pull > 5.1:
                         self.near(what, sets['far'][0], 2.0, 2e-3*5.0)
+
+    def test_no_multiplier_across_where_nothing_moves(self):
+        # the normals of facets tilt across by thousandths, and so may the force, but not by a hundredth
+        for points in ('', '7', 'SEGMent'):
+            for press in (1, 4):
+                run = self.run(self.edited('held_across', ('GTOS bottom ground_s', 'GTOS bottom '
+                                                           f'ground_s {points}'), ('DT,,1\n  STEP,,1',
+                                           f'DT,,{1/press}\n  STEP,,{press}'), source=DECKS))
+                for step, pairs in run.con.items():
+                    row = pairs['1']
+                    self.near(f'{points} {press}: friction across at step {step}', row['F2']/row['Fn'],
+                              0.0, 2e-4)
