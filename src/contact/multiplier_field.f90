@@ -6,13 +6,13 @@
 !! around its node to that of each point. Where faces of the master meet at an angle a node has one
 !! vector for each of them.
 module multiplier_field
-  use kinds, only: wp
-  use vectors, only: identity, cross, product_of
+  use kinds, only: wp, pi
+  use vectors, only: identity, cross, dyad, product_of
   use contact_types, only: pair_t
   use contact_points, only: corner_weights, count_points
   implicit none
   private
-  public :: multiplier_field_t, make_field, gather_forces, spread_field, project_forces
+  public :: multiplier_field_t, node_hold_t, make_field, gather_forces, spread_field, project_forces
 
   !> Points whose normals have a smaller cosine with the first one's lie on another face.
   real(wp), parameter :: same_face = 0.9_wp
@@ -23,8 +23,18 @@ module multiplier_field
   !> Iterations of a projection: the scaled mass matrix of linear triangles has a condition number
   !! of 4, so about 35 are enough.
   integer, parameter :: most_iterations = 200
+  !> Nothing slips along a tangent if no motion that is left has a larger share of it than this: it
+  !! would meet a hundredth of the compliance. Facets of a joint that is held across its plane tilt
+  !! by thousandths.
+  real(wp), parameter :: least_motion = 0.1_wp
   !> Room for the neighbours of a vector to begin with.
   integer, parameter :: first_room = 16
+
+  !> Which motions the supports leave neither to a slave node nor to the master there.
+  type :: node_hold_t
+    logical :: along(3) = .false. !! held along these axes
+    real(wp) :: inside = -huge(1.0_wp) !! least shape function of the node in the facet looked at
+  end type node_hold_t
 
   !> The vectors of a field and the points that they belong to.
   type :: multiplier_field_t
@@ -33,6 +43,7 @@ module multiplier_field
     real(wp), allocatable :: normal(:, :) !! (3, n) mean normal of their points
     real(wp), allocatable :: point_normal(:, :) !! (3, points) normals of the points
     real(wp), allocatable :: stiffness(:) !! (n) sum of N_i and the penalty [force/length]
+    real(wp), allocatable :: kept(:, :, :) !! (3, 3, n) projector on its directions
     real(wp), allocatable :: share(:, :, :, :) !! (3, 3, 3, points) N_i R_i of each point's vectors
     integer, allocatable :: neighbours(:) !! (n) vectors that share points with each, itself as well
     integer, allocatable :: neighbour(:, :) !! (room, n) these
@@ -43,13 +54,14 @@ module multiplier_field
 contains
 
   !> Vectors for all slave nodes of those points that are near the master.
-  pure subroutine make_field(pair, near, facing, normal, field)
+  pure subroutine make_field(pair, near, facing, normal, field, hold)
     type(pair_t), intent(in) :: pair !! the pair
     logical, intent(in) :: near(:) !! (points) there is a master facet
     real(wp), intent(in) :: facing(:, :) !! (3, points) unit normals of the undeformed master, which
                                          !! tell the faces: these stay while an increment is solved
     real(wp), intent(in) :: normal(:, :) !! (3, points) unit normals of the master as it is now
     type(multiplier_field_t), intent(out) :: field !! the field
+    type(node_hold_t), intent(in), optional :: hold(:, :) !! (3, points) of slave corners
     real(wp), allocatable :: first_normal(:, :)
     integer, allocatable :: faces(:, :)
     integer :: p, b
@@ -66,6 +78,8 @@ contains
       end do
     end do
     call sum_up(pair, field)
+    allocate (field%kept(3, 3, field%n), source=spread(identity, 3, field%n))
+    if (present(hold)) call leave_out(hold, field)
     call form_shares(pair, field)
     call form_mass(pair, field)
   end subroutine make_field
@@ -119,6 +133,48 @@ contains
     end do
   end subroutine sum_up
 
+  !> Leaves out the tangents along which neither a slave node nor the master there can move: no
+  !! force along them closes anything, so the multiplier would be chance. The facet that holds a
+  !! node best tells what moves there.
+  pure subroutine leave_out(hold, field)
+    type(node_hold_t), intent(in) :: hold(:, :) !! (3, points) of the slave facet's corners
+    type(multiplier_field_t), intent(inout) :: field !! vectors, normals; gets kept
+    type(node_hold_t) :: best(field%n)
+    integer :: p, b, i
+
+    do p = 1, size(hold, 2)
+      do b = 1, 3
+        i = field%vector(b, p)
+        if (i == 0) cycle
+        if (hold(b, p)%inside > best(i)%inside) best(i) = hold(b, p)
+      end do
+    end do
+    do i = 1, field%n
+      if (any(best(i)%along)) field%kept(:, :, i) = kept_motions(field%normal(:, i), best(i)%along)
+    end do
+  end subroutine leave_out
+
+  !> Projector on a normal and on those tangents that have a part in the motions that are left.
+  pure function kept_motions(normal, held) result(kept)
+    real(wp), intent(in) :: normal(3) !! unit vector
+    logical, intent(in) :: held(3) !! axes along which nothing moves
+    real(wp) :: kept(3, 3)
+    real(wp) :: t(3, 2), q(3), angle, way(3)
+    integer :: k
+
+    t(:, 1) = cross(normal, identity(:, minloc(abs(normal), 1)))
+    t(:, 1) = t(:, 1)/norm2(t(:, 1))
+    t(:, 2) = cross(normal, t(:, 1))
+    q = [sum(t(:, 1)**2, .not. held), sum(t(:, 2)**2, .not. held), &
+      sum(t(:, 1)*t(:, 2), .not. held)]
+    angle = 0.5_wp*atan2(2.0_wp*q(3), q(1) - q(2))
+    kept = dyad(normal, normal)
+    do k = 0, 1
+      way = cos(angle + k*0.5_wp*pi)*t(:, 1) + sin(angle + k*0.5_wp*pi)*t(:, 2)
+      if (sum(way**2, .not. held) > least_motion**2) kept = kept + dyad(way, way)
+    end do
+  end function kept_motions
+
   !> N_i R_i of the vectors of each point.
   pure subroutine form_shares(pair, field)
     type(pair_t), intent(in) :: pair !! the pair
@@ -133,7 +189,7 @@ contains
         if (field%vector(b, p) == 0) cycle
         do k = 1, 3
           field%share(:, k, b, p) = weight(b)*turned(field%normal(:, field%vector(b, p)), &
-            field%point_normal(:, p), identity(:, k))
+            field%point_normal(:, p), field%kept(:, k, field%vector(b, p)))
         end do
       end do
     end do

@@ -7,8 +7,10 @@ module point_forces
   use model_types, only: model_t
   use contact_points, only: count_points
   use element_lists, only: master_nodes
-  use facet_geometry, only: facet_frame, facet_normal, facet_size
-  use multiplier_field, only: multiplier_field_t, make_field, gather_forces, project_forces
+  use facet_geometry, only: facet_frame, facet_normal, facet_size, corners, project_on_facet, &
+    barycentric
+  use multiplier_field, only: multiplier_field_t, node_hold_t, make_field, gather_forces, &
+    project_forces
   use system_types, only: system_t
   implicit none
   private
@@ -17,6 +19,8 @@ module point_forces
   !> A vector whose points have less than this share of the largest stiffness counts as if it had
   !! so much: a gap over next to nothing of the surface is none.
   real(wp), parameter :: least_share = 1.0e-3_wp
+  !> A node whose shape function is no more than this has no part in a place.
+  real(wp), parameter :: beside = 1.0e-6_wp
 
   !> Forces of the points of a pair at a converged state.
   type :: point_forces_t
@@ -37,10 +41,12 @@ contains
     integer, intent(in) :: k !! the pair
     real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) their state
     type(point_forces_t), intent(out) :: at !! the points
-    real(wp), allocatable :: normal(:, :), facing(:, :)
-    integer :: p, element, n
+    real(wp), allocatable :: normal(:, :), facing(:, :), x(:, :)
+    type(node_hold_t) :: hold(3, count_points(model%pairs(k)))
+    integer :: p, element, n, b
 
     n = count_points(model%pairs(k))
+    x = model%mesh%x + system%u
     allocate (at%force(3, n), at%multiplier(3, n), at%frame(3, 3, n), source=0.0_wp)
     allocate (normal(3, n), facing(3, n), source=0.0_wp)
     allocate (at%near(n), source=.false.)
@@ -50,17 +56,57 @@ contains
       if (system%contact%routine(element) == routine_none) cycle
       associate (nodes => master_nodes(system%contact, element))
         at%near(p) = .true.
-        at%frame(:, :, p) = facet_frame(model%mesh%x(:, nodes) + system%u(:, nodes))
+        at%frame(:, :, p) = facet_frame(x(:, nodes))
         at%multiplier(:, p) = matmul(at%frame(:, :, p), model%pairs(k)%history%new(p)%lambda)
         at%force(:, p) = stress(1:3, p)
         normal(:, p) = stress(10:12, p)
         facing(:, p) = facet_normal(model%mesh%x(:, nodes))
+        do b = 1, 3
+          hold(b, p) = hold_at(x, system, model%pairs(k)%points%point_nodes(b, p), &
+            system%contact%ix(model%pairs(k)%points%n_slaves + 1:system%contact%nel(element), &
+            element))
+        end do
         if (system%contact%status(element) > status_open) at%facet = min(at%facet, &
           facet_size(model%mesh%x(:, nodes)))
       end associate
     end do
-    call make_field(model%pairs(k), at%near, facing, normal, at%field)
+    call make_field(model%pairs(k), at%near, facing, normal, at%field, hold)
   end subroutine take_forces
+
+  !> Which motions the supports leave neither to a slave node nor to the master facet below it
+  !! there: of its nodes those count whose shape functions do not vanish at the node's projection.
+  pure type(node_hold_t) function hold_at(x, system, node, facet) result(hold)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(system_t), intent(in) :: system !! equations, rigid bodies
+    integer, intent(in) :: node !! the slave node
+    integer, intent(in) :: facet(:) !! (3 or 6) nodes of the master facet, 0 for none
+    real(wp) :: xi(2), gap, n(3)
+    integer :: i
+
+    call project_on_facet(corners(x, facet(1:3)), x(:, node), xi, gap)
+    n = barycentric(xi)
+    hold%inside = minval(n)
+    hold%along = .not. moves(system, node)
+    do i = 1, size(facet)
+      if (facet(i) == 0) cycle
+      if (n(modulo(i - 1, 3) + 1) <= beside) cycle
+      if (i > 3) then
+        if (n(modulo(i - 3, 3) + 1) <= beside) cycle
+      end if
+      hold%along = hold%along .and. .not. moves(system, facet(i))
+    end do
+  end function hold_at
+
+  !> The axes along which a node may move: it is free there, or its body is rigid.
+  pure function moves(system, node) result(free)
+    type(system_t), intent(in) :: system !! equations, rigid bodies
+    integer, intent(in) :: node !! the node
+    logical :: free(3)
+
+    free = system%equation(:, node) > 0
+    if (.not. allocated(system%tools%carried_by)) return
+    if (system%tools%carried_by(node) > 0) free = .true.
+  end function moves
 
   !> The multipliers that take over the forces of a pair, and what the present ones leave to the
   !! penalty, weighed at the vectors of the field.
