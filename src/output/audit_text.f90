@@ -8,7 +8,8 @@ module audit_text
   use diagnosis, only: body_name
   use audit_types, only: audit_t, check_names, n_checks, check_balance, check_work, check_strain, &
     check_rotation, check_turning, check_penetration, check_elastic_slip, check_facets, &
-    check_locking, check_moved
+    check_locking, check_moved, &
+    check_edges
   implicit none
   private
   public :: audit_table, audit_finding, audit_warning, balance_message
@@ -81,7 +82,7 @@ contains
         t = 'no body can move'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' degrees as a whole, '// &
           body_name(model, system, worst)
-      case (check_penetration, check_elastic_slip)
+      case (check_penetration, check_elastic_slip, check_edges)
         t = 'none'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' of a facet, pair '// &
           model%pairs(worst)%name
@@ -180,6 +181,10 @@ contains
         'the mesh beforehand, or hold the body'
     case (check_penetration)
       t = 'the bodies overlap visibly: a stiffer PENAlty, or AUGMent'
+    case (check_edges)
+      t = 'points lie inside of slave facets, and an edge or a node of one body goes into the '// &
+        'other between them: refine there, or make the body with the edge the slave of a '// &
+        'second pair NTOS'
     case (check_elastic_slip)
       t = 'points that stick give way visibly: a stiffer PENAlty, or AUGMent'
     case (check_facets)

@@ -21,9 +21,10 @@ module audit
   use sum_shares, only: turn_rows
   use field_audit, only: most_rotation
   use scene_audit, only: judge_scene, judge_room
+  use edge_audit, only: deepest_edge
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
     check_strain, check_rotation, check_turning, check_penetration, &
-    check_elastic_slip, check_room
+    check_elastic_slip, check_room, check_edges
   implicit none
   private
   public :: begin_audit, audit_state
@@ -32,6 +33,9 @@ module audit
   !! so far; penetration and elastic slip over a facet.
   real(wp), parameter :: most_lost = 0.2_wp
   real(wp), parameter :: most_way = 0.05_wp
+  !> And depth of edges and nodes between points: facets of two meshes of one circle, 15 degrees
+  !! each, overlap by 0.07 of a facet without any force.
+  real(wp), parameter :: most_edge = 0.1_wp
 
 contains
 
@@ -128,6 +132,7 @@ contains
     call judge_turns(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_room(model, audit)
+    call judge_edges(model, model%mesh%x(:, :size(state%u, 2)) + state%u, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
@@ -276,4 +281,24 @@ contains
     end do
     audit%verdict(checks) = merge(verdict_warning, verdict_ok, audit%value(checks) > most_way)
   end subroutine judge_contact
+
+  !> Depth of edges and nodes between the points of slave facets, over the size of a facet.
+  subroutine judge_edges(model, x, audit)
+    type(model_t), intent(in) :: model !! pairs, settled
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(audit_t), intent(inout) :: audit !! gets value, worst, verdict
+    real(wp) :: depth
+    integer :: k
+
+    audit%value(check_edges) = 0.0_wp
+    audit%worst(check_edges) = 0
+    do k = 1, size(model%pairs)
+      call deepest_edge(model%pairs(k), x, depth)
+      if (depth <= audit%value(check_edges)*audit%fixed%facet(k)) cycle
+      audit%value(check_edges) = depth/audit%fixed%facet(k)
+      audit%worst(check_edges) = k
+    end do
+    audit%verdict(check_edges) = merge(verdict_warning, verdict_ok, audit%value(check_edges) &
+      > most_edge)
+  end subroutine judge_edges
 end module audit
