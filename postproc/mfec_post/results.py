@@ -134,17 +134,24 @@ class Results:
         """The contact points of a pair at one end time as a dictionary of arrays.
 
         A point is the sum of the nodes in its row of `node` times the `weight`s there: one node
-        with NTOS, the three of a facet with GTOS; with SEGMent they change with time.
+        with NTOS, the three of a facet with GTOS; with SEGMent they change with time. `traction`
+        is a force; over `area`, the reference area of the point, it is a traction.
         """
         group = self.file['contact'][self.pairs[pair]]
         index = self.index(frame)
         points = {name: group[name][index] for name in
                   ('host', 'status', 'traction', 'gap', 'tip', 'lay')}
-        if group['node'].ndim == 3:
+        points_move = group['node'].ndim == 3
+        if points_move:
             points['node'], points['weight'] = group['node'][index], group['weight'][index]
         else:
             points['node'] = group['node'][:].reshape(len(points['host']), -1)
             points['weight'] = (group['weight'][:] if 'weight' in group
                                 else np.ones(points['node'].shape))
+        for name in ('frictional_slip', 'slip_path'):  # files of before have the latter with DECAy
+            if name in group:
+                points[name] = group[name][index]
+        if 'area' in group:
+            points['area'] = group['area'][index] if points_move else group['area'][:]
         points['facets'] = group['facets'][:]
         return points

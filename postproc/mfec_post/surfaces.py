@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-TRIANGLE = 5
+TRIANGLES = (5, 22)
 SIDES = {'slave': 1, 'master': 2}
 
 
@@ -95,7 +95,7 @@ class Surfaces:
             raise IndexError(f'{self.path} holds {self.steps} end times, not {frame}')
         wanted = (self.pairs[pair], SIDES[side])
         points = np.flatnonzero(self._chosen('PointData', wanted))
-        triangles = self.vtk['Types'][:] == TRIANGLE
+        triangles = np.isin(self.vtk['Types'][:], TRIANGLES)
         cells = np.flatnonzero(self._chosen('CellData', wanted) & triangles)
         offsets = self.vtk['Offsets'][:][cells]
         facets = self.vtk['Connectivity'][:][offsets[:, None] + np.arange(3)]

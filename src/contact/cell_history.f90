@@ -12,7 +12,7 @@ module cell_history
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
-  public :: fit_slip, fit_multipliers, place_tip, path_at, multiplier_at
+  public :: fit_slip, fit_multipliers, place_tip, take_slip, multiplier_at
 
   !> Facets that a point may pass in an increment with its slip turned at each edge; further away
   !! the plane of its new facet serves.
@@ -21,7 +21,7 @@ module cell_history
 contains
 
   !> The elastic slip of the closed points of one slave facet, from tip to projection, as a field
-  !! over it, in the frame of the facet; the fourth value is their slip path.
+  !! over it, in the frame of the facet; then come their slip path and their slip.
   pure subroutine fit_slip(pair, f, cells, points, x, field)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
@@ -29,7 +29,7 @@ contains
     type(contact_point_t), intent(in) :: points(:) !! their last converged state
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     type(linear_field_t), intent(out) :: field !! the field
-    real(wp) :: value(4, size(cells)), xi(2), gap, frame(3, 3)
+    real(wp) :: value(7, size(cells)), xi(2), gap, frame(3, 3)
     logical :: closed(size(cells))
     integer :: p
 
@@ -41,6 +41,7 @@ contains
       call project_on_master(pair, points(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
       value(1:3, p) = matmul(way_between(pair, points(p)%host, x, points(p)%tip, xi), frame)
       value(4, p) = points(p)%path
+      value(5:7, p) = matmul(points(p)%way, frame)
     end do
     call fit_closed(cells, closed, value, field)
   end subroutine fit_slip
@@ -124,13 +125,30 @@ contains
 
   !> Slip path of a new point.
   pure real(wp) function path_at(field, cell) result(path)
-    type(linear_field_t), intent(in) :: field !! elastic slip and slip path
+    type(linear_field_t), intent(in) :: field !! elastic slip, slip path and slip
     type(cell_t), intent(in) :: cell !! where the point is
-    real(wp) :: values(4)
+    real(wp) :: values(7)
 
     values = bounded_field_at(field, cell%weight(1:2), 0.0_wp)
     path = values(4)
   end function path_at
+
+  !> Slip and slip path of a new point; the slip is never longer: slopes are carried on beyond the
+  !! old points.
+  pure subroutine take_slip(pair, field, cell, x, point)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(linear_field_t), intent(in) :: field !! elastic slip, slip path and slip
+    type(cell_t), intent(in) :: cell !! where the point is
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
+    type(contact_point_t), intent(inout) :: point !! gets path, way
+    real(wp) :: values(7)
+
+    values = bounded_field_at(field, cell%weight(1:2), 0.0_wp)
+    point%path = values(4)
+    point%way = matmul(facet_frame(corners(x, pair%points%slave_facets(:, cell%slave))), &
+      values(5:7))
+    if (norm2(point%way) > point%path) point%way = point%way*(point%path/norm2(point%way))
+  end subroutine take_slip
 
   !> Start tip of a new point: its last converged projection less its elastic slip, as far as the
   !! law allows that there. If that lies on another facet than its host, it is turned about the
@@ -141,7 +159,7 @@ contains
     type(cell_t), intent(in) :: cell !! where the point is
     integer, intent(in) :: host !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
-    real(wp) :: tip(2), slip(4), gap, start(2)
+    real(wp) :: tip(2), slip(7), gap, start(2)
     integer :: path(longest_path), n, k, status
     type(contact_point_t) :: point
 

@@ -126,7 +126,7 @@ contains
     type(cell_t), intent(in) :: cells(:) !! its points
     type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: nodes(3, 6), frame(3, 3), lag(4)
+    real(wp) :: nodes(3, 6), frame(3, 3), lag(7)
     real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp
     real(wp), parameter :: xi(2, 6) = reshape([one, none, none, one, none, none, half, half, &
       none, half, half, none], [2, 6])

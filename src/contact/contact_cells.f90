@@ -14,7 +14,7 @@ module contact_cells
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
-  use cell_history, only: fit_slip, fit_multipliers, place_tip, path_at, multiplier_at
+  use cell_history, only: fit_slip, fit_multipliers, place_tip, take_slip, multiplier_at
   use cell_motion, only: carry_tips, find_tips, have_stayed, lag_nodes
   use contact_tips, only: only_touches
   use linear_fields, only: linear_field_t
@@ -373,7 +373,7 @@ contains
         point%host = host
         point%status = status_open
         point%tip = place_tip(pair, slip, cell, host, x_old)
-        point%path = path_at(slip, cell)
+        call take_slip(pair, slip, cell, x_old, point)
         if (pair%augmented) point%lambda = multiplier_at(pair, multiplier, cell, host, x_old)
       end associate
     end do

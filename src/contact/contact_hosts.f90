@@ -296,6 +296,7 @@ contains
     point%host = facet
     point%status = status_open
     point%path = 0.0_wp
+    point%way = 0.0_wp
     call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%tip, gap)
   end subroutine seek
 

@@ -36,7 +36,8 @@ module contact_types
     integer :: status = status_off !! one of the status constants
     real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
     real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
-    real(wp) :: path = 0.0_wp !! way slipped since the touch, if a law asks for it [length]
+    real(wp) :: path = 0.0_wp !! way slipped since the touch [length]
+    real(wp) :: way(3) = 0.0_wp !! the same with its directions: sum of the ways of the tip [length]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 

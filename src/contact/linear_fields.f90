@@ -8,8 +8,8 @@ module linear_fields
   !> Points that lie closer to a line than this share of their extent give no slope.
   real(wp), parameter :: flat = 1.0e-6_wp
 
-  !> Values that a field has at most: a way and a slip path.
-  integer, parameter :: most_values = 4
+  !> Values that a field has at most: a way, a slip path and the slip.
+  integer, parameter :: most_values = 7
 
   !> A field: its mean, its slopes, and the range of the values it was fitted to.
   type :: linear_field_t

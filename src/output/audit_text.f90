@@ -13,7 +13,8 @@ module audit_text
   use shape_audit, only: most_swelling
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
-    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved
+    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, &
+    check_edges
   implicit none
   private
   public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
@@ -93,7 +94,7 @@ contains
         t = 'no body of small strain deforms'
         if (worst > 0) t = 'changes by at most '//to_text(100.0_wp*value, 3)//' %, '// &
           body_name(model, system, worst)
-      case (check_penetration, check_elastic_slip)
+      case (check_penetration, check_elastic_slip, check_edges)
         t = 'none'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' of a facet, pair '// &
           model%pairs(worst)%name
@@ -243,6 +244,10 @@ contains
         'the mesh beforehand, or hold the body'
     case (check_penetration)
       t = 'the bodies overlap visibly: a stiffer PENAlty, or AUGMent'
+    case (check_edges)
+      t = 'points lie inside of slave facets, and an edge or a node of one body goes into the '// &
+        'other between them: refine there, or make the body with the edge the slave of a '// &
+        'second pair NTOS'
     case (check_elastic_slip)
       t = 'points that stick give way visibly: a stiffer PENAlty, or AUGMent'
     case (check_facets)

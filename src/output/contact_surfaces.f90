@@ -1,121 +1,39 @@
-!> The two surfaces of a contact pair, and what contact does to them at one time: forces of points
-!! become tractions of nodes and facets (doc/theory, "Contact as fields").
+!> What contact does to the two surfaces of a pair at one time: forces of points become
+!! tractions of nodes and facets (doc/theory, "Contact as fields").
 module contact_surfaces
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
-  use vectors, only: cross
-  use key_sorting, only: unique_numbers
-  use contact_types, only: pair_t, status_off, form_quadrature_to_surface
+  use contact_types, only: pair_t, status_off, status_stick, status_slip, form_quadrature_to_surface
   use contact_points, only: corner_weights, count_points
+  use master_facets, only: facet_kind
+  use quadratic_facet, only: facet_shapes_t, facet_shapes
   use surface_lay, only: add_surface_lay
+  use contact_sides, only: contact_surface_t, places
   use point_fields, only: point_fields_t
   implicit none
   private
-  public :: contact_surface_t, find_slave_surface, find_master_surface, find_slave_fields, &
-    find_master_fields
+  public :: find_slave_fields, find_master_fields
   public :: n_columns, at_pressure, at_traction, at_shear, at_gap, at_status, at_slip, at_energy, &
-    at_lay, at_force
+    at_lay, at_force, at_way, at_path, at_stick, at_slipping
 
   !> Places of the fields in a column: those with three components begin there. The force has a
   !! meaning at nodes only.
   integer, parameter :: at_pressure = 1, at_traction = 2, at_shear = 5, at_gap = 8, &
-    at_status = 9, at_slip = 10, at_energy = 13, at_lay = 14, at_force = 17, n_columns = 19
-
-  !> One side of a pair.
-  type :: contact_surface_t
-    integer, allocatable :: nodes(:) !! its nodes, by the numbers of the deck
-    integer, allocatable :: facets(:, :) !! (3, facets) places in nodes, seen from outside
-    integer, allocatable :: lone(:) !! places in nodes of those that no facet holds
-    real(wp), allocatable :: node_area(:) !! (nodes) a third of the facets around it, reference
-    real(wp), allocatable :: facet_area(:) !! (facets) reference area
-  end type contact_surface_t
+    at_status = 9, at_slip = 10, at_energy = 13, at_lay = 14, at_force = 17, at_way = 20, &
+    at_path = 23, at_stick = 24, at_slipping = 25, n_columns = 25
 
   !> Sums over contact points at nodes or facets.
   type :: sums_t
     real(wp), allocatable :: force(:, :) !! (8, n) normal force, force, its shear part, energy
-    real(wp), allocatable :: mean(:, :) !! (7, n) gap, slip, lay, each times its weight
+    real(wp), allocatable :: nodal(:, :) !! (3, n) force on the node itself
+    real(wp), allocatable :: mean(:, :) !! (11, n) gap, slip, lay, frictional slip and its path,
+    !! each times its weight
     real(wp), allocatable :: weight(:) !! (n) sum of these weights
+    real(wp), allocatable :: share(:, :) !! (3, n) area of all points, of those that stick and slip
     integer, allocatable :: status(:) !! (n) largest status
   end type sums_t
 
 contains
-
-  !> The slave side of a pair; slave nodes without a facet stand alone.
-  pure subroutine find_slave_surface(pair, x, surface)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(contact_surface_t), intent(out) :: surface !! the surface
-    integer, allocatable :: facets(:, :), nodes(:)
-    logical, allocatable :: chosen(:)
-
-    if (allocated(pair%points%slave_facets)) then
-      facets = pair%points%slave_facets
-    else if (pair%form == form_quadrature_to_surface) then
-      facets = pair%points%point_nodes(:3, 1:count_points(pair)/pair%points%slots:pair%facet_points)
-    else
-      allocate (facets(3, 0))
-    end if
-    allocate (chosen(size(x, 2)), source=.false.)
-    if (pair%form /= form_quadrature_to_surface) chosen(pair%points%point_nodes(1, :)) = .true.
-    nodes = reshape(facets, [size(facets)])
-    chosen(nodes) = .true.
-    call fill_surface(facets, chosen, x, surface)
-  end subroutine find_slave_surface
-
-  !> The master side of a pair.
-  pure subroutine find_master_surface(pair, x, surface)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(contact_surface_t), intent(out) :: surface !! the surface
-    logical, allocatable :: chosen(:)
-    integer, allocatable :: nodes(:)
-
-    allocate (chosen(size(x, 2)), source=.false.)
-    nodes = reshape(pair%surface%facets, [size(pair%surface%facets)])
-    chosen(nodes) = .true.
-    call fill_surface(pair%surface%facets, chosen, x, surface)
-  end subroutine find_master_surface
-
-  !> Nodes, facets and areas.
-  pure subroutine fill_surface(facets, chosen, x, surface)
-    integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
-    logical, intent(in) :: chosen(:) !! (nodes) which belong to the surface
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(contact_surface_t), intent(inout) :: surface !! gets everything
-    integer, allocatable :: place(:)
-    integer :: i, f
-
-    surface%nodes = unique_numbers(chosen)
-    place = places(surface%nodes, size(chosen))
-    allocate (surface%facets(3, size(facets, 2)), surface%facet_area(size(facets, 2)))
-    allocate (surface%node_area(size(surface%nodes)), source=0.0_wp)
-    do f = 1, size(facets, 2)
-      associate (corners => facets(:, f))
-        surface%facets(:, f) = place(corners)
-        surface%facet_area(f) = 0.5_wp*norm2(cross(x(:, corners(1)) - x(:, corners(3)), &
-          x(:, corners(2)) - x(:, corners(3))))
-        do i = 1, 3
-          associate (area => surface%node_area(place(corners(i))))
-            area = area + surface%facet_area(f)/3.0_wp
-          end associate
-        end do
-      end associate
-    end do
-    surface%lone = unique_numbers(surface%node_area <= 0.0_wp)
-  end subroutine fill_surface
-
-  !> Where each node stands in a list, 0 for those that are not in it.
-  pure function places(nodes, highest) result(place)
-    integer, intent(in) :: nodes(:) !! the list
-    integer, intent(in) :: highest !! highest node number
-    integer :: place(highest)
-    integer :: i
-
-    place = 0
-    do i = 1, size(nodes)
-      place(nodes(i)) = i
-    end do
-  end function places
 
   !> Friction of the pair has a direction.
   pure logical function has_lay(pair)
@@ -129,7 +47,8 @@ contains
     integer, intent(in) :: n !! nodes or facets
     type(sums_t) :: sums
 
-    allocate (sums%force(8, n), sums%mean(7, n), sums%weight(n), source=0.0_wp)
+    allocate (sums%force(8, n), sums%nodal(3, n), sums%mean(11, n), sums%weight(n), &
+      sums%share(3, n), source=0.0_wp)
     allocate (sums%status(n), source=status_off)
   end function empty_sums
 
@@ -157,15 +76,20 @@ contains
       do b = 1, min(3, pair%points%n_slaves)
         associate (i => place(pair%points%point_nodes(b, p)))
           call add_force(points, p, weight(b), nodes, i)
-          if (p <= n) call add_means(points, nearest_slot(points, p, n), weight(b), nodes, i)
+          if (p <= n) call add_means(points, p, n, weight(b), nodes, i)
+        end associate
+      end do
+      do b = 1, pair%points%n_slaves
+        associate (force => nodes%nodal(:, place(pair%points%point_nodes(b, p))))
+          force = force + pair%points%point_weights(b, p)*points%traction(:, p)
         end associate
       end do
       if (points%facet(p) == 0) cycle
       call add_force(points, p, 1.0_wp, facets, points%facet(p))
-      if (p <= n) call add_means(points, nearest_slot(points, p, n), 1.0_wp, facets, &
-        points%facet(p))
+      if (p <= n) call add_means(points, p, n, 1.0_wp, facets, points%facet(p))
     end do
     call to_fields(nodes, surface%node_area, at_nodes)
+    call fill_middles(surface, at_nodes)
     if (pair%form == form_quadrature_to_surface) then
       call to_fields(facets, surface%facet_area, at_facets(:, :size(surface%facets, 2)))
     else
@@ -209,23 +133,56 @@ contains
     if (points%host(p) > 0) sums%status(i) = max(sums%status(i), points%status(p))
   end subroutine add_force
 
-  !> Adds gap, slip and lay of a point that is near the master; the sign of the lay is free.
-  pure subroutine add_means(points, p, share, sums, i)
+  !> Adds what a point says of the area around it: of its slots the nearest to the master counts,
+  !! for gap, slip and lay if it is near; the sign of the lay is free.
+  pure subroutine add_means(points, first, n, share, sums, i)
     type(point_fields_t), intent(in) :: points !! the points of a pair
-    integer, intent(in) :: p !! the point
+    integer, intent(in) :: first !! first slot of the point
+    integer, intent(in) :: n !! number of first slots
     real(wp), intent(in) :: share !! its share
     type(sums_t), intent(inout) :: sums !! the sums
     integer, intent(in) :: i !! node or facet that gets it
     real(wp) :: weight
+    integer :: p
 
-    if (points%host(p) == 0) return
+    p = nearest_slot(points, first, n)
     weight = share*points%area(p)
+    sums%share(1, i) = sums%share(1, i) + weight
+    if (points%host(p) == 0) return
+    if (points%status(p) == status_stick) sums%share(2, i) = sums%share(2, i) + weight
+    if (points%status(p) == status_slip) sums%share(3, i) = sums%share(3, i) + weight
     sums%weight(i) = sums%weight(i) + weight
     sums%mean(:4, i) = sums%mean(:4, i) + weight*[points%gap(p), points%slip(:, p)]
+    sums%mean(8:11, i) = sums%mean(8:11, i) + weight*[points%way(:, p), points%path(p)]
     associate (lay => sums%mean(5:7, i))
       lay = lay + sign(weight, dot_product(lay, points%lay(:, p)))*points%lay(:, p)
     end associate
   end subroutine add_means
+
+  !> What middles of edges get: what lies half way between the ends; status is the larger one.
+  pure subroutine fill_middles(surface, fields)
+    type(contact_surface_t), intent(in) :: surface !! the surface
+    real(wp), intent(inout) :: fields(:, :) !! (n_columns, nodes) those of corners given
+    real(wp) :: force(3)
+    integer :: f, k
+
+    do f = 1, size(surface%facets, 2)
+      if (surface%middles(1, f) == 0) cycle
+      do k = 1, 3
+        associate (middle => fields(:, surface%middles(k, f)), &
+                   a => fields(:, surface%facets(k, f)), &
+                   b => fields(:, surface%facets(mod(k, 3) + 1, f)))
+          force = middle(at_force:at_force + 2)
+          middle = 0.5_wp*(a + b)
+          middle(at_force:at_force + 2) = force
+          middle(at_status) = max(a(at_status), b(at_status))
+          associate (p => a(at_lay:at_lay + 2), q => b(at_lay:at_lay + 2))
+            middle(at_lay:at_lay + 2) = unit_vector(p + sign(1.0_wp, dot_product(p, q))*q)
+          end associate
+        end associate
+      end do
+    end do
+  end subroutine fill_middles
 
   !> Fields from sums: forces over areas, and means. Not a number says that there is no area, or no
   !! master.
@@ -238,7 +195,7 @@ contains
     fields = ieee_value(1.0_wp, ieee_quiet_nan)
     do i = 1, size(area)
       fields(at_status, i) = sums%status(i)
-      fields(at_force:at_force + 2, i) = sums%force(2:4, i)
+      fields(at_force:at_force + 2, i) = sums%nodal(:, i)
       fields(at_lay:at_lay + 2, i) = 0.0_wp
       if (area(i) > 0.0_wp) then
         fields(at_pressure, i) = sums%force(1, i)/area(i)
@@ -246,10 +203,13 @@ contains
         fields(at_shear:at_shear + 2, i) = sums%force(5:7, i)/area(i)
         fields(at_energy, i) = sums%force(8, i)/area(i)
       end if
+      if (sums%share(1, i) > 0.0_wp) fields([at_stick, at_slipping], i) = sums%share(2:3, i) &
+        /sums%share(1, i)
       if (sums%weight(i) <= 0.0_wp) cycle
       fields(at_gap, i) = sums%mean(1, i)/sums%weight(i)
       fields(at_slip:at_slip + 2, i) = sums%mean(2:4, i)/sums%weight(i)
       fields(at_lay:at_lay + 2, i) = unit_vector(sums%mean(5:7, i))
+      fields(at_way:at_path, i) = sums%mean(8:11, i)/sums%weight(i)
     end do
   end subroutine to_fields
 
@@ -309,6 +269,7 @@ contains
       do k = 1, 3
         call add_force(points, p, -shape(k), nodes, surface%facets(k, points%host(p)))
       end do
+      call add_nodal(pair, surface, points, p, x, nodes)
       call add_force(points, p, -1.0_wp, facets, points%host(p))
     end do
     nodes%force(1, :) = -nodes%force(1, :)
@@ -318,7 +279,37 @@ contains
     at_nodes(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     at_facets(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     call take_master_lay(pair, surface, x, at_nodes, at_facets)
+    call fill_middles(surface, at_nodes)
   end subroutine find_master_fields
+
+  !> Adds the force of a point to the nodes of its master facet, by their shape functions at the
+  !! tip.
+  pure subroutine add_nodal(pair, surface, points, p, x, nodes)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(contact_surface_t), intent(in) :: surface !! its master side
+    type(point_fields_t), intent(in) :: points !! its points
+    integer, intent(in) :: p !! a point with a host
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    type(sums_t), intent(inout) :: nodes !! gets nodal
+    real(wp) :: shape(6)
+    integer :: list(6), n, k
+    type(facet_shapes_t) :: s
+
+    associate (f => points%host(p), tip => points%tip(:, p))
+      n = 3
+      list(:3) = surface%facets(:, f)
+      shape(:3) = [tip, 1.0_wp - sum(tip)]
+      if (surface%middles(1, f) > 0) then
+        n = 6
+        list(4:) = surface%middles(:, f)
+        s = facet_shapes(tip, facet_kind(pair, f), x(:, surface%nodes(list)))
+        shape = s%n
+      end if
+      do k = 1, n
+        nodes%nodal(:, list(k)) = nodes%nodal(:, list(k)) - shape(k)*points%traction(:, p)
+      end do
+    end associate
+  end subroutine add_nodal
 
   !> The lay of the master side.
   pure subroutine take_master_lay(pair, surface, x, at_nodes, at_facets)

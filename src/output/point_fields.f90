@@ -7,7 +7,7 @@ module point_fields
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
-  public :: point_fields_t, contact_fields, part_path, address_of
+  public :: point_fields_t, contact_fields, address_of
 
   !> The contact points of one pair at one time.
   type :: point_fields_t
@@ -19,12 +19,14 @@ module point_fields
     real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
-    real(wp), allocatable :: path(:) !! (points) way slipped since the touch, if a law asks [length]
+    real(wp), allocatable :: path(:) !! (points) way slipped since the touch [length]
+    real(wp), allocatable :: way(:, :) !! (3, points) the same with its directions [length]
     real(wp), allocatable :: dissipation(:) !! (points) work of friction so far [force length]
     real(wp), allocatable :: normal_force(:) !! (points) magnitude of its normal part [force]
     real(wp), allocatable :: normal(:, :) !! (3, points) outward unit normal of the master
     real(wp), allocatable :: slip(:, :) !! (3, points) displacement against the master [length]
-    real(wp), allocatable :: area(:) !! (points) reference area, 1 for nodes
+    real(wp), allocatable :: area(:) !! (points) weight in means: reference area, 1 for nodes
+    real(wp), allocatable :: cell(:) !! (points) if segmented: reference area
     integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
     integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
     real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
@@ -32,7 +34,6 @@ module point_fields
 
   !> When a field is there.
   integer, parameter :: part_always = 0 !! always
-  integer, parameter :: part_path = 1 !! with `DECAy`
 
   !> What is written of each point at each end time.
   type(field_t), parameter :: contact_fields(*) = [ &
@@ -55,7 +56,9 @@ module point_fields
     field_t('dissipation', stored_real, 1, over_points, 'force length', &
     'work that friction has taken up to now', part_always), &
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
-    part_path)]
+    part_always), &
+    field_t('frictional_slip', stored_real, 3, over_points, 'length', &
+    'this way with its directions: sum of the ways over the master', part_always)]
 
 contains
 
@@ -87,6 +90,8 @@ contains
       address = c_loc(points%dissipation)
     case (slip_path%name)
       if (allocated(points%path)) address = c_loc(points%path)
+    case ('frictional_slip')
+      if (allocated(points%way)) address = c_loc(points%way)
     end select
   end function address_of
 end module point_fields

@@ -5,7 +5,8 @@ module point_rows
   use contact_types, only: pair_t, form_quadrature_to_surface
   use contact_points, only: count_points
   use point_fields, only: point_fields_t
-  use contact_surfaces, only: contact_surface_t, find_slave_fields, n_columns, at_pressure, &
+  use contact_sides, only: contact_surface_t
+  use contact_surfaces, only: find_slave_fields, n_columns, at_pressure, &
     at_shear, at_gap, at_status, at_slip
   implicit none
   private

@@ -5,15 +5,16 @@ module results_contact
   use errors, only: error_t
   use model_types, only: model_t
   use result_types, only: frame_t
-  use contact_surfaces, only: contact_surface_t, find_slave_surface, find_master_surface, &
-    find_slave_fields, find_master_fields, n_columns, at_pressure, at_traction, at_shear, at_gap, &
-    at_status, at_slip, at_energy, at_lay, at_force
+  use contact_sides, only: contact_surface_t, find_slave_surface, find_master_surface
+  use contact_surfaces, only: find_slave_fields, find_master_fields, n_columns, at_pressure, &
+    at_traction, at_shear, at_gap, at_status, at_slip, at_energy, at_lay, at_force, at_way, &
+    at_path, at_stick, at_slipping
   use hdf5_index, only: begin_indexes, node_chunks
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     reserve_room
   use hdf5_attributes, only: write_attribute
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_field, begin_frame, write_field, &
-    end_frame, on_points, on_cells, vtk_vertex, vtk_triangle
+    end_frame, on_points, on_cells, vtk_vertex, vtk_triangle, vtk_six_nodes
   implicit none
   private
   public :: contact_file_t, create_contact_file, append_contact_frame, close_contact_file
@@ -30,7 +31,7 @@ module results_contact
   end type column_t
 
   !> The fields, those of nodes alone at the end.
-  type(column_t), parameter :: columns(9) = [ &
+  type(column_t), parameter :: columns(13) = [ &
     column_t('pressure', at_pressure, 1, 'force/length^2', 'normal force over reference area'), &
     column_t('traction', at_traction, 3, 'force/length^2', &
     'contact force on this side over reference area'), &
@@ -41,6 +42,12 @@ module results_contact
     'displacement against the master along it, since the start; slave side'), &
     column_t('dissipated_energy', at_energy, 1, 'force/length', &
     'work of friction so far, over reference area; slave side'), &
+    column_t('frictional_slip', at_way, 3, 'length', &
+    'slip since the touch: sum of the ways of the cones over the master; slave side'), &
+    column_t('slip_path', at_path, 1, 'length', &
+    'length of the way slipped since the touch; slave side'), &
+    column_t('stick_share', at_stick, 1, '1', 'share of the area that sticks; slave side'), &
+    column_t('slip_share', at_slipping, 1, '1', 'share of the area that slips; slave side'), &
     column_t('lay', at_lay, 3, '1', 'unit axis of mu1, zero without one'), &
     column_t('force', at_force, 3, 'force', 'contact force on this node')]
 
@@ -67,8 +74,8 @@ contains
 
     allocate (contact%surfaces(2*size(model%pairs)))
     do k = 1, size(model%pairs)
-      call find_slave_surface(model%pairs(k), model%mesh%x, contact%surfaces(2*k - 1))
-      call find_master_surface(model%pairs(k), model%mesh%x, contact%surfaces(2*k))
+      call find_slave_surface(model%pairs(k), model%mesh, contact%surfaces(2*k - 1))
+      call find_master_surface(model%pairs(k), model%mesh, contact%surfaces(2*k))
     end do
     call number_points(contact)
     call create_hdf5(contact%file, path//unfinished, error, node_chunks(end_times))
@@ -138,14 +145,19 @@ contains
     integer :: i, f, n, cells
 
     cells = contact%first_cell(size(contact%first_cell)) - 1
-    allocate (list(3*cells), offsets(cells + 1), types(cells), x(3, size(contact%nodes)))
+    allocate (list(6*cells), offsets(cells + 1), types(cells), x(3, size(contact%nodes)))
     x(:, :) = model%mesh%x(:, contact%nodes)
     n = 0
     offsets(1) = 0
     do i = 1, size(contact%surfaces)
       associate (surface => contact%surfaces(i), before => contact%first_point(i) - 2)
         do f = 1, size(surface%facets, 2)
-          call add_cell(vtk_triangle, before + surface%facets(:, f), n, list, offsets, types)
+          if (surface%middles(1, f) > 0) then
+            call add_cell(vtk_six_nodes, before + [surface%facets(:, f), surface%middles(:, f)], &
+              n, list, offsets, types)
+          else
+            call add_cell(vtk_triangle, before + surface%facets(:, f), n, list, offsets, types)
+          end if
         end do
         do f = 1, size(surface%lone)
           call add_cell(vtk_vertex, before + surface%lone(f:f), n, list, offsets, types)

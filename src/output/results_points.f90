@@ -4,12 +4,11 @@ module results_points
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use friction_laws, only: keeps_path
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
   use result_fields, only: field_t, create_field
-  use point_fields, only: point_fields_t, contact_fields, part_path, address_of
+  use point_fields, only: point_fields_t, contact_fields, address_of
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
@@ -59,7 +58,6 @@ contains
     call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
     do i = 1, size(contact_fields)
       if (allocated(error)) return
-      if (contact_fields(i)%part == part_path .and. .not. keeps_path(pair%law)) cycle
       call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], error)
     end do
   end subroutine create_pair
@@ -96,7 +94,27 @@ contains
       if (allocated(error)) return
       call write_block(file, group//'/weight', pair%points%point_weights, at_end, error)
     end if
+    if (.not. allocated(error)) call create_areas(file, pair, group, error)
   end subroutine create_points
+
+  !> Makes the areas of the points; where these do not change, they are written.
+  subroutine create_areas(file, pair, group, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! the pair
+    character(*), intent(in) :: group !! its group
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(*), parameter :: meaning = 'reference area of each point, 0 without facets'
+
+    if (pair%segmented) then
+      call make_series(file, group//'/area', stored_real, [count_points(pair)], 1, 'length^2', &
+        meaning, error)
+    else
+      call make_series(file, group//'/area', stored_real, [integer ::], count_points(pair), &
+        'length^2', meaning, error)
+      if (.not. allocated(error)) call write_block(file, group//'/area', pair%points%area, at_end, &
+        error)
+    end if
+  end subroutine create_areas
 
   !> Writes the contact points of one end time.
   subroutine append_contact(file, model, step, time, pairs, error)
@@ -133,6 +151,7 @@ contains
     call write_block(file, group//'/node', points%node, at_end, error)
     if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &
       error)
+    if (.not. allocated(error)) call write_block(file, group//'/area', points%cell, at_end, error)
   end subroutine append_points
 
   !> Writes one field of them, if they have it.

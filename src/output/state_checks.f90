@@ -106,7 +106,8 @@ contains
       why = 'its facet is '//to_text(point%host)
     else if (point%status > status_open .and. point%host == 0) then
       why = 'it is closed and has no facet'
-    else if (.not. all_finite([point%tip, point%lambda, point%dissipation, point%path])) then
+    else if (.not. all_finite([point%tip, point%lambda, point%way, &
+      point%dissipation, point%path])) then
       why = 'its history holds what is not a number'
     else if (point%status > status_open) then
       least = min(point%tip(1), point%tip(2), 1.0_wp - point%tip(1) - point%tip(2))

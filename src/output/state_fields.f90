@@ -4,7 +4,7 @@
 module state_fields
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
   use kinds, only: wp
-  use friction_laws, only: keeps_path, slip_path
+  use friction_laws, only: slip_path
   use contact_types, only: pair_t
   use contact_parameters, only: has_multipliers
   use model_types, only: model_t
@@ -26,7 +26,7 @@ module state_fields
   integer, parameter :: part_rigid = 4 !! with `RIGId` bodies that have a point
   integer, parameter :: part_condensed = 5 !! with the condensed form
   integer, parameter :: part_factor = 6 !! with factors of a bulk that is not linear
-  integer, parameter :: part_path = 7 !! with `DECAy`
+  integer, parameter :: part_path = 7 !! always; older files lack it
   integer, parameter :: part_multiplier = 8 !! with `AUGMent`
   integer, parameter :: part_cells = 9 !! with `SEGMent`
   integer, parameter :: part_slopes = 10 !! with `SENSitivity`
@@ -92,6 +92,8 @@ module state_fields
     'host when the pattern of the matrix was built, 0 for none', part_always), &
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_path), &
+    field_t('frictional_slip', stored_real, 3, over_points, 'length', &
+    'this way with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force without a gap, along a1, e x a1 and e of the facet', part_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
@@ -140,8 +142,6 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     select case (field%part)
-    case (part_path)
-      used = keeps_path(pair%law)
     case (part_multiplier)
       used = has_multipliers(pair)
     case (part_cells)
@@ -262,6 +262,8 @@ contains
       values => history%points%dissipation
     case (slip_path%name)
       values => history%points%path
+    case ('frictional_slip')
+      values => history%points%way(k)
     case ('multiplier')
       values => history%points%lambda(k)
     case ('weight')

@@ -16,14 +16,14 @@ module vtk_grid
   public :: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
     write_field, end_frame
   public :: on_points, on_cells
-  public :: vtk_vertex, vtk_triangle
+  public :: vtk_vertex, vtk_triangle, vtk_six_nodes
 
   !> Where a field lives.
   character(*), parameter :: on_points = 'PointData'
   character(*), parameter :: on_cells = 'CellData'
 
   !> VTK's numbers of cells of the contact surfaces; shapes of bulk elements know theirs.
-  integer, parameter :: vtk_vertex = 1, vtk_triangle = 5
+  integer, parameter :: vtk_vertex = 1, vtk_triangle = 5, vtk_six_nodes = 22
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/VTKHDF/'
@@ -95,7 +95,8 @@ contains
     call write_long(file, 'Offsets', offsets, 'start of each cell in Connectivity', error)
     if (allocated(error)) return
     call make_series(file, root//'Types', stored_byte, [integer ::], max(1, grid%cells), '1', &
-      'VTK cell types: 1 vertex, 5 triangle, 10 four-node, 24 ten-node tetrahedron', error)
+      'VTK cell types: 1 vertex, 5 triangle, 22 six-node triangle, 10 four-node, 24 ten-node '// &
+      'tetrahedron', error)
     if (allocated(error)) return
     call write_block(file, root//'Types', types, at_end, error)
   end subroutine write_cells

@@ -7,7 +7,6 @@ module frame_fields
   use contact_parameters, only: point_parameters
   use facet_geometry, only: facet_frame
   use friction_axes, only: axes_t, find_axes
-  use friction_laws, only: keeps_path
   use smooth_normals, only: project_on_master
   use surface_lay, only: add_surface_lay
   use model_types, only: model_t
@@ -111,7 +110,8 @@ contains
     points%host = pair%history%old%host
     points%status = pair%history%old%status
     points%dissipation = pair%history%old%dissipation
-    if (keeps_path(pair%law)) points%path = pair%history%old%path
+    points%path = pair%history%old%path
+    points%way = reshape([(pair%history%old(p)%way, p=1, n)], [3, n])
     points%tip = reshape([pair%history%old%tip(1), pair%history%old%tip(2)], [2, n], order=[2, 1])
     points%area = spread(1.0_wp, 1, n)
     points%facet = spread(0, 1, n)
@@ -120,6 +120,7 @@ contains
       points%weight = pair%points%point_weights
       points%facet = merge(pair%history%cells%slave, -1, pair%history%cells%slave > 0)
       points%area = pair%points%area
+      points%cell = merge(pair%history%cells%area, 0.0_wp, pair%history%cells%slave > 0)
     else if (pair%points%n_slaves > 1) then
       points%facet = [(1 + mod(p - 1, n/pair%points%slots)/pair%facet_points, p=1, n)]
       points%area = pair%points%area
@@ -206,7 +207,9 @@ contains
     end do
   end subroutine fill_lay
 
-  !> Forces on the slave side along p1, p2 = e x p1 and e.
+  !> Forces on the slave side along p1, p2 = e x p1 and e, as the law of friction has them: on a
+  !! curved facet the force of a point at its tip is by s^2/(2 R) of the penalty longer along e than
+  !! the depth from which the cone has its radius.
   pure function in_lay_frame(points) result(f)
     real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
     real(wp) :: f(3, size(points, 2))
@@ -214,8 +217,7 @@ contains
 
     do p = 1, size(points, 2)
       associate (force => points(1:3, p), p1 => points(7:9, p), e => points(10:12, p))
-        f(:, p) = -[dot_product(force, p1), dot_product(force, cross(e, p1)), &
-          dot_product(force, e)]
+        f(:, p) = [-dot_product(force, p1), -dot_product(force, cross(e, p1)), points(13, p)]
       end associate
     end do
   end function in_lay_frame

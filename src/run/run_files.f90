@@ -17,7 +17,7 @@ module run_files
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
     write_rows, close_table
-  use contact_surfaces, only: contact_surface_t, find_slave_surface
+  use contact_sides, only: contact_surface_t, find_slave_surface
   use point_rows, only: point_row_t, find_point_rows
   use run_log, only: log_t, create_log, close_log
   use results_file, only: results_t, create_results, append_results, close_results, fields_due
@@ -106,7 +106,7 @@ contains
 
     allocate (files%slaves(size(model%output%points)))
     do i = 1, size(files%slaves)
-      call find_slave_surface(model%pairs(model%output%points(i)), model%mesh%x, files%slaves(i))
+      call find_slave_surface(model%pairs(model%output%points(i)), model%mesh, files%slaves(i))
     end do
     call create_point_table(files%points, path, model%title, model%pairs(model%output%points), &
       error)

@@ -4,9 +4,8 @@ module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_pattern, cost_cells
   use element_types, only: status_off, status_open, status_stick, status_slip
-  use quadratic_facet, only: place_on_quadratic, facet_flat
-  use elmlib, only: routine_none, routine_mfec, routine_smooth, facet_of_routine
-  use element_lists, only: element_list_t, master_nodes
+  use elmlib, only: routine_none, routine_mfec
+  use element_lists, only: element_list_t
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
@@ -20,6 +19,7 @@ module contact_system
   use smooth_normals, only: project_on_master
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
+  use tip_ways, only: way_of_tip
   use block_matrix, only: find_block
   use bulk_term, only: take_bulk_back
   use block_graph, only: build_graph, graph_holds, locate_elements
@@ -303,63 +303,33 @@ contains
   subroutine keep_status(model, system)
     type(model_t), intent(inout) :: model !! pairs: status of new
     type(system_t), intent(in) :: system !! contact elements
+    real(wp) :: way(3)
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
-        model%pairs(k)%history%new(p)%status = system%contact%status(element)
-        model%pairs(k)%history%new(p)%path = 0.0_wp
-        if (system%contact%status(element) <= status_open) cycle
-        model%pairs(k)%history%new(p)%dissipation = model%pairs(k)%history%new(p)%dissipation &
-          + friction_work(system, element)
-        model%pairs(k)%history%new(p)%tip = system%contact%h2(:, element)
-        model%pairs(k)%history%new(p)%path = system%contact%path2(element)
+        associate (point => model%pairs(k)%history%new(p))
+          point%status = system%contact%status(element)
+          point%path = 0.0_wp
+          if (point%status <= status_open) then
+            point%way = 0.0_wp
+            cycle
+          end if
+          way = way_of_tip(system%contact, element, system%position%x_now)
+          point%dissipation = point%dissipation + system%contact%d(d03_epsilon, element) &
+            *dot_product(system%contact%slip(:, element), way)
+          point%way = point%way + way
+          point%tip = system%contact%h2(:, element)
+          if (keeps_path(model%pairs(k)%law)) then
+            point%path = system%contact%path2(element)
+          else
+            point%path = system%contact%path1(element) + norm2(way)
+          end if
+        end associate
       end do
     end do
   end subroutine keep_status
-
-  !> Work of friction in one increment: the force on the tip times the way of the tip.
-  pure real(wp) function friction_work(system, element) result(work)
-    type(system_t), intent(in) :: system !! contact elements at x_now
-    integer, intent(in) :: element !! a closed one
-    real(wp) :: way(3), dxi(2)
-    integer :: kind
-
-    associate (list => system%contact, nodes => master_nodes(system%contact, element), &
-               x => system%position%x_now)
-      kind = facet_of_routine(list%routine(element))
-      if (kind /= facet_flat) then
-        associate (facet => x(:, list%ix(list%nel(element) - 5:list%nel(element), element)))
-          way = place_on_quadratic(facet, list%h2(:, element), kind) &
-            - place_on_quadratic(facet, list%h1(:, element), kind)
-        end associate
-      else if (list%routine(element) == routine_smooth) then
-        way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &
-          list%h1(:, element), list%h2(:, element))
-      else
-        dxi = list%h2(:, element) - list%h1(:, element)
-        way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
-      end if
-      work = list%d(d03_epsilon, element)*dot_product(list%slip(:, element), way)
-    end associate
-  end function friction_work
-
-  !> The way from one point of a patch to another.
-  pure function patch_way(values, x, from, to) result(way)
-    real(wp), intent(in) :: values(:) !! (n_patch_values) the patch
-    real(wp), intent(in) :: x(3, 3) !! corners [length]
-    real(wp), intent(in) :: from(2) !! (xi, eta)
-    real(wp), intent(in) :: to(2) !! (xi, eta)
-    real(wp) :: way(3)
-    type(patch_t) :: patch
-    type(patch_point_t) :: start, finish
-
-    patch = patch_from_values(values)
-    start = patch_at(patch, from)
-    finish = patch_at(patch, to)
-    way = matmul(patch_frame(x), finish%x - start%x)
-  end function patch_way
 
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)

@@ -20,14 +20,19 @@ module audit
   use shape_audit, only: judge_turns, judge_volumes
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
   use scene_audit, only: judge_scene, judge_room
+  use edge_audit, only: deepest_edge
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
-    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, most_lost
+    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, &
+    check_edges, most_lost
   implicit none
   private
   public :: begin_audit, audit_state
 
   !> Beyond this share of a facet penetration and elastic slip are worth a warning.
   real(wp), parameter :: most_way = 0.05_wp
+  !> And depth of edges and nodes between points: facets of two meshes of one circle, 15 degrees
+  !! each, overlap by 0.07 of a facet without any force.
+  real(wp), parameter :: most_edge = 0.1_wp
 
 contains
 
@@ -127,6 +132,7 @@ contains
     call judge_volumes(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_room(model, audit)
+    call judge_edges(model, model%mesh%x(:, :size(state%u, 2)) + state%u, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
@@ -245,4 +251,24 @@ contains
     end do
     audit%verdict(checks) = merge(verdict_warning, verdict_ok, audit%value(checks) > most_way)
   end subroutine judge_contact
+
+  !> Depth of edges and nodes between the points of slave facets, over the size of a facet.
+  subroutine judge_edges(model, x, audit)
+    type(model_t), intent(in) :: model !! pairs, settled
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(audit_t), intent(inout) :: audit !! gets value, worst, verdict
+    real(wp) :: depth
+    integer :: k
+
+    audit%value(check_edges) = 0.0_wp
+    audit%worst(check_edges) = 0
+    do k = 1, size(model%pairs)
+      call deepest_edge(model%pairs(k), x, depth)
+      if (depth <= audit%value(check_edges)*audit%fixed%facet(k)) cycle
+      audit%value(check_edges) = depth/audit%fixed%facet(k)
+      audit%worst(check_edges) = k
+    end do
+    audit%verdict(check_edges) = merge(verdict_warning, verdict_ok, audit%value(check_edges) &
+      > most_edge)
+  end subroutine judge_edges
 end module audit
