@@ -204,8 +204,6 @@ contains
     obstacle = ''
     if (.not. scene%contact) then
       obstacle = 'there is no contact'
-    else if (.not. (scene%linear_bulk .or. scene%restrained)) then
-      obstacle = 'contact alone holds a body, and the bulk is not linear'
     else if (scene%rigid_unknowns .and. .not. scene%linear_bulk) then
       obstacle = 'the motion of a rigid body is free, and the bulk is not linear'
     else if (scene%rigid_unknowns .and. scene%multipliers) then

@@ -6,6 +6,8 @@ A scene stands anywhere in space, turned by any rotation, in any unit.
 import math
 import random
 
+# Rubber under a pressure that follows its faces: its flank held, or held by contact alone.
+FOLLOWED = ('flank held', 'loose', 'loose, squeezed')
 KINDS = ('force', 'moment', 'mixed', 'two', 'between', 'tilted')
 FORMS = ('NTOS {} {}', 'GTOS {} {}', 'GTOS {} {} SEGMent')
 
@@ -46,7 +48,7 @@ class Pointed:
         """A vector of these axes."""
         return ' '.join(repr(p) for p in self.way(v))
 
-    def box(self, name, low, size, cells, elastic, tilt=0.0):
+    def box(self, name, low, size, cells, elastic, tilt=0.0, cell='TET4'):
         """A box, tilted about y through the middle of its sole, and the surfaces of its ends: nodes are
         numbered layer by layer."""
         self.materials.append((name, elastic))
@@ -60,8 +62,9 @@ class Pointed:
                                         middle[2] - s*v[0] + c*v[2]]))
         rows = '\n'.join(f'  {n} {v}' for n, v in enumerate(ends, 1))
         self.blocks.append(f'BLOCk {name}\n  CART {cells[0]} {cells[1]} {cells[2]}  '
-                           f'MATErial {len(self.materials)}  TET4\n{rows}\n')
-        layer, layers = (cells[0] + 1)*(cells[1] + 1), cells[2] + 1
+                           f'MATErial {len(self.materials)}  {cell}\n{rows}\n')
+        fine = 2 if cell == 'TET10' else 1
+        layer, layers = (fine*cells[0] + 1)*(fine*cells[1] + 1), fine*cells[2] + 1
         for part, first in (('low', self.nodes + 1), ('top', self.nodes + layer*(layers - 1) + 1)):
             nodes = ' '.join(map(str, range(first, first + layer)))
             self.sets.append(f'SET {name}_{part}_nodes\n  NODEs {nodes}\n\n'
@@ -79,8 +82,8 @@ class Pointed:
                           + self.form.format(slave, master)
                           + f'\n    PENAlty AUTO\n    FRICtion {law}\n')
 
-    def text(self, steps):
-        """The deck."""
+    def text(self, steps, end=2):
+        """The deck, in so many increments for each unit of time."""
         out = ['MFEC * * Rigid bodies that are free to move\n']
         for n, (name, elastic) in enumerate(self.materials, 1):
             out.append(f'MATErial {n} {name}\n' + (
@@ -91,7 +94,7 @@ class Pointed:
         out.append('PROPortional 1\n  0 0\n  1 1\n  2 1\n\nPROPortional 2\n  0 0\n  1 0\n  2 1\n')
         out.append('CONTact\n' + '\n'.join(self.pairs))
         out.append('OUTPut\n  REACtions base_low_nodes\n  FIELds displacement contact\n  STATe ALL\n')
-        out.append(f'END\nBATCh\n  DT,,1/{steps}\n  STEP,,{2*steps}\nEND\nSTOP\n')
+        out.append(f'END\nBATCh\n  DT,,1/{steps}\n  STEP,,{end*steps}\nEND\nSTOP\n')
         return '\n'.join(out)
 
 
@@ -125,7 +128,7 @@ def pointed_scene(seed):
         return f'pointed {seed}: {s.kind}', s.text(3)
     if s.kind == 'between':
         s.box('pad', [0.3, 0.25, 0.0], [0.9, 0.8, 0.3], (3, 3, 2), True)
-        s.box('tool', [0.2, 0.15, 0.3], [1.1, 1.0, 0.2], (2, 2, 1), False)
+        s.box('tool', [0.2, 0.15, 0.3], [1.1, 1.0, 0.2], (4, 4, 1), False)
         s.body('tool', load([0.0, 0.0, -force], zero, 1) + load([0.4*v for v in side], zero, 2),
                [0.75, 0.65, 0.35])
         s.pair(*draw.sample(['pad_low', 'base_top'], 2))
@@ -144,3 +147,41 @@ def pointed_scene(seed):
     tool = ['tool_low', 'base_top']
     s.pair(*(draw.sample(tool, 2) if s.form.startswith('NTOS') is False else tool[::-1]))
     return f'pointed {seed}: {s.kind}', s.text(3)
+
+
+def followed_scene(seed):
+    """A block of finite strain on a rigid floor under pressures that follow; its name and deck."""
+    s = Pointed(1000 + seed)
+    draw = s.draw
+    kind = FOLLOWED[seed % len(FOLLOWED)]
+    cell = draw.choice(('TET4', 'TET10'))
+    n = draw.choice((2, 3)) if cell == 'TET10' else draw.choice((3, 4))
+    s.box('base', [-0.5, -0.5, -0.2], [2.2, 2.0, 0.2], (6, 5, 1), False)
+    # a held flank that touches to round-off has friction where round-off says
+    gap = draw.choice((0.0, 0.0, 0.02)) if kind != 'flank held' else 0.01
+    s.box('rubber', [0.0, 0.0, gap], [1.0, 1.0, draw.uniform(0.5, 0.9)], (n, n, n), True,
+          cell=cell)
+    first = 84 + 1
+    if cell == 'TET10':
+        n, s.form = 2*n, s.form.replace('NTOS', 'GTOS')
+    grid = [[(first + i + (n + 1)*(j + (n + 1)*k), (i, j, k)) for i in range(n + 1)]
+            for k in range(n + 1) for j in range(n + 1)]
+    nodes = [node for row in grid for node in row]
+    for name, axis, end in (('left', 0, 0), ('right', 0, n), ('near', 1, 0), ('far', 1, n)):
+        members = ' '.join(str(node) for node, at in nodes if at[axis] == end)
+        s.sets.append(f'SET {name}_nodes\n  NODEs {members}\n\n'
+                      f'SURFace {name} FROM {name}_nodes IN rubber\n')
+    press = s.young*draw.uniform(0.02, 0.12)
+    pressures = [f'  rubber_top {press!r} 1']
+    if kind == 'loose, squeezed':
+        side = press*draw.uniform(0.3, 0.9)
+        pressures += [f'  {name} {side!r} 2' for name in ('left', 'right', 'near', 'far')]
+    elif kind == 'flank held':
+        pressures.append(f'  right {press*draw.uniform(-0.5, 0.5)!r} 2')
+    s.pair('rubber_low', 'base_top')
+    # at rest points neither stick nor slip
+    text = s.text(draw.choice((2, 4)), 1 if kind == 'loose' else 2).replace('SOLId LINEar', 'SOLId NEOHookean')
+    held = 'BOUNdary\n  base 1 1 1\n' + ('  left_nodes 1 1 1\n' if kind == 'flank held' else '')
+    text = text.replace('BOUNdary\n  base_low_nodes 1 1 1\n', held + '\nPRESsure\n'
+                        + '\n'.join(pressures) + '\n')
+    return f'followed {seed}: {kind}', text
