@@ -164,7 +164,10 @@ contains
 
     energy = next_direction(system, 1.0_wp)
     if (system%condensed%active) then
-      energy = abs(dot_product(system%condensed%alive%right, system%condensed%alive%change))
+      energy = dot_product(system%condensed%alive%right, system%condensed%alive%change)
+      if (system%condensed%points%n > 0) energy = energy + dot_product( &
+        system%right(system%equations + 1:), system%condensed%points%change)
+      energy = abs(energy)
     else if (energy < huge(1.0_wp)) then
       energy = abs(dot_product(system%right, system%next))
     end if

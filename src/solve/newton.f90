@@ -306,9 +306,7 @@ contains
     if (system%condensed%preconditions) then
       call find_bulk_direction(system, x, force_scale(system)*wanted_share(settings), outcome)
       system%contact%slip_before = system%contact%slip
-      if (outcome /= solver_done) return
-      call release_ground(system, x)
-      call spread_direction(system)
+      if (outcome == solver_done) call spread_direction(system)
       return
     end if
     call form_tangent(system, x)

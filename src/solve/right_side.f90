@@ -19,6 +19,7 @@ contains
 
     if (system%condensed%active) then
       call gather_condensed(system, length)
+      call gather_points(system, length, tried, system%loads%external - system%contact_force)
       return
     end if
     do i = 1, size(system%equation, 2)
@@ -36,16 +37,26 @@ contains
         call add_drag(system, system%u)
       end if
     end if
+    call gather_points(system, length, tried, nodal_forces(system, length))
+  end subroutine gather_right
+
+  !> The same for the unknowns of rigid bodies with a point.
+  subroutine gather_points(system, length, tried, force)
+    type(system_t), intent(inout) :: system !! gets right behind the equations of the nodes
+    real(wp), intent(in) :: length !! share of the direction
+    logical, intent(in) :: tried !! forces are those of the trial
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) applied - internal forces
+
     if (system%tools%border%n == 0) return
     if (tried) then
-      call add_rigid_right(system, system%trial, .true., nodal_forces(system, length))
+      call add_rigid_right(system, system%trial, .true., force)
       if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone + &
         length*system%solution(system%equations + 1:))
     else
-      call add_rigid_right(system, system%u, .false., nodal_forces(system, length))
+      call add_rigid_right(system, system%u, .false., force)
       if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone)
     end if
-  end subroutine gather_right
+  end subroutine gather_points
 
   !> The drag's force on rigid bodies with a point.
   pure subroutine add_rigid_drag(system, gone)

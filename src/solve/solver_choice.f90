@@ -5,6 +5,7 @@ module solver_choice
   use text, only: count_noun, to_text
   use model_types, only: model_t
   use contact_types, only: pair_t
+  use contact_parameters, only: has_multipliers
   use friction_return, only: has_friction
   use monitors, only: monitor_t
   use ranks, only: count_ranks
@@ -26,6 +27,8 @@ module solver_choice
     logical :: linear_bulk = .true. !! the bulk's tangent is constant
     logical :: restrained = .true. !! supports alone hold each body
     logical :: rigid_unknowns = .false. !! a rigid body has free motions
+    logical :: bonded = .false. !! elastic elements share nodes of such a body
+    logical :: multipliers = .false. !! a pair has multipliers
     logical :: declined = .false. !! its condensed form cannot be had, or would cost more
     logical :: trees = .false. !! the factor of a body stands in for its dense compliance
     integer :: ranks = 1 !! processes that work on it
@@ -120,6 +123,8 @@ contains
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%weak)
     scene%rigid_unknowns = system%tools%border%n > 0
+    if (scene%rigid_unknowns) scene%bonded = is_bonded(system)
+    scene%multipliers = any(has_multipliers(model%pairs))
     scene%dofs = system%equations + system%tools%border%n
     on_surface = .false.
     do k = 1, size(model%pairs)
@@ -128,6 +133,20 @@ contains
     end do
     scene%contact_dofs = count(system%equation > 0 .and. spread(on_surface, 1, 3))
   end function look_at
+
+  !> Elastic elements share nodes of a rigid body that is free to move.
+  pure logical function is_bonded(system) result(bonded)
+    type(system_t), intent(in) :: system !! equations, bodies, rigid bodies
+    logical :: mixed(system%body%bodies)
+    integer :: i
+
+    mixed = .false.
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) > 0) mixed(system%body%node_body(i)) = &
+        mixed(system%body%node_body(i)) .or. any(system%equation(:, i) > 0)
+    end do
+    bonded = any(mixed(pack(system%body%node_body, system%tools%carried_by > 0)))
+  end function is_bonded
 
   !> Marks the slave nodes of a pair and the corners of its master facets.
   pure subroutine mark_surfaces(pair, on_surface)
@@ -185,10 +204,12 @@ contains
     obstacle = ''
     if (.not. scene%contact) then
       obstacle = 'there is no contact'
-    else if (.not. (scene%linear_bulk .or. scene%restrained)) then
-      obstacle = 'contact alone holds a body, and the bulk is not linear'
-    else if (scene%rigid_unknowns) then
-      obstacle = 'the motion of a rigid body is free'
+    else if (scene%rigid_unknowns .and. .not. scene%linear_bulk) then
+      obstacle = 'the motion of a rigid body is free, and the bulk is not linear'
+    else if (scene%rigid_unknowns .and. scene%multipliers) then
+      obstacle = 'the motion of a rigid body is free, and a pair has multipliers'
+    else if (scene%bonded) then
+      obstacle = 'a rigid body whose motion is free has nodes of an elastic one'
     end if
   end function obstacle_to_reduced
 

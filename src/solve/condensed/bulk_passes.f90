@@ -8,7 +8,8 @@ module bulk_passes
   use equation_values, only: spread_values, gather_values
   use body_turns, only: follow_turns, to_frames, from_frames
   use condensation, only: reduce_body, complete_body
-  use condensed_direction, only: answer
+  use contact_answer, only: answer
+  use condensed_motions, only: push_bodies, in_lengths, add_live_motion, add_motion_inside
   use contact_tangent, only: form_element_matrices
   use system_types, only: system_t
   implicit none
@@ -40,11 +41,12 @@ contains
     real(wp), intent(out) :: solution(:) !! (equations) [length]
     logical, intent(out) :: answered !! contact has been solved for
     real(wp) :: field(3, size(system%equation, 2)), force(system%condensed%n)
-    real(wp) :: moved(system%condensed%n)
+    real(wp) :: moved(system%condensed%n), alpha(system%condensed%rigid%modes)
     integer :: b
 
     call spread_values(system%equation, right, field)
     call to_frames(system, field)
+    call push_bodies(system, field, alpha)
     do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
@@ -53,7 +55,7 @@ contains
       end associate
     end do
     call begin_cost(system%costs, cost_solve)
-    call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, answered)
+    call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, alpha, answered)
     call end_cost(system%costs, cost_solve)
     do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
@@ -61,19 +63,22 @@ contains
         call complete_body(body, moved(body%first + 1:body%first + body%m), field, system%costs)
       end associate
     end do
+    call add_motion_inside(system, alpha, field)
     call from_frames(system, field)
     call gather_values(system%equation, field, solution)
   end subroutine solve_pass
 
-  !> Displacements of the candidates under forces there and the answer of contact to them.
-  subroutine answer_contact(system, floor, most, force, moved, answered)
+  !> Displacements of the candidates under forces there and the answer of contact to them, without
+  !! the rigid motions that supports leave, and these.
+  subroutine answer_contact(system, floor, most, force, moved, alpha, answered)
     type(system_t), intent(inout) :: system !! condensed, tangent of contact
     real(wp), intent(in) :: floor !! force that the answer may leave [force]
     integer, intent(in) :: most !! iterations of contact allowed
     real(wp), intent(inout) :: force(:) !! (n) in: without contact; out: with it [force]
     real(wp), intent(out) :: moved(:) !! (n) [length]
+    real(wp), intent(inout) :: alpha(:) !! (modes) in: work of all forces on the rigid motions
+    !! [force]; out: these [length]
     logical, intent(out) :: answered !! contact has been solved for
-    real(wp) :: push(system%condensed%rigid%modes)
     real(wp), allocatable :: y(:), t(:)
     logical :: dead(size(system%condensed%bodies))
     integer :: b
@@ -81,15 +86,19 @@ contains
     answered = .true.
     associate (condensed => system%condensed)
       call apply_all(system, force, moved, spread(.true., 1, size(condensed%bodies)))
-      if (condensed%tangent%elements == 0) return
+      if (condensed%tangent%elements == 0 .and. condensed%rigid%modes == 0) return
       allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
-      push = 0.0_wp
       do b = 1, size(dead)
         associate (body => condensed%bodies(b))
           dead(b) = any(condensed%alive%live_place(body%first + 1:body%first + body%m) == 0)
         end associate
       end do
-      call answer(condensed, moved(condensed%alive%live), push, floor, most, y, t, answered)
+      call answer(condensed, moved(condensed%alive%live), in_lengths(condensed, alpha), floor, &
+        most, y, t, answered)
+      if (condensed%rigid%modes > 0) then
+        alpha = condensed%rigid%alpha_next
+        call add_live_motion(condensed, -alpha, t)
+      end if
       force(condensed%alive%live) = force(condensed%alive%live) - y
       call apply_all(system, force, moved, dead)
       moved(condensed%alive%live) = t

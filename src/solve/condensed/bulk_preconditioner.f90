@@ -47,7 +47,7 @@ contains
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
     if (.not. system%condensed%near) call form_bulk_tangent(x, system)
-    renewed = system%condensed%wear > system%condensed%worn
+    renewed = system%condensed%wear > system%condensed%worn .and. system%condensed%rigid%modes == 0
     if (renewed) call renew_factors(system, outcome)
     if (outcome /= solver_done) return
     if (system%condensed%near) then
@@ -67,7 +67,8 @@ contains
     end if
     if (.not. arrived) call iterate_anew(system, x, goal, arrived, outcome)
     if (outcome /= solver_done) return
-    if (.not. (arrived .or. renewed .or. system%condensed%refusals > 0)) then
+    if (.not. (arrived .or. renewed .or. system%condensed%refusals > 0 .or. &
+      system%condensed%rigid%modes > 0)) then
       call renew_factors(system, outcome)
       if (outcome /= solver_done) return
       call begin_direction(system, x)
@@ -76,7 +77,8 @@ contains
     system%condensed%norm_before = norm2(system%right)
   end subroutine find_bulk_direction
 
-  !> GMRES with a new factor of contact.
+  !> GMRES with a new factor of contact; a single pass where bodies are grounded or dragged: what
+  !! holds them stands in the factor and not in the true tangent.
   subroutine iterate_anew(system, x, goal, arrived, outcome)
     type(system_t), intent(inout) :: system !! element matrices, right; gets solution
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -88,7 +90,12 @@ contains
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system)
-    call iterate_bulk(system, goal, most_allowed(system%condensed), arrived)
+    if (any(system%body%grounded) .or. system%body%drag > 0.0_wp) then
+      call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
+        arrived)
+    else
+      call iterate_bulk(system, goal, most_allowed(system%condensed), arrived)
+    end if
   end subroutine iterate_anew
 
   !> As many digits as Newton can use: a power of the share that the last iteration left.

@@ -3,27 +3,25 @@
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
-  use back_ends, only: solver_done
+  use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t
   use live_candidates, only: apply_compliance
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
   use tree_compliance, only: has_trees
-  use gcr, only: begin_gcr, take_known, add_image_of
-  use contact_iteration, only: answer_by_blocks
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest, &
-    answer_leading
-  use contact_sums, only: add_leading
+  use contact_answer, only: answer, answer_points, apply_either, most_vectors, inner_accuracy
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest
   use condensed_ground, only: stay_in_place
-  use rough_tangent, only: has_long_products, apply_roughly, show_direction
+  use rigid_bodies, only: spread_rigid
+  use rough_tangent, only: has_long_products, show_direction
   use system_types, only: system_t
   implicit none
   private
   public :: find_condensed_direction, find_chord, respond, next_condensed_length, defect_energy
   public :: answer_force, push_direction, answer, is_worth_trying, most_allowed, most_stale
 
-  !> Iterations of GMRES, with a new factor and with an older one.
-  integer, parameter :: most_vectors = 40, most_stale = 12
+  !> Iterations of GMRES with an older factor.
+  integer, parameter :: most_stale = 12
   !> The same with blocks, where the other way is a dense factor of many rows.
   integer, parameter :: most_of_blocks = 150
   !> A factor is worth trying again if no more elements than these have changed their status.
@@ -38,14 +36,9 @@ module condensed_direction
   !! anyway, unless multipliers go with it; where products are long the factor mostly does without
   !! any.
   real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.1_wp
-  !> Share of a residual or image that is no round-off yet, where the factor is in single precision
-  !! and where it is in double.
-  real(wp), parameter :: least_of_single = 1.0e-4_wp, least_of_double = 1.0e-10_wp
   !> Share of the residual by which displacements may be off after a step of the first kind: steps
   !! with the same factor follow.
   real(wp), parameter :: early_share = 1.0e-3_wp
-  !> And of the answers that multipliers ask for.
-  real(wp), parameter :: inner_accuracy = 1.0e-8_wp
 
 contains
 
@@ -71,13 +64,17 @@ contains
       if (is_worth_trying(system)) then
         condensed%tangent%fresh = .false.
         call form_rest(system)
-        call respond(system, 1.0_wp, floor, most_stale, y, arrived)
+        call answer_points(system, most_stale, arrived)
+        if (arrived) call respond(system, 1.0_wp, floor, most_stale, y, arrived)
         if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
       end if
       if (.not. arrived) then
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system)
+        call answer_points(system, most_allowed(condensed), arrived)
+        if (.not. condensed%points%known .and. condensed%points%n > 0) outcome = solver_singular
+        if (outcome /= solver_done) return
         call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. (arrived .or. has_trees(condensed)) .and. condensed%tangent%parts%iterated) &
           call answer_densely(system, x, floor, y, arrived, outcome)
@@ -130,6 +127,9 @@ contains
         condensed%rigid%imbalance_change = condensed%rigid%imbalance_change &
           + condensed%rigid%drag*condensed%rigid%alpha_change
       end if
+      if (condensed%points%n == 0) return
+      system%solution(system%equations + 1:) = condensed%points%change
+      call spread_rigid(system, system%solution, system%du)
     end associate
   end subroutine take_answer
 
@@ -254,6 +254,7 @@ contains
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
+      condensed%points%asked = system%right(system%equations + 1:)
       call push_live(condensed, condensed%alive%right, push)
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
@@ -288,86 +289,6 @@ contains
     end associate
   end subroutine yield_to_residual
 
-  !> C times forces, in the precision of the factor.
-  subroutine apply_either(condensed, x, y)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    real(wp), intent(in) :: x(:) !! (live) [force]
-    real(wp), intent(inout) :: y(:) !! (live) zero; gets the product [length]
-
-    if (condensed%tangent%rough%used) then
-      call apply_roughly(condensed, x, y)
-    else
-      call apply_compliance(condensed, x, y)
-    end if
-  end subroutine apply_either
-
-  !> The answer of contact to a displacement b, by the factor or by blocks.
-  subroutine answer(condensed, b, push, floor, most, y, t, arrived)
-    type(condensed_t), intent(inout) :: condensed !! tangent with its factor or blocks
-    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
-    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
-    real(wp), intent(in) :: floor !! residual to arrive at [force]
-    integer, intent(in) :: most !! iterations allowed
-    real(wp), intent(out) :: y(:) !! (live) [force]
-    real(wp), intent(out) :: t(:) !! (live) [length]
-    logical, intent(out) :: arrived !! at the floor
-
-    if (condensed%tangent%parts%iterated) then
-      call answer_by_blocks(condensed, b, push, floor, most, y, t, arrived)
-    else
-      call answer_by_factor(condensed, b, push, floor, most, y, t, arrived)
-    end if
-  end subroutine answer
-
-  !> The answer y = U z + q of contact to a displacement b, and t = b - C y + R a with rigid motions
-  !! a so that y has the push that is asked for. The leading part is solved for, so that no force
-  !! is a difference of displacements times a penalty; the rest, q = k' t, by GMRES.
-  subroutine answer_by_factor(condensed, b, push, floor, most, y, t, arrived)
-    type(condensed_t), intent(inout) :: condensed !! tangent with its factor; its vectors are used
-    real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
-    real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
-    real(wp), intent(in) :: floor !! residual to arrive at [force]
-    integer, intent(in) :: most !! iterations allowed, at most most_vectors
-    real(wp), intent(out) :: y(:) !! (live) [force]
-    real(wp), intent(out) :: t(:) !! (live) [length]
-    logical, intent(out) :: arrived !! at the floor
-    real(wp) :: rest(size(b)), moved(size(b)), way(2*size(b) + condensed%tangent%rank &
-      + condensed%rigid%modes), pushed(condensed%rigid%modes)
-    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), share(size(z)), goal
-    integer :: n
-    logical :: goes_on
-
-    n = size(b)
-    associate (tangent => condensed%tangent, unknowns => size(z) - 1)
-      call begin_gcr(n, size(way), most_vectors, tangent%course%known)
-      call answer_leading(condensed, b, push, z, t)
-      call apply_rest(tangent, t, rest)
-      goal = floor
-      if (tangent%rough%used) goal = max(floor, least_of_single*norm2(rest))
-      tangent%course%known%least_new = merge(least_of_single, least_of_double, tangent%rough%used)
-      way = 0.0_wp
-      call take_known(tangent%course%known, 1, rest, way)
-      tangent%course%iterations = 0
-      goes_on = .true.
-      do while (norm2(rest) > goal .and. tangent%course%iterations < most .and. goes_on)
-        tangent%course%iterations = tangent%course%iterations + 1
-        y = 0.0_wp
-        call apply_either(condensed, rest, y)
-        call push_live(condensed, rest, pushed)
-        call answer_leading(condensed, y, pushed, share, moved)
-        call apply_rest(tangent, moved, y)
-        call add_image_of([rest, moved, share(:unknowns)], rest + y, tangent%course%known, goes_on)
-        if (goes_on) call take_known(tangent%course%known, tangent%course%known%n, rest, way)
-      end do
-      arrived = norm2(rest) <= goal
-      y = way(:n)
-      t = t - way(n + 1:2*n)
-      z(:unknowns) = z(:unknowns) - way(2*n + 1:)
-      call add_leading(tangent, z, y)
-      condensed%rigid%alpha_next = z(tangent%rank + 1:unknowns)
-    end associate
-  end subroutine answer_by_factor
-
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
   pure real(wp) function defect_energy(system) result(energy)
     type(system_t), intent(in) :: system !! direction found
@@ -390,5 +311,6 @@ contains
     allocate (y(system%condensed%alive%n_live))
     call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
     next = norm2(system%condensed%alive%change)
+    if (system%condensed%points%n > 0) next = hypot(next, norm2(system%condensed%points%change))
   end function next_condensed_length
 end module condensed_direction

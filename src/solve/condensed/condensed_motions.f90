@@ -168,10 +168,14 @@ contains
     end do
   end subroutine sum_forces
 
-  !> Adds the rigid motions of the iterate to the displacements of all nodes.
-  pure subroutine add_motion_inside(system)
-    type(system_t), intent(inout) :: system !! du is moved
+  !> Adds rigid motions of the bodies to the displacements of all nodes.
+  pure subroutine add_motion_inside(system, alpha, u)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
     integer :: i, k
+
+    if (system%condensed%rigid%modes == 0) return
 
     associate (condensed => system%condensed)
       do i = 1, size(system%body%node_body)
@@ -179,8 +183,8 @@ contains
         associate (body => condensed%bodies(system%body%node_body(i)))
           if (body%motions%n == 0) cycle
           do k = 1, 3
-            system%du(k, i) = system%du(k, i) + dot_product(mode_row(body%motions, k, &
-              condensed%rigid%x(:, i)), condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
+            u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, &
+              condensed%rigid%x(:, i)), alpha(body%first_mode + 1:body%first_mode &
               + body%motions%n))
           end do
         end associate

@@ -367,7 +367,7 @@ contains
       do k = 1, size(condensed%outer%factors)
         system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do
-      if (condensed%rigid%modes > 0) call add_motion_inside(system)
+      call add_motion_inside(system, condensed%rigid%alpha, system%du)
       call refresh_candidates(system)
       where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
       system%du = 0.0_wp

@@ -215,6 +215,23 @@ module condensed_types
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]
   end type carried_t
 
+  !> The unknowns of rigid bodies with a point as a border of contact's tangent, and what contact
+  !! and bodies answer to each.
+  type :: point_border_t
+    integer :: n = 0 !! unknowns
+    logical :: known = .false. !! the answers are those of the present tangent
+    real(wp), allocatable :: columns(:, :) !! (live, n) forces of contact by each [force/length]
+    real(wp), allocatable :: rows(:, :) !! (live, n) what displacements do to each [force/length]
+    real(wp), allocatable :: corner(:, :) !! (n, n) what they do to each other [force/length]
+    real(wp), allocatable :: force(:, :) !! (live, n) forces that each becomes [force/length]
+    real(wp), allocatable :: way(:, :) !! (live, n) displacements that it becomes
+    real(wp), allocatable :: motion(:, :) !! (modes, n) rigid motions that it becomes
+    real(wp), allocatable :: factor(:, :) !! (n, n) what is left of the corner, factorised
+    integer, allocatable :: pivot(:) !! (n) of it
+    real(wp), allocatable :: asked(:) !! (n) residual that the next answer is to [force]
+    real(wp), allocatable :: change(:) !! (n) the last answer [length]
+  end type point_border_t
+
   !> The candidates that elements or forces touch at present, and the unknowns there.
   type :: live_t
     integer :: n_live = 0 !! candidates that elements or forces touch at present
@@ -275,6 +292,7 @@ module condensed_types
     integer :: failed = 0 !! outcome of the last extension
     type(influence_t) :: outer !! the loads' influence
     type(carried_t) :: rigid !! rigid motions
+    type(point_border_t) :: points !! unknowns of rigid bodies with a point
     type(live_t) :: alive !! live candidates
     type(defects_t) :: bulk !! forces that the bulk bears
     type(linear_sums_t) :: sums !! over supports and loads

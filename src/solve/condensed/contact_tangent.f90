@@ -16,12 +16,13 @@ module contact_tangent
   use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
   use sparse_columns, only: add_product
-  use live_values, only: gather_condensed
+  use right_side, only: gather_right
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
   use condensed_ground, only: hold_motions
+  use condensed_border, only: form_points
   use rough_tangent, only: may_be_rough, form_rough, answer_roughly
   use small_tangent, only: form_double
   use whole_tangent, only: is_better_whole, take_columns
@@ -52,21 +53,23 @@ contains
         3*size(system%contact%ix, 1), system%contact%n))
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
       if (system%condensed%active) then
-        call gather_condensed(system, 0.0_wp)
+        call gather_right(system, 0.0_wp, .false.)
       else
         call turn_elements(system)
       end if
       call list_elements(system, tangent)
+      call form_points(system)
+      call clear_dead(tangent)
     end associate
     if (any(system%body%weak)) call find_grounded(x, system)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
-  !> Lists the closed elements, and clears what of their matrices belongs to no live candidate.
+  !> Lists the closed elements.
   subroutine list_elements(system, tangent)
     type(system_t), intent(in) :: system !! contact elements, condensed
-    type(contact_tangent_t), intent(inout) :: tangent !! gets element; s loses dead rows
-    integer :: k, i
+    type(contact_tangent_t), intent(inout) :: tangent !! gets element
+    integer :: k
 
     if (.not. allocated(tangent%element)) allocate (tangent%element(system%contact%n))
     tangent%elements = 0
@@ -75,13 +78,24 @@ contains
       if (system%contact%status(k) <= status_open) cycle
       tangent%elements = tangent%elements + 1
       tangent%element(tangent%elements) = k
-      do i = 1, size(tangent%dofs, 1)
-        if (tangent%dofs(i, k) > 0) cycle
-        tangent%s(i, :, k) = 0.0_wp
-        tangent%s(:, i, k) = 0.0_wp
-      end do
     end do
   end subroutine list_elements
+
+  !> Clears what of the matrices of closed elements belongs to no live candidate.
+  pure subroutine clear_dead(tangent)
+    type(contact_tangent_t), intent(inout) :: tangent !! s loses dead rows
+    integer :: e, i
+
+    do e = 1, tangent%elements
+      associate (k => tangent%element(e))
+        do i = 1, size(tangent%dofs, 1)
+          if (tangent%dofs(i, k) > 0) cycle
+          tangent%s(i, :, k) = 0.0_wp
+          tangent%s(:, i, k) = 0.0_wp
+        end do
+      end associate
+    end do
+  end subroutine clear_dead
 
   !> Factor of the leading part of the element matrices at hand.
   subroutine factorise_tangent(system, x, outcome)

@@ -99,7 +99,7 @@ contains
     type(system_t), intent(in) :: system !! solution given
 
     if (system%condensed%active) then
-      norm = norm2(live_solution(system))
+      norm = hypot(norm2(live_solution(system)), norm2(system%solution(system%equations + 1:)))
     else
       norm = norm2(system%solution)
     end if
@@ -110,7 +110,8 @@ contains
     type(system_t), intent(in) :: system !! right and solution given
 
     if (system%condensed%active) then
-      work = dot_product(system%condensed%alive%right, live_solution(system))
+      work = dot_product(system%condensed%alive%right, live_solution(system)) + dot_product( &
+        system%right(system%equations + 1:), system%solution(system%equations + 1:))
     else
       work = dot_product(system%right, system%solution)
     end if

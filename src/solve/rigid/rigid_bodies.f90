@@ -211,13 +211,17 @@ contains
 
   !> Moves to the trial.
   subroutine take_rigid(system)
-    type(system_t), intent(inout) :: system !! rigid bodies
+    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
     integer :: b
 
     if (system%tools%border%n == 0) return
     do b = 1, size(system%tools%rigid)
-      system%tools%rigid(b)%move = system%tools%rigid(b)%trial_move
-      system%tools%rigid(b)%turn = system%tools%rigid(b)%trial_turn
+      associate (rigid => system%tools%rigid(b))
+        if (size(rigid%unknown) == 0) cycle
+        rigid%move = rigid%trial_move
+        rigid%turn = rigid%trial_turn
+        call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+      end associate
     end do
   end subroutine take_rigid
 

@@ -16,7 +16,7 @@ module rigid_border
   use system_types, only: system_t
   implicit none
   private
-  public :: form_border, factorise_bordered, solve_bordered
+  public :: form_border, factorise_bordered, solve_bordered, motion_of, turning_of, hold_of
 
   !> Stiffness of what holds a body that nothing else holds, over the largest of the scene.
   real(wp), parameter :: grounding = 1.0e-6_wp
@@ -28,7 +28,8 @@ contains
   !! tangent: of internal forces.
   subroutine form_border(system)
     type(system_t), intent(inout) :: system !! matrix, forces, rigid given; gets border
-    integer :: b
+    integer :: b, k
+    real(wp) :: hold(system%tools%border%n)
 
     if (system%tools%border%n == 0) return
     associate (border => system%tools%border)
@@ -46,8 +47,17 @@ contains
       else
         call add_blocks(system%whole%bulk_matrix, b, system)
       end if
-      call add_turning(b, system)
-      call add_hold(b, system)
+      associate (corner => system%tools%border%corner(system%tools%rigid(b)%first &
+        - system%equations + 1:system%tools%rigid(b)%first - system%equations &
+        + size(system%tools%rigid(b)%unknown), system%tools%rigid(b)%first - system%equations &
+        + 1:system%tools%rigid(b)%first - system%equations &
+        + size(system%tools%rigid(b)%unknown)))
+        corner = corner + turning_of(system, b)
+      end associate
+    end do
+    hold = hold_of(system)
+    do k = 1, system%tools%border%n
+      system%tools%border%corner(k, k) = system%tools%border%corner(k, k) + hold(k)
     end do
   end subroutine form_border
 
@@ -118,48 +128,41 @@ contains
   end subroutine add_blocks
 
   !> Levers turn with a body: -sum [f] [r] of the forces on its nodes.
-  subroutine add_turning(b, system)
+  pure function turning_of(system, b) result(mine)
+    type(system_t), intent(in) :: system !! forces, rigid bodies, u
     integer, intent(in) :: b !! the body
-    type(system_t), intent(inout) :: system !! border grows
+    real(wp) :: mine(size(system%tools%rigid(b)%unknown), size(system%tools%rigid(b)%unknown))
     real(wp) :: turning(6, 6), force(3)
-    integer :: i, first
+    integer :: i
 
     turning = 0.0_wp
-    associate (rigid => system%tools%rigid(b), border => system%tools%border)
+    associate (rigid => system%tools%rigid(b))
       do i = 1, size(rigid%node)
         associate (node => rigid%node(i))
-          force = system%loads%external(:, node) - system%inner%bulk_force(:, node) &
-            - system%contact_force(:, node)
+          force = system%loads%external(:, node) - system%contact_force(:, node)
+          if (.not. system%condensed%active) force = force - system%inner%bulk_force(:, node)
           turning(4:6, 4:6) = turning(4:6, 4:6) - matmul(spin(force), spin(lever(rigid, i, &
             system%u, rigid%move)))/rigid%length**2
         end associate
       end do
-      first = rigid%first - system%equations
-      associate (corner => border%corner(first + 1:first + size(rigid%unknown), &
-        first + 1:first + size(rigid%unknown)))
-        corner = corner + turning(rigid%unknown, rigid%unknown)
+      mine = turning(rigid%unknown, rigid%unknown)
+    end associate
+  end function turning_of
+
+  !> Grounding and drag of bodies that contact does not hold, or not well.
+  pure function hold_of(system) result(hold)
+    type(system_t), intent(in) :: system !! grounded, drag
+    real(wp) :: hold(system%tools%border%n)
+    integer :: b
+
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first &
+        - system%equations)
+        hold(first + 1:first + size(rigid%unknown)) = system%body%drag + merge(grounding* &
+          stiffest(system), 0.0_wp, system%body%grounded(rigid%body))
       end associate
-    end associate
-  end subroutine add_turning
-
-  !> Grounding and drag of a body that contact does not hold, or not well.
-  subroutine add_hold(b, system)
-    integer, intent(in) :: b !! the body
-    type(system_t), intent(inout) :: system !! border grows
-    real(wp) :: hold
-    integer :: k
-
-    associate (rigid => system%tools%rigid(b))
-      hold = system%body%drag
-      if (system%body%grounded(rigid%body)) hold = hold + grounding*stiffest(system)
-      do k = 1, size(rigid%unknown)
-        associate (entry => system%tools%border%corner(rigid%first - system%equations + k, &
-          rigid%first - system%equations + k))
-          entry = entry + hold
-        end associate
-      end do
-    end associate
-  end subroutine add_hold
+    end do
+  end function hold_of
 
   !> A stiffness of the scene: of the bulk, of contact where all is rigid.
   pure real(wp) function stiffest(system)
