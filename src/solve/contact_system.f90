@@ -19,6 +19,7 @@ module contact_system
   use smooth_normals, only: project_on_master
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
   use elmt04, only: d04_patch, d04_size
+  use friction_laws, only: keeps_path
   use tip_ways, only: way_of_tip
   use block_matrix, only: find_block
   use bulk_term, only: take_bulk_back
