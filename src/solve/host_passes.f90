@@ -94,11 +94,14 @@ contains
       call follow_shape(model, system)
       settled = is_converged(system, settings, progress)
     end if
+    if (.not. settled .and. progress%outcome == outcome_converged) then
+      ! tips that change their facets are carried with the shape: it has to settle first
+      call monitor%detail('  the smooth surface has changed its shape')
+      return
+    end if
     call move_hosts(model, system, settings%extrapolation, changes)
     if (changes > 0) then
       call monitor%detail('  '//to_text(changes)//' contact points moved to another facet')
-    else if (.not. settled) then
-      call monitor%detail('  the smooth surface has changed its shape')
     end if
     settled = settled .and. changes == 0
   end subroutine follow_solution

@@ -125,7 +125,7 @@ contains
       if (system%condensed%rigid%modes > 0) norm = hypot(norm, &
         norm2(system%condensed%rigid%imbalance &
         + (1.0_wp - system%condensed%bulk%defect_share)*system%condensed%rigid%imbalance_change))
-      norm = hypot(norm, norm2(system%right(system%equations + 1:)))
+      if (system%tools%border%n > 0) norm = hypot(norm, norm2(system%right(system%equations + 1:)))
     else
       norm = norm2(system%right)
     end if
@@ -163,7 +163,8 @@ contains
     if (system%condensed%active) then
       if (system%condensed%rigid%modes > 0) norm = norm2(system%condensed%rigid%drag* &
         (system%condensed%rigid%alpha - system%condensed%rigid%center))
-      norm = hypot(norm, system%body%drag*norm2(system%body%euler%gone))
+      if (system%tools%border%n > 0) norm = hypot(norm, system%body%drag* &
+        norm2(system%body%euler%gone))
       return
     end if
     share = drag_shares(system)

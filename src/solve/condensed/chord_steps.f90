@@ -151,7 +151,7 @@ contains
         after = residual_norm(system)
       end if
       chords%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
-        .not. (chords%bends .and. after > wanted)) .or. &
+        .not. (chords%bends .and. after > well_within*wanted)) .or. &
         (work <= tolerance*first_energy .and. after <= well_within*wanted)
       if (system%condensed%preconditions) chords%energy_met = after <= wanted .and. &
         (chords%energy_met .or. (work <= tolerance*first_energy .and. &

@@ -254,7 +254,7 @@ contains
 
     call begin_cost(system%costs, cost_solve)
     associate (condensed => system%condensed)
-      condensed%points%asked = system%right(system%equations + 1:)
+      if (condensed%points%n > 0) condensed%points%asked = system%right(system%equations + 1:)
       call push_live(condensed, condensed%alive%right, push)
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)

@@ -99,7 +99,9 @@ contains
     type(system_t), intent(in) :: system !! solution given
 
     if (system%condensed%active) then
-      norm = hypot(norm2(live_solution(system)), norm2(system%solution(system%equations + 1:)))
+      norm = norm2(live_solution(system))
+      if (system%tools%border%n > 0) norm = hypot(norm, &
+        norm2(system%solution(system%equations + 1:)))
     else
       norm = norm2(system%solution)
     end if
@@ -110,7 +112,8 @@ contains
     type(system_t), intent(in) :: system !! right and solution given
 
     if (system%condensed%active) then
-      work = dot_product(system%condensed%alive%right, live_solution(system)) + dot_product( &
+      work = dot_product(system%condensed%alive%right, live_solution(system))
+      if (system%tools%border%n > 0) work = work + dot_product( &
         system%right(system%equations + 1:), system%solution(system%equations + 1:))
     else
       work = dot_product(system%right, system%solution)
