@@ -2,7 +2,7 @@
 !! In more than 400 lines, since each step of the building reads what the one before it has made.
 module pair_builder
   use kinds, only: wp
-  use text, only: to_text, range_text, count_noun
+  use text, only: to_text, range_text, count_noun, in_quotes
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
   use key_sorting, only: sort_columns, ascending
@@ -211,7 +211,7 @@ contains
     call find_nodes(mesh, name, nodes, found)
     if (found) then
       call report_error(diagnostics, at, 'the '//side//' '''//name//''' is no surface', &
-        'define one: SURFace name FROM '//name//'; only the slave of NTOS may be a set')
+        'define one: SURFace name FROM '//in_quotes(name)//'; only the slave of NTOS may be a set')
     else
       call report_unknown_name(mesh, at, name, diagnostics)
     end if
@@ -331,7 +331,8 @@ contains
     end if
     if (size(elements_at(mesh, nodes)) > 0) call report_error(diagnostics, pair%slave_at, &
       'the slave '''//pair%slave//''' has nodes of elements of ten nodes, whose corners carry '// &
-      'no force of an even pressure', 'write GTOS '//pair%slave//' '//pair%master// &
+      'no force of an even pressure', 'write GTOS '//in_quotes(pair%slave)//' '// &
+      in_quotes(pair%master)// &
       ' in place of NTOS; its slave is a surface')
     call find_surface(mesh, pair%slave, index)
     call check_slave(mesh, pair, index, diagnostics)
