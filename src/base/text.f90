@@ -3,7 +3,7 @@ module text
   use kinds, only: wp
   implicit none
   private
-  public :: lower, upper, to_text, range_text, edit_distance, string_t, count_noun
+  public :: lower, upper, to_text, range_text, edit_distance, string_t, count_noun, in_quotes
 
   !> A character string of its own length, for arrays of strings.
   type :: string_t
@@ -143,4 +143,13 @@ contains
     t = integer_to_text(n)//' '//noun
     if (n /= 1) t = t//'s'
   end function count_noun
+
+  !> A name as a deck has to write it: in quotes if it has blanks.
+  pure function in_quotes(name) result(t)
+    character(*), intent(in) :: name !! of a set, region, surface, label
+    character(:), allocatable :: t
+
+    t = name
+    if (scan(name, ' ,=!') > 0) t = ''''//name//''''
+  end function in_quotes
 end module text

@@ -7,6 +7,7 @@ module cell_cutting
   use facet_geometry, only: project_points, facet_normal, plane_t, plane_of, &
     project_corners, corners_of => corners
   use contact_points, only: is_too_deep
+  use contact_bodies, only: cell_through_body
   use contact_entries, only: master_way_t, measure_way, way_past, may_enter, has_entered, &
     was_held, held_reach
   use master_facets, only: is_quadratic, field_on_facet
@@ -122,6 +123,8 @@ contains
     call place_on_host(pair, host, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, host, gaps(k)), k=1, &
       cell_points)])) then
+      if (.not. is_below(pair, host, view, fresh%way, x_old, x, points)) return
+    else if (cell_through_body(pair, x, view%f, host, gaps)) then
       if (.not. is_below(pair, host, view, fresh%way, x_old, x, points)) return
     end if
     do k = 1, cell_points

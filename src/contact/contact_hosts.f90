@@ -10,6 +10,7 @@ module contact_hosts
   use contact_points, only: count_points, point_position, is_first, longest_facet, is_too_deep
   use contact_parameters, only: first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master
+  use contact_bodies, only: is_through_body
   use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
   use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
@@ -292,6 +293,7 @@ contains
       point_position(pair, p, x), facet)
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (is_too_deep(pair, facet, gap) .and. .not. entered) return
+    if (is_through_body(pair, x, p, facet, gap) .and. .not. entered) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
     point%host = facet
     point%status = status_open

@@ -99,6 +99,7 @@ module contact_types
     real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
     !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets
+    integer, allocatable :: body(:) !! (facets) body of each, if some slave belongs to one of these
     real(wp), allocatable :: depth(:) !! (facets) nearly the thickness of the body behind each; only
     !! if some is less than the search radius [length]
   end type master_surface_t
@@ -121,6 +122,8 @@ module contact_types
     real(wp), allocatable :: point_weights(:, :) !! (n_slaves, points) M_b of x_S = sum M_b x_b
     real(wp), allocatable :: area(:) !! (points) reference area of a point, 0 without surface
     real(wp), allocatable :: epsilon(:) !! (points) penalty, force per length
+    integer, allocatable :: body(:) !! (points; slave facets if segmented) body of each, if those of
+    !! the master are known
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
     logical, allocatable :: at_rim(:) !! (slave nodes) if NTOS: at the rim of the slave's surface
     integer, allocatable :: ring(:) !! if NTOS: slave facets around each slave node

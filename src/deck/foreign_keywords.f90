@@ -54,7 +54,10 @@ contains
   subroutine refuse_conditions(t)
     type(keyword_table_t), intent(inout) :: t !! the table
     character(*), parameter :: angle = &
-      'supports follow the axes: turn the mesh by TRANsform so that one is normal to them'
+      'supports follow the axes. One cut plane: turn the mesh by TRANsform so that an axis is '// &
+      'normal to it. Two: model a quarter or half, whose planes are normal to axes; or, where '// &
+      'it is pressed on all over, hold the second by SURFace name PLANe and a PAIR without '// &
+      'FRICtion'
     character(*), parameter :: linked = &
       'TIE joins nodes at one place; a stiff contact PAIR joins others'
     character(*), parameter :: cold = 'there are no temperatures: leave it out'

@@ -40,7 +40,7 @@ module keyword_types
     logical :: has_data = .false. !! whether records without an own word belong to it
     type(signature_t), allocatable :: data !! such a record
     type(own_word_t), allocatable :: words(:) !! its own words
-    character(96) :: summary = '' !! one line
+    character(320) :: summary = '' !! one line
     character(96), allocatable :: help(:) !! more lines
   end type keyword_t
 

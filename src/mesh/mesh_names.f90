@@ -1,6 +1,6 @@
 !> Looking up sets, regions and surfaces by name.
 module mesh_names
-  use text, only: edit_distance
+  use text, only: edit_distance, in_quotes
   use cells, only: facet_of, most_facet_nodes
   use mesh_types, only: mesh_t
   use key_sorting, only: unique_numbers
@@ -196,7 +196,7 @@ contains
     else if (edit_distance(hint, name) > max(2, len(name)/2)) then
       hint = list_names(mesh)
     else
-      hint = 'the nearest name is '//hint
+      hint = 'the nearest name is '//in_quotes(hint)
     end if
   end function name_hint
 
@@ -228,7 +228,7 @@ contains
 
     if (name == '') return
     n = n + 1
-    if (n <= most_listed) t = t//' '//name
+    if (n <= most_listed) t = t//' '//in_quotes(name)
   end subroutine list_one
 
   !> The remedy for a region that does not exist: the names of those that do.

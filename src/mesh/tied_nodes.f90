@@ -6,6 +6,7 @@ module tied_nodes
   use records, only: is_word, item_count, item_integer, item_real, item_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use near_places, only: grid_t, start_grid, sort_grid
+  use bonded_faces, only: find_bonded, mark_sides
   use mesh_types, only: mesh_t
   use mesh_building, only: axis_tolerance, place_tolerance
   use mesh_names, only: find_nodes, name_hint
@@ -46,6 +47,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(mesh_t), intent(inout) :: mesh !! the mesh, complete
     logical, allocatable :: sides(:, :)
+    integer, allocatable :: bonded(:, :)
     type(choice_t) :: choice
     integer :: i, n, joined, apart
     logical :: good
@@ -59,7 +61,10 @@ contains
       call choose_nodes(deck%mesh(i), named, diagnostics, choice, good)
       if (.not. good) cycle
       mesh%to_tie = mesh%to_tie .or. choice%first .or. choice%second
+      call find_bonded(deck, named, choice%first .or. choice%second, bonded)
+      call join_bonded(mesh, choice, bonded, sides, n)
       call join_chosen(mesh, choice, sides, joined, apart)
+      joined = joined + n
       call report_note(diagnostics, deck%mesh(i)%head%at, 'TIE joins '// &
         count_noun(joined, 'node')//' to others at the same place'//pairs_text(apart))
     end do
@@ -75,36 +80,6 @@ contains
     if (apart > 0) t = '; '//count_noun(apart, 'place')// &
       ' of the two sides of a contact pair stay apart'
   end function pairs_text
-
-  !> Nodes of the slave side (odd rows) and of the master side (even rows) of each pair.
-  subroutine mark_sides(deck, named, sides)
-    type(deck_t), intent(in) :: deck !! the deck
-    type(mesh_t), intent(in) :: named !! the mesh, its sets and surfaces evaluated
-    logical, allocatable, intent(out) :: sides(:, :) !! (2 pairs, nodes)
-    integer, allocatable :: nodes(:)
-    integer :: pass, i, k, side, n
-    logical :: found
-
-    do pass = 1, 2
-      n = 0
-      do i = 1, size(deck%mesh)
-        if (deck%mesh(i)%command /= 'cont') cycle
-        do k = 1, deck%mesh(i)%count
-          associate (record => deck%mesh(i)%records(k))
-            if (.not. is_word(record%items(1), 'ntos') .and. &
-              .not. is_word(record%items(1), 'gtos')) cycle
-            do side = 1, 2
-              if (pass == 1) cycle
-              call find_nodes(named, item_name(record, 1 + side), nodes, found)
-              if (found) sides(n + side, nodes) = .true.
-            end do
-            n = n + 2
-          end associate
-        end do
-      end do
-      if (pass == 1) allocate (sides(n, named%nodes), source=.false.)
-    end do
-  end subroutine mark_sides
 
   !> The nodes that a TIE is about: all, NODE n1 n2, MATErial m1 m2, REGIon r1 r2, or ,,i,c.
   subroutine choose_nodes(set, mesh, diagnostics, choice, good)
@@ -201,6 +176,28 @@ contains
     end do
     apart = count(held)
   end subroutine join_chosen
+
+  !> Joins nodes of facets that are bonded, whatever sides of pairs they are on.
+  subroutine join_bonded(mesh, choice, bonded, sides, joined)
+    type(mesh_t), intent(inout) :: mesh !! its list of tied nodes
+    type(choice_t), intent(in) :: choice !! which nodes
+    integer, intent(in) :: bonded(:, :) !! (2, n) nodes
+    logical, intent(inout) :: sides(:, :) !! (2 pairs, nodes) sides they touch
+    integer, intent(out) :: joined !! nodes that were joined to others
+    integer :: i, low, high
+
+    joined = 0
+    do i = 1, size(bonded, 2)
+      if (.not. (choice%first(bonded(1, i)) .and. choice%second(bonded(2, i)) .or. &
+        choice%first(bonded(2, i)) .and. choice%second(bonded(1, i)))) cycle
+      low = min(root_of(mesh%tied, bonded(1, i)), root_of(mesh%tied, bonded(2, i)))
+      high = max(root_of(mesh%tied, bonded(1, i)), root_of(mesh%tied, bonded(2, i)))
+      if (low == high) cycle
+      mesh%tied(high) = low
+      sides(:, low) = sides(:, low) .or. sides(:, high)
+      joined = joined + 1
+    end do
+  end subroutine join_bonded
 
   !> Joins two nodes if they may be.
   subroutine join_pair(mesh, first, second, choice, tolerance, sides, joined, held)

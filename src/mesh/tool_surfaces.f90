@@ -12,12 +12,12 @@ module tool_surfaces
   use mesh_types, only: mesh_t
   use mesh_names, only: name_exists
   use mesh_building, only: reserve_nodes, place_node
-  use mesh_file_types, only: file_mesh_t, group_cells
+  use mesh_file_types, only: file_mesh_t, group_cells, group_faces, group_done, rigid_cell
   use file_mesh_checks, only: file_place_t, resolve_nodes
   use part_lists, only: append_surface
   implicit none
   private
-  public :: is_tool, place_tool
+  public :: is_tool, place_tool, place_rigid
 
   !> A triangle whose area is below this share of its longest edge squared is a line.
   real(wp), parameter :: flat = 1.0e-12_wp
@@ -41,37 +41,68 @@ contains
     type(file_mesh_t), intent(inout) :: file !! what the file holds
     type(mesh_t), intent(inout) :: mesh !! gets nodes and surfaces
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    logical, allocatable :: chosen(:)
-    integer :: errors, g
+    integer :: errors
     logical :: grouped
 
     errors = diagnostics%errors
     allocate (place%node(file%nodes), place%element(file%cells), source=0)
     call resolve_nodes(place, file, diagnostics)
     if (diagnostics%errors > errors) return
+    allocate (place%rigid(file%cells))
+    place%rigid(:) = file%size(:file%cells) == 3
     call place_corners(place, file, mesh, diagnostics)
     if (diagnostics%errors > errors) return
-    grouped = .false.
+    call place_groups(name, place, file, mesh, grouped, diagnostics)
+    if (grouped) return
+    call add_surface(base_of(file_name(diagnostics%source, place%file)), place%rigid, place, &
+      file, mesh, diagnostics)
+  end subroutine place_tool
+
+  !> Makes surfaces of the rigid facets of a file beside tetrahedra, and of each group of such.
+  subroutine place_rigid(place, file, mesh, diagnostics)
+    type(file_place_t), intent(inout) :: place !! knows the file; gets deck numbers of its nodes
+    type(file_mesh_t), intent(inout) :: file !! what the file holds; its groups of such are done
+    type(mesh_t), intent(inout) :: mesh !! gets nodes and surfaces
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    integer :: errors
+    logical :: grouped
+
+    if (.not. any(place%rigid)) return
+    errors = diagnostics%errors
+    call place_corners(place, file, mesh, diagnostics)
+    if (diagnostics%errors > errors) return
+    call place_groups('', place, file, mesh, grouped, diagnostics)
+    if (.not. grouped) call add_surface(base_of(file_name(diagnostics%source, place%file)), &
+      place%rigid, place, file, mesh, diagnostics)
+  end subroutine place_rigid
+
+  !> A surface of all rigid facets under the name of AS, or one for each group of such alone.
+  subroutine place_groups(name, place, file, mesh, grouped, diagnostics)
+    character(*), intent(in) :: name !! name of AS, empty without
+    type(file_place_t), intent(in) :: place !! deck numbers, rigid facets
+    type(file_mesh_t), intent(inout) :: file !! what the file holds; its groups of such are done
+    type(mesh_t), intent(inout) :: mesh !! gets surfaces
+    logical, intent(out) :: grouped !! there is one
+    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
+    logical :: chosen(file%cells)
+    integer :: g
+
+    grouped = name /= ''
+    if (grouped) call add_surface(name, place%rigid, place, file, mesh, diagnostics)
     do g = 1, file%groups
       associate (group => file%group(g))
-        if (name /= '' .or. group%kind /= group_cells) cycle
-        allocate (chosen(file%cells), source=.false.)
+        if (name /= '' .or. group%count == 0) cycle
+        if (group%kind /= group_cells .and. group%kind /= group_faces) cycle
+        chosen = .false.
         chosen(group%members(:group%count)) = .true.
-        chosen = chosen .and. file%size(:file%cells) == 3
-        if (any(chosen)) call add_surface(group%name, chosen, place, file, mesh, diagnostics)
-        grouped = grouped .or. any(chosen)
-        deallocate (chosen)
+        if (.not. any(chosen .and. place%rigid)) cycle
+        if (any(chosen .and. file%size(:file%cells) == 4)) cycle
+        group%kind = group_done
+        grouped = .true.
+        call add_surface(group%name, chosen .and. place%rigid, place, file, mesh, diagnostics)
       end associate
     end do
-    if (grouped) return
-    chosen = file%size(:file%cells) == 3
-    if (name /= '') then
-      call add_surface(name, chosen, place, file, mesh, diagnostics)
-    else
-      call add_surface(base_of(file_name(diagnostics%source, place%file)), chosen, place, file, &
-        mesh, diagnostics)
-    end if
-  end subroutine place_tool
+  end subroutine place_groups
 
   !> The name of a file without its folder and its ending.
   pure function base_of(path) result(base)
@@ -91,17 +122,21 @@ contains
     type(mesh_t), intent(inout) :: mesh !! gets the nodes
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(error_t), allocatable :: error
-    integer, allocatable :: first(:)
+    integer, allocatable :: first(:), members(:)
     logical, allocatable :: held(:)
     integer :: c, n, before
     real(wp) :: apart
 
     allocate (held(file%nodes), source=.false.)
     do c = 1, file%cells
-      if (file%size(c) == 3) held(file%corners(:3, c)) = .true.
+      if (.not. place%rigid(c)) cycle
+      held(file%corners(:3, c)) = .true.
+      if (is_quadrilateral(file, c)) held(file%middles(1, c)) = .true.
     end do
+    held = held .and. place%node < 1
+    members = pack([(n, n=1, file%nodes)], held)
     ! what the numbers of the file are rounded by must not tear the surface
-    associate (x => file%x(:, :file%nodes))
+    associate (x => file%x(:, members))
       call join_places(x, min(maxval(roundings(x)), least_feature*norm2(maxval(x, 2) - &
         minval(x, 2))), first)
     end associate
@@ -112,14 +147,15 @@ contains
       return
     end if
     mesh%nodes = before
-    do n = 1, file%nodes
-      if (.not. held(n)) cycle
-      if (place%node(first(n)) == 0) then
-        mesh%nodes = mesh%nodes + 1
-        place%node(first(n)) = mesh%nodes
-        call place_node(mesh, mesh%nodes, file%x(:, first(n)), apart)
-      end if
-      place%node(n) = place%node(first(n))
+    do n = 1, size(members)
+      associate (other => members(first(n)))
+        if (place%node(other) < 1) then
+          mesh%nodes = mesh%nodes + 1
+          place%node(other) = mesh%nodes
+          call place_node(mesh, mesh%nodes, file%x(:, other), apart)
+        end if
+        place%node(members(n)) = place%node(other)
+      end associate
     end do
     call report_note(diagnostics, place%at, file_name(diagnostics%source, place%file)//': '// &
       count_noun(mesh%nodes - before, 'node')//', numbered from '//to_text(before + 1)// &
@@ -136,21 +172,27 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     integer, allocatable :: facets(:, :), keys(:, :), order(:)
     logical, allocatable :: kept(:)
-    integer :: c, n, i
+    integer :: c, n, i, three(3), triangles
 
     if (name_exists(mesh, name)) then
       call report_error(diagnostics, place%at, 'the name '//name//' is taken already', &
         'write MESH file AS and another name')
       return
     end if
-    allocate (facets(3, count(chosen)))
+    allocate (facets(3, 2*count(chosen)))
     n = 0
+    triangles = 0
     do c = 1, file%cells
       if (.not. chosen(c)) cycle
-      if (is_flat(mesh%x(:, place%node(file%corners(:3, c))))) cycle
-      n = n + 1
-      facets(:, n) = place%node(file%corners(:3, c))
-      if (mesh%mirrors) facets(:, n) = facets([2, 1, 3], n)
+      do i = 1, merge(2, 1, is_quadrilateral(file, c))
+        three = place%node(file%corners(:3, c))
+        if (i == 2) three = place%node([file%corners([1, 3], c), file%middles(1, c)])
+        triangles = triangles + 1
+        if (is_flat(mesh%x(:, three))) cycle
+        n = n + 1
+        facets(:, n) = three
+        if (mesh%mirrors) facets(:, n) = facets([2, 1, 3], n)
+      end do
     end do
     allocate (keys(3, n))
     do i = 1, n
@@ -161,8 +203,8 @@ contains
     do i = 2, n
       kept(order(i)) = any(keys(:, order(i)) /= keys(:, order(i - 1)))
     end do
-    if (count(kept) < count(chosen)) call report_note(diagnostics, place%at, 'surface '//name// &
-      ': '//count_noun(count(chosen) - count(kept), 'triangle')//' left out, without area or '// &
+    if (count(kept) < triangles) call report_note(diagnostics, place%at, 'surface '//name// &
+      ': '//count_noun(triangles - count(kept), 'triangle')//' left out, without area or '// &
       'given twice')
     if (.not. any(kept)) call report_error(diagnostics, place%at, 'surface '//name// &
       ' has no triangle with an area', 'is the file complete? write it again')
@@ -173,6 +215,14 @@ contains
       surface%alone = .true.
     end associate
   end subroutine add_surface
+
+  !> A rigid facet has a fourth corner.
+  pure logical function is_quadrilateral(file, c)
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    integer, intent(in) :: c !! the cell
+
+    is_quadrilateral = file%mark(c) == rigid_cell .and. file%middles(1, c) > 0
+  end function is_quadrilateral
 
   !> Three corners lie on a line.
   pure logical function is_flat(x)

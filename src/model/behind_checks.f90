@@ -73,6 +73,10 @@ contains
     call build_tree(tree, pair%surface%facets, x)
     do i = 1, size(slave%area)
       call nearest_facet(tree, pair%surface%facets, x, slave%x(:, i), f, distance)
+      ! the way to a facet of its own body leads through that
+      if (allocated(pair%surface%body)) then
+        if (pair%surface%body(f) == slave%body(i)) cycle
+      end if
       associate (corner => x(:, pair%surface%facets(:, f)))
         if (dot_product(slave%normal(:, i), facet_normal(corner)) > facing) cycle
         call project_on_facet(corner, slave%x(:, i), xi, gap)

@@ -3,7 +3,7 @@
 !! finite strain: these follow.
 module distributed_loads
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, in_quotes
   use deck_types, only: deck_t, record_t, location_t, item_number
   use records, only: item_count, item_integer, item_location, item_name, item_real
   use diagnostics, only: diagnostics_t, report_error, report_note
@@ -209,7 +209,7 @@ contains
     else
       call report_error(diagnostics, item_location(record, 1), item_name(record, 1)// &
         ' is no surface: loads per area want facets', 'write SURFace name FROM '// &
-        item_name(record, 1)//', and its name here')
+        in_quotes(item_name(record, 1))//', and its name here')
     end if
   end subroutine find_loaded_surface
 

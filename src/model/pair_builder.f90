@@ -2,9 +2,10 @@
 !! In more than 400 lines, since each step of the building reads what the one before it has made.
 module pair_builder
   use kinds, only: wp
-  use text, only: to_text, range_text, count_noun
+  use text, only: to_text, range_text, count_noun, in_quotes
   use diagnostics, only: diagnostics_t, report_error, report_note, error_count
   use deck_types, only: location_t
+  use key_sorting, only: sort_columns, ascending
   use cells, only: most_nodes, most_facet_nodes, facet_of
   use key_sorting, only: sort_columns
   use mesh_types, only: mesh_t
@@ -22,6 +23,7 @@ module pair_builder
   use node_queries, only: report_unknown_name
   use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
+  use bodies, only: find_bodies
   use facet_depths, only: body_facets_t, measure_depths
   use tool_sides, only: face_tools
   use gap_adjustment, only: adjust_gaps, adjustment_t
@@ -46,7 +48,8 @@ contains
     type(facet_table_t), intent(in) :: known !! exterior facets, if they are at hand
     type(facet_table_t) :: exterior
     type(body_facets_t) :: outside
-    integer :: i
+    integer, allocatable :: body(:), body_of_node(:)
+    integer :: i, bodies
     logical :: sound
 
     sound = error_count(diagnostics) == 0
@@ -62,13 +65,39 @@ contains
       if (.not. (sound .and. drafts(i)%has_form .and. drafts(i)%pair%fit%adjusted)) cycle
       call adjust_pair(drafts(i)%pair, exterior, diagnostics, model%mesh)
     end do
+    call find_bodies(model%mesh, body, body_of_node, bodies)
     do i = 1, size(drafts)
       model%pairs(i) = drafts(i)%pair
       if (.not. drafts(i)%has_form) cycle
       call build_pair(drafts(i), exterior, elastic, outside, diagnostics, model, &
         model%pairs(i))
+      call keep_bodies(body_of_node, model%pairs(i))
     end do
   end subroutine build_pairs
+
+  !> Keeps the bodies of points and facets where both sides of a pair belong to one body; not with
+  !! SHRInk, whose overlaps are meant.
+  pure subroutine keep_bodies(body_of_node, pair)
+    integer, intent(in) :: body_of_node(:) !! (nodes) body of each
+    type(pair_t), intent(inout) :: pair !! gets bodies
+    integer, allocatable :: of_points(:), of_facets(:)
+    logical :: met(0:maxval([0, body_of_node]))
+
+    if (.not. (allocated(pair%surface%facets) .and. allocated(pair%points%point_nodes))) return
+    if (pair%shrinking%shrink >= 0) return
+    if (pair%segmented) then
+      if (.not. allocated(pair%points%slave_facets)) return
+      of_points = body_of_node(pair%points%slave_facets(1, :))
+    else
+      of_points = body_of_node(pair%points%point_nodes(1, :))
+    end if
+    of_facets = body_of_node(pair%surface%facets(1, :))
+    met = .false.
+    met(of_facets) = .true.
+    if (.not. any(met(of_points))) return
+    call move_alloc(of_points, pair%points%body)
+    call move_alloc(of_facets, pair%surface%body)
+  end subroutine keep_bodies
 
   !> Moves the slave nodes of a pair that are next to the master onto it, and notes what was done.
   !! What is wrong with the pair is reported when it is built.
@@ -87,7 +116,7 @@ contains
     call take_master(mesh, later, pair, found_master)
     call take_slave(mesh, exterior, later, pair, found_slave)
     if (.not. (found_slave .and. found_master)) return
-    call check_common_nodes(mesh, pair, later)
+    call check_common_facets(mesh, pair, later)
     if (error_count(later) > 0) return
     call adjust_gaps(pair%points%point_nodes(1, :), pair%points%slave_facets, &
       pair%surface%facets, pair%surface%neighbours, &
@@ -127,7 +156,7 @@ contains
     if (error_count(diagnostics) > 0) then
       if (size(pair%surface%facets, 2) == 0 .or. count_points(pair) == 0) return
     end if
-    call check_common_nodes(model%mesh, pair, diagnostics)
+    call check_common_facets(model%mesh, pair, diagnostics)
     if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
     if (.not. (elastic .and. draft%complete)) return
     call take_penalties(model, diagnostics, pair)
@@ -204,7 +233,7 @@ contains
     call find_nodes(mesh, name, nodes, found)
     if (found) then
       call report_error(diagnostics, at, 'the '//side//' '''//name//''' is no surface', &
-        'define one: SURFace name FROM '//name//'; only the slave of NTOS may be a set')
+        'define one: SURFace name FROM '//in_quotes(name)//'; only the slave of NTOS may be a set')
     else
       call report_unknown_name(mesh, at, name, diagnostics)
     end if
@@ -324,7 +353,8 @@ contains
     end if
     if (size(elements_at(mesh, nodes)) > 0) call report_error(diagnostics, pair%slave_at, &
       'the slave '''//pair%slave//''' has nodes of elements of ten nodes, whose corners carry '// &
-      'no force of an even pressure', 'write GTOS '//pair%slave//' '//pair%master// &
+      'no force of an even pressure', 'write GTOS '//in_quotes(pair%slave)//' '// &
+      in_quotes(pair%master)// &
       ' in place of NTOS; its slave is a surface')
     call find_surface(mesh, pair%slave, index)
     call check_slave(mesh, pair, index, diagnostics)
@@ -336,6 +366,7 @@ contains
     call tributary_areas(pair%points%slave_facets, mesh%x, area)
     call find_region(mesh, pair%slave, index)
     if (index > 0) nodes = pack(nodes, area(nodes) > 0.0_wp)
+    nodes = without_master(nodes, pair, mesh%nodes)
     call make_node_points(nodes, pair)
     pair%points%area = area(nodes)
   end subroutine take_slave
@@ -382,28 +413,59 @@ contains
     end do
   end function facets_within
 
-  !> A node cannot touch a facet that it belongs to.
-  subroutine check_common_nodes(mesh, pair, diagnostics)
+  !> A facet cannot touch itself; nodes may be on both sides, where a joint ends or a crack.
+  subroutine check_common_facets(mesh, pair, diagnostics)
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(pair_t), intent(in) :: pair !! the pair
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    logical, allocatable :: master(:), common(:)
-    integer :: i, n
+    integer, allocatable :: slave(:, :), keys(:, :), order(:)
+    integer :: i, n, m, index, first
 
-    allocate (master(mesh%nodes), source=.false.)
-    do i = 1, size(pair%surface%facets, 2)
-      master(pair%surface%facets(:, i)) = .true.
+    call find_surface(mesh, pair%slave, index)
+    if (index > 0) then
+      slave = mesh%surfaces(index)%facets
+    else
+      slave = pair%points%slave_facets
+    end if
+    n = size(slave, 2)
+    m = size(pair%surface%facets, 2)
+    allocate (keys(3, n + m))
+    do i = 1, n
+      keys(:, i) = ascending(slave(:, i))
     end do
-    allocate (common(mesh%nodes), source=.false.)
-    do i = 1, count_points(pair)
-      common(pair%points%point_nodes(:, i)) = master(pair%points%point_nodes(:, i))
+    do i = 1, m
+      keys(:, n + i) = ascending(pair%surface%facets(:, i))
     end do
-    n = count(common)
-    if (n == 0) return
-    call report_error(diagnostics, pair%slave_at, 'slave '''//pair%slave//''' and master '''// &
-      pair%master//''' share '//count_noun(n, 'node')//', the first is '// &
-      to_text(first_true(common)), 'name sets that have no node in common')
-  end subroutine check_common_nodes
+    call sort_columns(keys, order)
+    first = 0
+    m = 0
+    do i = 2, size(order)
+      if (any(keys(:, order(i)) /= keys(:, order(i - 1)))) cycle
+      m = m + 1
+      if (first == 0) first = order(i)
+    end do
+    if (m > 0) call report_error(diagnostics, pair%slave_at, 'slave '''//pair%slave// &
+      ''' and master '''//pair%master//''' share '//count_noun(m, 'facet')//', the first has '// &
+      'nodes '//to_text(keys(1, first))//' '//to_text(keys(2, first))//' '// &
+      to_text(keys(3, first)), 'a facet cannot touch itself: name surfaces that share nodes at '// &
+      'most, such as the two faces of a crack')
+    if (m == 0 .and. count_points(pair) == 0) call report_error(diagnostics, pair%slave_at, &
+      'all nodes of the slave '''//pair%slave//''' are nodes of the master '''//pair%master// &
+      ''' as well', 'a node cannot touch a facet that it belongs to: name another slave')
+  end subroutine check_common_facets
+
+  !> Nodes that do not belong to the master: a node is always at the place of itself.
+  pure function without_master(nodes, pair, last) result(rest)
+    integer, intent(in) :: nodes(:) !! slave nodes
+    type(pair_t), intent(in) :: pair !! with its master
+    integer, intent(in) :: last !! highest number of a node
+    integer, allocatable :: rest(:)
+    logical :: master(last)
+
+    master = .false.
+    if (allocated(pair%surface%facets)) master([pair%surface%facets]) = .true.
+    rest = pack(nodes, .not. master(nodes))
+  end function without_master
 
   !> Index of the first true value, 0 if there is none.
   pure integer function first_true(mask) result(first)

@@ -17,8 +17,8 @@ module tie_checks
   !> Two facets lie on each other if the cosine of their normals is below this (8 degrees: those
   !! of a curved face cut in different ways differ).
   real(wp), parameter :: opposite = -0.99_wp
-  !> A corner lies on a facet if the point of its own facet this share of the way to its middle does:
-  !! faces that meet at an edge alone do not.
+  !> A corner lies on a facet if the point of its own facet this share of the way to its middle
+  !! does: faces that meet at an edge alone do not.
   real(wp), parameter :: inwards = 0.1_wp
   !> How far a corner may lie from the facet, as a share of the facet's edges: the sag of a curved
   !! face that both sides have cut in their own way.
@@ -104,6 +104,7 @@ contains
     integer, intent(in) :: node !! the node
     integer, intent(in) :: facet(3) !! the corners
     integer :: p, k
+    integer, allocatable :: slave(:, :)
     logical :: on_master, on_slave
 
     are_paired = .false.
@@ -111,10 +112,11 @@ contains
       if (.not. allocated(pairs(p)%surface%facets)) cycle
       if (.not. allocated(pairs(p)%points%point_nodes)) cycle
       on_master = any(pairs(p)%surface%facets == node)
-      on_slave = any(pairs(p)%points%point_nodes == node)
+      slave = pairs(p)%points%point_nodes
+      if (allocated(pairs(p)%points%slave_facets)) slave = pairs(p)%points%slave_facets
+      on_slave = any(slave == node)
       if (on_slave) are_paired = all([(any(pairs(p)%surface%facets == facet(k)), k=1, 3)])
-      if (on_master) are_paired = are_paired .or. all([(any(pairs(p)%points%point_nodes == &
-        facet(k)), k=1, 3)])
+      if (on_master) are_paired = are_paired .or. all([(any(slave == facet(k)), k=1, 3)])
       if (are_paired) return
     end do
   end function are_paired

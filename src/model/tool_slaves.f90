@@ -20,6 +20,7 @@ module tool_slaves
     real(wp), allocatable :: x(:, :) !! (3, n) middles of its facets [length]
     real(wp), allocatable :: normal(:, :) !! (3, n) outward
     real(wp), allocatable :: area(:) !! (n) [length^2]
+    integer, allocatable :: body(:) !! (n) of them
     real(wp), allocatable :: height(:) !! (n) of the element behind [length]
     real(wp), allocatable :: inside(:, :) !! (3, m) middles of elements [length]
     real(wp), allocatable :: volume(:) !! (m) of them [length^3]
@@ -90,7 +91,8 @@ contains
 
     call find_bodies(mesh, body, body_of_node, bodies)
     allocate (chosen(0:bodies), source=.false.)
-    chosen(body(elements)) = .true.
+    slave%body = body(elements)
+    chosen(slave%body) = .true.
     members = pack([(e, e=1, mesh%elements)], chosen(body))
     n = min(most_samples, size(members))
     allocate (slave%inside(3, n), slave%volume(n))

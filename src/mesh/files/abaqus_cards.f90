@@ -184,6 +184,9 @@ contains
     case ('b32', 'b32h', 't3d3')
       corners = 2
       nodes = 3
+    case ('r3d4')
+      corners = 3
+      nodes = 4
     case ('s3', 's3r', 'stri3', 'cps3', 'cpe3', 'cax3', 'm3d3', 'sfm3d3', 'r3d3', 'ds3')
       corners = 3
     case ('t3d2', 't2d2', 'b31', 'b31h', 'b21', 'r2d2', 'rb3d2', 'dc1d2')

@@ -1,11 +1,12 @@
 !> Reads the mesh of an Abaqus or CalculiX input file: nodes, elements, sets and surfaces.
 module abaqus_reader
   use kinds, only: wp
-  use text, only: to_text, upper
+  use text, only: to_text, upper, lower
   use file_cursor, only: cursor_t, start_cursor, fail, number_of, real_of
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, start_file_mesh, add_node, add_cell, add_group, &
-    add_member, add_remark, find_group, group_nodes, group_cells
+    add_member, add_remark, find_group, group_nodes, group_cells, &
+    rigid_cell
   use abaqus_cards, only: card_t, next_card, next_data, next_item, card_parameter, has_parameter, &
     abaqus_shape
   use abaqus_assembly, only: assembly_t, find_parts, find_part, open_instance, moved, take_number
@@ -107,10 +108,13 @@ contains
     integer, intent(in) :: before !! cells that the file had before
     type(file_mesh_t), intent(inout) :: file !! gets the group
     integer :: c
+    logical :: rigid
 
+    rigid = all(file%mark(before + 1:file%cells) == rigid_cell)
     call add_group(file, card_parameter(card, 'name'), group_cells, card%at)
     do c = before + 1, file%cells
-      if (file%size(c) == 4) call add_member(file%group(file%groups), c, 0)
+      if (file%size(c) == 4 .or. rigid .and. file%mark(c) == rigid_cell) &
+        call add_member(file%group(file%groups), c, 0)
     end do
   end subroutine name_instance
 
@@ -188,6 +192,7 @@ contains
     type(assembly_t), intent(inout) :: assembly !! numbers of the instance
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
     integer :: nodes, corners, group, start, end, at, first, last, n, numbers(0:most_nodes), tag
+    integer :: mark
     logical :: found
 
     call abaqus_shape(card_parameter(card, 'type'), nodes, corners)
@@ -196,6 +201,8 @@ contains
       return
     end if
     group = wanted_group(card, 'elset', group_cells, assembly%current, file)
+    mark = 0
+    if (index(lower(card_parameter(card, 'type')), 'r3d') == 1) mark = rigid_cell
     n = 0
     do while (.not. cursor%failed)
       call next_data(text, cursor, start, end, found)
@@ -215,7 +222,7 @@ contains
       if (n <= nodes .or. cursor%failed) cycle
       call take_number(assembly, 2, numbers(0), start, cursor, tag)
       call add_cell(file, tag, numbers(1:nodes) + assembly%scope(assembly%current)%shift(1), &
-        corners, 0, start)
+        corners, mark, start)
       if (group > 0) call add_member(file%group(group), file%cells, 0)
       n = 0
     end do
@@ -234,7 +241,8 @@ contains
       call fail(cursor, at, '*ELEMENT without TYPE=', 'TYPE=C3D4 is the tetrahedron of 4 nodes')
     else
       call fail(cursor, at, 'elements of type '//name//' cannot be read', 'this version reads '// &
-        'tetrahedra (C3D4, C3D10), and triangles (S3, S6, ...) and lines (T3D2, B31, ...) on them')
+        'tetrahedra (C3D4, C3D10), triangles (S3, S6, ...) and '// &
+        'lines (T3D2, B31, ...) on them, and rigid R3D3 and R3D4')
     end if
   end subroutine refuse_type
 

@@ -9,7 +9,8 @@ module file_groups
   use mesh_names, only: name_exists, find_region, find_surface, region_nodes, in_region
   use key_sorting, only: unique_numbers
   use part_lists, only: append_set, append_region, append_surface
-  use mesh_file_types, only: file_mesh_t, file_group_t, group_nodes, group_cells, group_faces
+  use mesh_file_types, only: file_mesh_t, file_group_t, group_nodes, group_cells, group_faces, &
+    group_done
   use file_mesh_checks, only: file_place_t, place_in_file
   use file_materials, only: choose_materials
   use file_surfaces, only: surface_draft_t
@@ -35,6 +36,8 @@ contains
     integer :: g, pass, shape(file%groups)
 
     do g = 1, file%groups
+      shape(g) = -1
+      if (file%group(g)%kind == group_done) cycle
       shape(g) = group_shape(file, file%group(g))
       if (.not. usable(file%group(g), shape(g), place, diagnostics)) shape(g) = -1
     end do

@@ -1,6 +1,6 @@
 !> Materials of elements from mesh files: by the labels of MATErial, else the only one there is.
 module file_materials
-  use text, only: to_text, lower
+  use text, only: to_text, lower, in_quotes
   use deck_types, only: deck_t
   use records, only: item_integer, item_name, item_count
   use hints, only: word_list_t, add_candidate, did_you_mean
@@ -83,8 +83,8 @@ contains
     end do
     call report_error(diagnostics, place%at, 'region '//group%name//' of this mesh has no '// &
       'material: the deck has several, and none is labelled '//group%name, &
-      did_you_mean(labels, group%name, 'write MATErial m '//group%name//', or MESH file AS '// &
-      'the label of the material of all the others'))
+      did_you_mean(labels, group%name, 'write MATErial m '//in_quotes(group%name)//', or MESH '// &
+      'file AS the label of the material of all the others'))
   end subroutine refuse_group
 
   !> Gives the elements of a group the material whose label is its name.

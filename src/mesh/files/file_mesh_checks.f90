@@ -5,7 +5,7 @@ module file_mesh_checks
   use deck_types, only: location_t
   use source, only: source_t
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use mesh_file_types, only: file_mesh_t
+  use mesh_file_types, only: file_mesh_t, rigid_cell
   use tag_table, only: tag_table_t, build_table, find_tag
   use key_sorting, only: sort_columns
   use near_places, only: join_places
@@ -24,6 +24,7 @@ module file_mesh_checks
     type(location_t) :: at !! where the deck names it
     integer, allocatable :: node(:) !! (nodes) deck number, 0 for one that no tetrahedron holds
     integer, allocatable :: element(:) !! (cells) deck number, 0 for what is no tetrahedron
+    logical, allocatable :: rigid(:) !! (cells) a rigid facet with nothing behind it
     logical, allocatable :: turned(:) !! (cells) its nodes no longer have the order of the file
   end type file_place_t
 
@@ -224,6 +225,7 @@ contains
         if (file%middles(k, c) > 0) place%node(file%middles(k, c)) = 1
       end do
     end do
+    call mark_rigid(place, file)
     call note_coincident(place, file, diagnostics)
     lost = count(place%node == 0)
     if (lost == 0) return
@@ -235,6 +237,27 @@ contains
       file%node_at(first)), count_noun(lost, 'node')//' that no tetrahedron holds left out, '// &
       'the first is node '//to_text(file%node_tag(first)))
   end subroutine mark_nodes
+
+  !> Marks rigid triangles and quadrilaterals that do not lie on tetrahedra, and their nodes by -1.
+  subroutine mark_rigid(place, file)
+    type(file_place_t), intent(inout) :: place !! marks what joins the mesh; gets rigid
+    type(file_mesh_t), intent(in) :: file !! what the file holds
+    integer :: c, k, nodes(4)
+
+    place%rigid = file%mark(:file%cells) == rigid_cell
+    do c = 1, file%cells
+      if (.not. place%rigid(c)) cycle
+      place%rigid(c) = any(place%node(file%corners(:3, c)) == 0)
+    end do
+    do c = 1, file%cells
+      if (.not. place%rigid(c)) cycle
+      nodes = [file%corners(:3, c), file%middles(1, c)]
+      do k = 1, 4
+        if (nodes(k) == 0) cycle
+        if (place%node(nodes(k)) == 0) place%node(nodes(k)) = -1
+      end do
+    end do
+  end subroutine mark_rigid
 
   !> Notes nodes that lie exactly where another one lies: the bodies around them are parted there.
   subroutine note_coincident(place, file, diagnostics)

@@ -16,7 +16,7 @@ module mesh_file_reader
   use file_cursor, only: cursor_t
   use mesh_file_types, only: file_mesh_t
   use stl_reader, only: is_stl, read_stl
-  use tool_surfaces, only: is_tool, place_tool
+  use tool_surfaces, only: is_tool, place_tool, place_rigid
   use gmsh_reader, only: read_gmsh, is_gmsh
   use abaqus_includes, only: join_includes
   use abaqus_reader, only: read_abaqus
@@ -63,6 +63,7 @@ contains
       call report_note(diagnostics, place%at, item_name(deck%mesh(index)%head, 2)//': '// &
         file%remarks(i)%s)
     end do
+    call place_rigid(place, file, mesh, diagnostics)
     call place_groups(deck, name, place, file, mesh, drafts, diagnostics)
     call place_fields(place, file, mesh, diagnostics)
   end subroutine read_mesh_file
@@ -143,7 +144,7 @@ contains
     n = nodes
     rough = roundings(file%x(:, :file%nodes))
     do c = 1, file%nodes
-      if (place%node(c) == 0) cycle
+      if (place%node(c) < 1) cycle
       n = n + 1
       place%node(c) = n
       call place_node(mesh, n, file%x(:, c), apart)

@@ -6,7 +6,7 @@ module mesh_file_types
   private
   public :: file_mesh_t, file_group_t, file_field_t, add_node, add_cell, add_group, add_member, &
     add_field, add_vector, add_remark, find_group, start_file_mesh
-  public :: group_nodes, group_cells, group_faces
+  public :: group_nodes, group_cells, group_faces, group_done, rigid_cell
 
   !> Most nodes of a cell behind its corners.
   integer, parameter :: most_middles = 6
@@ -18,6 +18,11 @@ module mesh_file_types
   integer, parameter :: group_nodes = 1 !! places in the list of nodes
   integer, parameter :: group_cells = 2 !! places in the list of cells
   integer, parameter :: group_faces = 3 !! places in the list of cells, with a face of each
+
+  integer, parameter :: group_done = 0 !! it is a surface of the deck already
+  !> Mark of a triangle that is rigid and needs no tetrahedron behind it; with a fourth node among
+  !! its middles it is a quadrilateral.
+  integer, parameter :: rigid_cell = -1
 
   !> A named group of nodes, cells or faces.
   type :: file_group_t
