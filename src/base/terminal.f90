@@ -4,10 +4,10 @@
 !! output is no terminal only the plain lines appear. When nobody reads any more, it is quiet.
 module terminal
   use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   implicit none
   private
-  public :: terminal_t, open_terminal, print_line, show_progress, close_terminal
+  public :: terminal_t, open_terminal, print_line, print_warning, show_progress, close_terminal
 
   integer, parameter :: default_width = 80
   character(*), parameter :: carriage_return = achar(13)
@@ -16,6 +16,7 @@ module terminal
   type :: terminal_t
     integer :: unit = output_unit !! Fortran unit
     logical :: quiet = .false. !! print nothing
+    logical :: warns = .false. !! where it is quiet, warnings go to standard error
     logical :: live = .false. !! the unit is a terminal
     integer :: width = default_width !! columns of the terminal
     integer :: shown = 0 !! length of the live line, 0 if there is none
@@ -34,12 +35,14 @@ module terminal
 contains
 
   !> Standard output, live if it is a terminal.
-  type(terminal_t) function open_terminal(quiet) result(term)
+  type(terminal_t) function open_terminal(quiet, warns) result(term)
     logical, intent(in) :: quiet !! print nothing
+    logical, intent(in) :: warns !! but warnings, to standard error
     character(16) :: columns
     integer :: status, width
 
     term%quiet = quiet
+    term%warns = quiet .and. warns
     term%live = c_isatty(1_c_int) == 1_c_int .and. .not. quiet
     call get_environment_variable('COLUMNS', columns, status=status)
     if (status /= 0) return
@@ -59,6 +62,20 @@ contains
     if (status == 0) flush (term%unit, iostat=status)
     if (status /= 0) term%quiet = .true.
   end subroutine print_line
+
+  !> A warning: a line that stays, on standard error where nothing else is printed.
+  subroutine print_warning(term, text)
+    type(terminal_t), intent(inout) :: term !! the terminal
+    character(*), intent(in) :: text !! the line
+    integer :: status
+
+    if (.not. term%warns) then
+      call print_line(term, text)
+      return
+    end if
+    write (error_unit, '(a)', iostat=status) text
+    term%warns = status == 0
+  end subroutine print_warning
 
   !> Rewrites the live line; does nothing in batch.
   subroutine show_progress(term, text)

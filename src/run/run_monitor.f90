@@ -4,7 +4,7 @@ module run_monitor
   use errors, only: error_t
   use text, only: to_text, count_noun
   use monitors, only: monitor_t, iteration_t
-  use terminal, only: terminal_t, show_progress, print_line
+  use terminal, only: terminal_t, show_progress, print_line, print_warning
   use errors, only: raise, exit_no_convergence
   use model_types, only: model_t
   use system_types, only: system_t, state_t
@@ -103,7 +103,7 @@ contains
     character(*), intent(in) :: text !! the warning
     type(error_t), allocatable :: error
 
-    if (associated(self%terminal)) call print_line(self%terminal, 'warning: '//text)
+    if (associated(self%terminal)) call print_warning(self%terminal, 'warning: '//text)
     if (associated(self%log)) call log_warning(self%log, text, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_warning

@@ -70,7 +70,7 @@ contains
     call set_threads(options%threads)
     call set_blas_threads(1)
     context%system%whole%forced = options%solver
-    context%terminal = open_terminal(this_rank() > 0 .or. options%quiet)
+    context%terminal = open_terminal(this_rank() > 0 .or. options%quiet, this_rank() == 0)
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
       diagnostics, error)
