@@ -4,7 +4,7 @@ module run_monitor
   use errors, only: error_t
   use text, only: to_text, count_noun
   use monitors, only: monitor_t, iteration_t
-  use terminal, only: terminal_t, show_progress, print_line, print_warning
+  use terminal, only: terminal_t, show_progress, print_warning
   use errors, only: raise, exit_no_convergence
   use model_types, only: model_t
   use system_types, only: system_t, state_t

@@ -17,8 +17,6 @@ module contact_system
   use contact_hosts, only: begin_increment, follow_tips, settle_points
   use contact_tips, only: touches
   use smooth_normals, only: project_on_master
-  use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
-  use elmt04, only: d04_patch, d04_size
   use friction_laws, only: keeps_path
   use tip_ways, only: way_of_tip
   use block_matrix, only: find_block
