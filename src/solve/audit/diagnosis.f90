@@ -1,5 +1,5 @@
-!> Why a solve failed: unrestrained bodies, and where the residual sticks. In more than 400 lines, since
-!! each way in which a solve fails has its words here.
+!> Why a solve failed: unrestrained bodies, and where the residual sticks.
+!! In more than 400 lines, since each way in which a solve fails has its words here.
 module diagnosis
   use kinds, only: wp, pi
   use text, only: to_text, count_noun
