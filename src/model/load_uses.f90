@@ -19,7 +19,7 @@ contains
     integer, allocatable :: named(:)
     integer :: k
 
-    named = named_tables(model)
+    allocate (named, source=named_tables(model))
     if (any(named == 0)) return
     do k = 1, size(model%tables)
       if (any(named == model%tables(k)%number)) cycle
