@@ -14,7 +14,7 @@ module audit_text
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
     check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, &
-    check_edges
+    check_edges, check_penalty
   implicit none
   private
   public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
@@ -207,6 +207,11 @@ contains
           to_text(model%pairs(worst)%fit%farthest_way, 4)//' (node '// &
           to_text(model%pairs(worst)%fit%farthest)//'), '//to_text(audit%value(check), 3)// &
           ' of a facet, pair '//model%pairs(worst)%name
+      case (check_penalty)
+        t = 'takes nothing'
+        if (size(model%pairs) == 0) t = 'no contact'
+        if (worst > 0) t = 'takes about '//to_text(100.0_wp*audit%value(check), 2)// &
+          ' % of forces or ways, most of it pair '//model%pairs(worst)%name
       case default
         t = 'enough'
         if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
@@ -256,6 +261,10 @@ contains
     case (check_locking)
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
+    case (check_penalty)
+      t = 'without penetration forces are larger where ways are prescribed, ways smaller where '// &
+        'forces are: write a stiffer PENAlty (AUTO 100 takes a tenth to a third of what '// &
+        'AUTO 10 does), or AUGMent'
     case (check_moved)
       t = 'ADJUst has changed the shape of the slave: give it a smaller tolerance, or mesh finer'
     case default

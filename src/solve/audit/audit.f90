@@ -21,6 +21,7 @@ module audit
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
   use scene_audit, only: judge_scene, judge_room
   use edge_audit, only: deepest_edge
+  use penalty_audit, only: held_energy, judge_penalty
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
     check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, &
     check_edges, most_lost
@@ -131,6 +132,7 @@ contains
     call judge_turns(model, system, state, value, audit)
     call judge_volumes(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
+    call judge_penalty(model, system, state, point_state, audit)
     call judge_room(model, audit)
     call judge_edges(model, model%mesh%x(:, :size(state%u, 2)) + state%u, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
@@ -202,8 +204,7 @@ contains
         if (system%contact%status(e) <= status_open) cycle
         p = e - system%place%first_point(k) + 1
         force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
-        audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, e)) &
-          *hypot(point_state(4, e) + withheld_gap(model%pairs(k), p), point_state(5, e))
+        audit%penalty_energy = audit%penalty_energy + held_energy(model, k, p, point_state(:, e))
       end do
       if (model%pairs(k)%shrinking%shrink < 0) cycle
       audit%sum%work = audit%sum%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &

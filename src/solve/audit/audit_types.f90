@@ -6,7 +6,7 @@ module audit_types
   public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
   public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
     check_volume, check_penetration, check_elastic_slip, check_facets, check_locking, &
-    check_moved, check_room, check_edges, most_lost
+    check_moved, check_room, check_edges, check_penalty, most_lost
 
   !> Verdicts.
   integer, parameter :: verdict_ok = 0
@@ -27,12 +27,13 @@ module audit_types
   integer, parameter :: check_moved = 11
   integer, parameter :: check_room = 12
   integer, parameter :: check_edges = 13
-  integer, parameter :: n_checks = 13
+  integer, parameter :: check_penalty = 14
+  integer, parameter :: n_checks = 14
   !> What of the work need not be found again, over the largest energy so far.
   real(wp), parameter :: most_lost = 0.2_wp
   character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
     'strain', 'rotation', 'turning', 'volume', 'penetration', 'elastic slip', 'facets', &
-    'locking', 'moved nodes', 'room', 'edges']
+    'locking', 'moved nodes', 'room', 'edges', 'penalty']
 
   !> What stays the same in a run.
   type :: audit_fixed_t
