@@ -51,7 +51,7 @@ contains
     end if
     problem = foreign_deck(diagnostics%source%files(1)%text, path)
     if (len(problem) > 0) then
-      call raise(error, exit_deck, 'command line: error: '//path//' is no deck: '//problem)
+      call raise(error, exit_deck, path//':1:1: error: this is no deck: '//problem)
       return
     end if
     call read_source(overrides, deck, diagnostics)

@@ -112,6 +112,7 @@ contains
 
     t = ''
     if (audit%lacking <= audit%asked .or. audit%lacking > audit%allowed) return
+    if (audit%scale <= 0.0_wp) return
     t = ': round-off of what is far stiffer than the forces, which may make '// &
       to_text(audit%allowed/audit%scale, 2)
   end function round_off_text

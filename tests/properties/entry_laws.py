@@ -128,7 +128,8 @@ class EntryLaws:
                                (r'SURFace under', 'SET cap\n  PLANe 3 height+0.5\nSURFace lid FROM cap IN cube\nSURFace under'),
                                (r'SOLId LINEar', f'SOLId {law}'),
                                (r'BATCh', 'OUTPut\n  HISTory NODE 1 3\nBATCh'), source=DECKS)
-            for solver in ('UMFP', 'REDU'):
+            # without contact REDUced does not hold a body of finite strain: AUTO takes the whole system then
+            for solver in ('UMFP', 'AUTO' if law == 'NEOHookean' else 'REDU'):
                 r = self.run(deck, '--solver', solver)
                 down = float(r.text('.his').decode().split()[-1])
                 self.near(f'{law}, {solver}: its lower end', down, 0, 0.01)

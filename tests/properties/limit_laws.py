@@ -21,7 +21,7 @@ class LimitLaws:
             self.true(f'no row: {self.rows_of("edited")}', not self.rows_of('edited'))
             if batch[0]:
                 continue
-            said = done.err.split('\n')
+            said = done.err[done.err.find('error:'):].split('\n')  # after warnings
             self.true(f'what statics says: {done.err}', re.match(
                 r'  nothing holds it where it is: the body of element 1 \(region plank\) slides along', said[1]))
             self.true(f'how far it has turned: {done.err}', re.search(

@@ -122,8 +122,10 @@ def warned(program, report):
             if gap:
                 solids.brick('b', (0, 0, 1 + gap), (1, 1, 2 + gap), (4, 4, 4))
             solids.write(os.path.join(folder, 'x_mesh.inp'), Place())
-            text = DECK.format(mesh='MESH x_mesh.inp', sets='SET top\n  PLANe 3 1\nSET bottom\n'
-                               '  PLANe 3 0\nBOUNdary\n  top 1 1 1\n  bottom 1 1 1\n')
+            cap = f'SET cap\n  PLANe 3 {2 + gap!r}\n' if gap else ''
+            held = '  cap 1 1 1\n' if gap else ''
+            text = DECK.format(mesh='MESH x_mesh.inp', sets=cap + 'SET top\n  PLANe 3 1\nSET bottom\n'
+                               '  PLANe 3 0\nBOUNdary\n  top 1 1 1\n  bottom 1 1 1\n' + held)
             with open(os.path.join(folder, 'x.inp'), 'w', encoding='ascii') as out:
                 out.write(text)
             done = decks.run(program, ['x.inp', '--check'], folder, 60)
