@@ -11,13 +11,16 @@ module model_types
   private
   public :: model_t, material_t, conditions_t, load_t, pressure_t, nodal_values_t, load_table_t, &
     output_request_t, history_request_t, rigid_body_t, point_load_t
-  public :: state_all, state_last, state_none
+  public :: state_all, state_last, state_none, last_states
   public :: form_plain, form_sine, form_versine
 
   !> How many states are kept for restarts.
   integer, parameter :: state_all = 1
   integer, parameter :: state_last = 2
   integer, parameter :: state_none = 3
+  !> States that are kept of STATe LAST without a number, and without STATe. The last is what a run
+  !! that was stopped goes on from; those before it, what one goes back to that has gone astray.
+  integer, parameter :: last_states = 2, default_states = 4
 
   !> One material.
   type :: material_t
@@ -112,7 +115,8 @@ module model_types
     logical :: contact = .true. !! write the contact points
     logical :: all_tables = .false. !! of a study, write a reaction table for each variant
     integer :: every = 1 !! fields and state at each n-th end time
-    integer :: state = state_all !! states kept for restarts
+    integer :: state = state_last !! states kept for restarts
+    integer :: kept_states = default_states !! how many, of state_last
     integer :: slopes(3) = 0 !! with SENSitivity: derivatives of tips and of contact nodes in a
     !! state, contact nodes
     integer, allocatable :: points(:) !! indices of the pairs in the table of points

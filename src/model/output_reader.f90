@@ -9,7 +9,7 @@ module output_reader
   use diagnostics, only: diagnostics_t, report_error
   use tied_nodes, only: kept_node
   use model_types, only: model_t, history_request_t, output_request_t, state_all, state_last, &
-    state_none
+    state_none, last_states
   use node_sets, only: node_exists
   use node_queries, only: report_missing_node, report_unknown_name
   use mesh_names, only: find_nodes
@@ -143,13 +143,17 @@ contains
     end do
   end subroutine read_fields
 
-  !> STATe ALL, LAST or NONE.
+  !> STATe ALL, LAST n or NONE.
   pure subroutine read_state(record, output)
     type(record_t), intent(in) :: record !! the record
     type(output_request_t), intent(inout) :: output !! receives the choice
 
     if (is_word(record%items(2), 'all')) output%state = state_all
-    if (is_word(record%items(2), 'last')) output%state = state_last
+    if (is_word(record%items(2), 'last')) then
+      output%state = state_last
+      output%kept_states = last_states
+      if (item_count(record) > 2) output%kept_states = item_integer(record, 3)
+    end if
     if (is_word(record%items(2), 'none')) output%state = state_none
   end subroutine read_state
 

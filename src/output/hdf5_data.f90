@@ -4,19 +4,21 @@
 !! description, and record no times, so that equal runs give equal files. Fortran's (3, n) is
 !! (n, 3) in C and Python.
 module hdf5_data
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_long, c_ptr
   use, intrinsic :: iso_fortran_env, only: int32
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
     h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
     h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
     h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5tclose_f, &
     h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f, h5t_std_i32le, h5t_std_i64le, &
-    h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double
+    h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double, &
+    size_t, h5p_dataset_access_f, h5pset_chunk_cache_f
   use kinds, only: wp
   use errors, only: error_t
   use checksums, only: block_sum
   use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set, &
     ask_extent, max_rank
+  use hdf5_index, only: chunk_entries, blocks_in_chunk, chunk_least
   use hdf5_attributes, only: write_attribute
   implicit none
   private
@@ -31,10 +33,6 @@ module hdf5_data
 
   !> In place of a first entry: behind the last one.
   integer, parameter :: at_end = 0
-  !> Numbers a chunk holds at most, and at least. A chunk that is filled in several goes is left
-  !! uncompressed, so that it keeps its place in the file.
-  integer, parameter :: chunk_limit = 131072
-  integer, parameter :: chunk_least = 64
   !> Bytes of a chunk of strings, as long as one is not longer.
   integer, parameter :: text_chunk = 4096
   !> Level of compression: higher ones cost time and gain next to nothing. Reals are stored as they
@@ -62,7 +60,7 @@ module hdf5_data
 contains
 
   !> Makes an empty data set of numbers; its last dimension grows.
-  subroutine make_series(file, path, stored, leading, block, unit, description, error)
+  subroutine make_series(file, path, stored, leading, block, unit, description, error, blocks)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer, intent(in) :: stored !! one of the stored constants
@@ -71,6 +69,7 @@ contains
     character(*), intent(in) :: unit !! unit of the numbers, '1' for none
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, intent(in), optional :: blocks !! that will come, foreseen: 1 if it is not given
     integer(hid_t) :: type_id
 
     select case (stored)
@@ -83,7 +82,7 @@ contains
     case default
       type_id = h5t_ieee_f64le
     end select
-    call make_data_set(file, path, type_id, leading, block, error)
+    call make_data_set(file, path, type_id, leading, block, error, blocks=blocks)
     if (allocated(error)) return
     call describe(file, path, unit, description, error)
   end subroutine make_series
@@ -120,7 +119,7 @@ contains
   end subroutine describe
 
   !> Makes an empty data set of any type.
-  subroutine make_data_set(file, path, type_id, leading, block, error, entries)
+  subroutine make_data_set(file, path, type_id, leading, block, error, entries, blocks)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! name with its groups
     integer(hid_t), intent(in) :: type_id !! type in the file
@@ -128,29 +127,39 @@ contains
     integer, intent(in) :: block !! entries of the last dimension that come in one go
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer, intent(in), optional :: entries !! of the last dimension in a chunk
+    integer, intent(in), optional :: blocks !! that will come, foreseen
     integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
-    integer(hid_t) :: space, creation, data_set
-    integer :: s(9), rank, width
+    integer(hid_t) :: space, creation, access, data_set
+    integer :: s(12), rank, width, n
 
     s = 0
     space = -1_hid_t
     creation = -1_hid_t
+    access = -1_hid_t
     data_set = -1_hid_t
     rank = size(leading) + 1
     width = max(1, product(leading))
     dims(:rank) = [int(leading, hsize_t), 0_hsize_t]
     limits(:rank) = [int(leading, hsize_t), h5s_unlimited_f]
-    chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, block)])
+    n = block
+    if (present(blocks)) n = block*blocks_in_chunk(width*max(1, block), blocks)
+    chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, n)])
     if (present(entries)) chunk(rank) = int(entries, hsize_t)
+    file%ahead = file%ahead + 8_c_long*width*max(0_hsize_t, chunk(rank) - block)
     call h5screate_simple_f(rank, dims, space, s(1), limits)
     call h5pcreate_f(h5p_dataset_create_f, creation, s(2))
     call h5pset_chunk_f(creation, rank, chunk, s(3))
-    if (width*block >= chunk_least .and. type_id /= h5t_ieee_f64le) then
+    if (n == block .and. width*block >= chunk_least .and. type_id /= h5t_ieee_f64le) then
       call h5pset_shuffle_f(creation, s(4))
       call h5pset_deflate_f(creation, deflate_level, s(5))
     end if
     call h5pset_obj_track_times_f(creation, .false., s(6))
-    call h5dcreate_f(file%id, path, type_id, space, data_set, s(7), dcpl_id=creation)
+    call h5pcreate_f(h5p_dataset_access_f, access, s(10))
+    ! no cache: a flush looks through all chunks that are in one, and so took longer with each
+    call h5pset_chunk_cache_f(access, 1_size_t, 0_size_t, 0.0, s(11))
+    call h5dcreate_f(file%id, path, type_id, space, data_set, s(7), dcpl_id=creation, &
+      dapl_id=access)
+    call h5pclose_f(access, s(12))
     call h5pclose_f(creation, s(8))
     call h5sclose_f(space, s(9))
     if (any(s < 0)) then
@@ -159,22 +168,6 @@ contains
       call keep_open(file, path, data_set)
     end if
   end subroutine make_data_set
-
-  !> Entries of the last dimension in a chunk: whole blocks while they are small, so that a block
-  !! does not touch a chunk that is already written; parts of a large one.
-  pure integer(hsize_t) function chunk_entries(width, block) result(n)
-    integer, intent(in) :: width !! numbers in an entry of the last dimension
-    integer, intent(in) :: block !! entries that come in one go
-    integer :: parts
-
-    n = int(max(1, block), hsize_t)
-    if (n*width > chunk_limit) then
-      parts = int((n*width + chunk_limit - 1)/chunk_limit)
-      n = (n + parts - 1)/parts
-    else if (n*width < chunk_least) then
-      n = n*(chunk_least/(n*width))
-    end if
-  end function chunk_entries
 
   !> Shape of a data set; zeros if it is not there.
   subroutine series_shape(file, path, dims, rank)

@@ -1,4 +1,4 @@
-!> Lists of chunks that a kill cannot take away.
+!> Chunks of data sets, and lists of them that a kill cannot take away.
 !!
 !! HDF5 keeps the chunks of a data set in a tree. It makes the tree with the first entry and splits
 !! it when it is full, and both times writes what points to a new node before the node: of a run
@@ -14,11 +14,19 @@ module hdf5_index
   use hdf5_io, only: hdf5_file_t, raise_hdf5
   implicit none
   private
-  public :: begin_indexes, node_chunks
+  public :: begin_indexes, node_chunks, chunk_entries, blocks_in_chunk, chunk_least
 
   !> Chunks a node has room for: HDF5's own number, and the most. A node takes up to 49 bytes a
   !! chunk, in each data set.
   integer, parameter :: least_chunks = 64, most_chunks = 1024
+  !> Numbers a chunk holds at most, and at least. A chunk that is filled in several goes is left
+  !! uncompressed, so that it keeps its place in the file.
+  integer, parameter :: chunk_limit = 131072
+  integer, parameter :: chunk_least = 64
+  !> Blocks of end times in a chunk, at most: the list of chunks, written with each new one, is then
+  !! a small part of what an end time costs (1,000 of the sliding cube: 4.3 s of CPU, 5.2 s with one
+  !! block a chunk).
+  integer, parameter :: most_blocks = 16
 
 contains
 
@@ -28,6 +36,33 @@ contains
 
     n = max(least_chunks, min(most_chunks, entries + mod(entries, 2)))
   end function node_chunks
+
+  !> Entries of the last dimension in a chunk: whole blocks while they are small, so that a block
+  !! does not touch a chunk that is already written; parts of a large one.
+  pure integer(hsize_t) function chunk_entries(width, block) result(n)
+    integer, intent(in) :: width !! numbers in an entry of the last dimension
+    integer, intent(in) :: block !! entries that come in one go
+    integer :: parts
+
+    n = int(max(1, block), hsize_t)
+    if (n*width > chunk_limit) then
+      parts = int((n*width + chunk_limit - 1)/chunk_limit)
+      n = (n + parts - 1)/parts
+    else if (n*width < chunk_least) then
+      n = n*(chunk_least/(n*width))
+    end if
+  end function chunk_entries
+
+  !> Blocks in a chunk: as many as the limits allow, but so that the last chunk is about full.
+  pure integer function blocks_in_chunk(numbers, blocks) result(n)
+    integer, intent(in) :: numbers !! in a block
+    integer, intent(in) :: blocks !! that will come, foreseen
+    integer :: chunks
+
+    n = max(1, min(most_blocks, chunk_limit/numbers))
+    chunks = (max(1, blocks) + n - 1)/n
+    n = (max(1, blocks) + chunks - 1)/chunks
+  end function blocks_in_chunk
 
   !> Gives each empty data set of a file its tree.
   subroutine begin_indexes(file, error)

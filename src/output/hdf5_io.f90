@@ -33,6 +33,8 @@ module hdf5_io
   type :: hdf5_file_t
     integer(hid_t) :: id = -1_hid_t !! handle, negative while closed
     character(:), allocatable :: path !! name of the file
+    integer :: end_times = 1 !! that will be written, foreseen
+    integer(c_long) :: ahead = 0_c_long !! what chunks take beyond the blocks they begin with [byte]
     integer :: n_open = 0 !! number of data sets that are open
     integer(hid_t), allocatable :: open_ids(:) !! their handles
     integer(int64) :: sum = 0_int64 !! sum over the numbers written or read since it was cleared
@@ -133,16 +135,18 @@ contains
     type(c_ptr) :: stream
     integer(hsize_t) :: length
     integer(c_int) :: refused, ignored
+    integer(c_long) :: room
     integer :: status
 
+    room = bytes + file%ahead + overhead
     call h5fget_filesize_f(file%id, length, status)
     stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
     refused = 1_c_int
     if (c_associated(stream) .and. status >= 0) then
       file%reserved = .true.
-      refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), bytes + overhead)
+      refused = c_posix_fallocate(c_fileno(stream), int(length, c_long), room)
       if (refused == 0_c_int) then
-        call promise_length(file, stream, int(length, c_long) + bytes + overhead)
+        call promise_length(file, stream, int(length, c_long) + room)
       end if
       ignored = c_fclose(stream)
     end if

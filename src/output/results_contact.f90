@@ -80,6 +80,7 @@ contains
     call number_points(contact)
     call create_hdf5(contact%file, path//unfinished, error, node_chunks(end_times))
     if (allocated(error)) return
+    contact%file%end_times = end_times
     call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=long), &
       error)
     if (.not. allocated(error)) call write_beginning(contact, model, error)

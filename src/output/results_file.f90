@@ -57,6 +57,7 @@ contains
 
     call create_hdf5(results%file, path//unfinished, error, node_chunks(origin%end_times))
     if (allocated(error)) return
+    results%file%end_times = origin%end_times
     call reserve_room(results%file, 3*bytes_of_fields(model) + len(origin%deck, long), error)
     if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
     if (.not. allocated(error)) call begin_indexes(results%file, error)

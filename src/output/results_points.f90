@@ -58,7 +58,8 @@ contains
     call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
     do i = 1, size(contact_fields)
       if (allocated(error)) return
-      call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], error)
+      call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], &
+        file%end_times, error)
     end do
   end subroutine create_pair
 
@@ -77,10 +78,12 @@ contains
         [count_points(pair)]), at_end, error)
     else if (pair%segmented) then
       call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves, &
-        count_points(pair)], 1, '1', 'nodes of the slave facet of each point', error)
+        count_points(pair)], 1, '1', 'nodes of the slave facet of each point', error, &
+        file%end_times)
       if (allocated(error)) return
       call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves, &
-        count_points(pair)], 1, '1', 'weights of its nodes: a point is their weighted sum', error)
+        count_points(pair)], 1, '1', 'weights of its nodes: a point is their weighted sum', &
+        error, file%end_times)
     else
       call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
         count_points(pair), &
@@ -107,7 +110,7 @@ contains
 
     if (pair%segmented) then
       call make_series(file, group//'/area', stored_real, [count_points(pair)], 1, 'length^2', &
-        meaning, error)
+        meaning, error, file%end_times)
     else
       call make_series(file, group//'/area', stored_real, [integer ::], count_points(pair), &
         'length^2', meaning, error)

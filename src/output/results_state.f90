@@ -1,7 +1,7 @@
 !> Writes the restart part of a results file: all that a run needs to go on, bit for bit, and the
 !! mesh it belongs to. `state_reader` reads it.
 !!
-!! Of `STATe LAST` two are kept in turn, so that a run killed while it writes leaves one of them.
+!! Of `STATe LAST n` there are n + 1 places, written in turn: while one is written, n states count.
 module results_state
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
@@ -14,7 +14,7 @@ module results_state
   use rigid_paths, only: count_rigid
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, flush_hdf5, close_hdf5, make_group
+  use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
@@ -43,7 +43,8 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_state)
       if (.not. in_use(fields_of_state(i), model)) cycle
-      call create_field(file, root, fields_of_state(i), counts_of(model), error)
+      call create_field(file, root, fields_of_state(i), counts_of(model), &
+        states_of(model, file%end_times), error)
       if (allocated(error)) return
     end do
     call write_mesh(file, model, error)
@@ -51,7 +52,7 @@ contains
     call make_group(file, root//'contact', error)
     do i = 1, size(model%pairs)
       if (allocated(error)) return
-      call create_pair(file, model%pairs(i), error)
+      call create_pair(file, model%pairs(i), states_of(model, file%end_times), error)
     end do
   end subroutine create_state_part
 
@@ -100,9 +101,10 @@ contains
   end function defined_coordinates
 
   !> Makes the data sets of one pair, empty but for its nodes and facets.
-  subroutine create_pair(file, pair, error)
+  subroutine create_pair(file, pair, states, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: states !! places for states, foreseen
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: group
     integer :: i
@@ -113,7 +115,7 @@ contains
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
       call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0, 0, 0, 0], &
-        error)
+        states, error)
       if (allocated(error)) return
     end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &
@@ -140,7 +142,8 @@ contains
     end if
   end function slave_nodes
 
-  !> Writes one state; it counts only after complete_state, when all of it is on disk.
+  !> Writes one state; it counts only after complete_state, when all of it is on disk. What stood at
+  !! its place does not count any more since the last state does.
   subroutine write_state(file, model, written, state, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -150,13 +153,11 @@ contains
     integer :: slot
 
     slot = slot_of(model, written)
-    call write_block(file, root//'step', [0], slot, error)
-    if (allocated(error)) return
-    if (slot <= written) call flush_hdf5(file, error)
+    if (slot > written) call write_block(file, root//'step', [0], slot, error)
     if (.not. allocated(error)) call write_slot(file, model, slot, state, error)
   end subroutine write_state
 
-  !> Makes a state count.
+  !> Makes a state count, and the one whose place is the next to be written not count any more.
   subroutine complete_state(file, model, written, step, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -164,8 +165,22 @@ contains
     integer, intent(in) :: step !! number of its end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
+    integer :: next
+
     call write_block(file, root//'step', [step], slot_of(model, written), error)
+    next = slot_of(model, written + 1)
+    if (next > written + 1 .or. allocated(error)) return
+    call write_block(file, root//'step', [0], next, error)
   end subroutine complete_state
+
+  !> Places for states that a file has.
+  pure integer function states_of(model, end_times) result(n)
+    type(model_t), intent(in) :: model !! the problem
+    integer, intent(in) :: end_times !! that will be written, foreseen
+
+    n = end_times
+    if (model%output%state == state_last) n = min(n, model%output%kept_states + 1)
+  end function states_of
 
   !> Place of a state in the file.
   pure integer function slot_of(model, written) result(slot)
@@ -173,7 +188,8 @@ contains
     integer, intent(in) :: written !! states written before this one
 
     slot = written + 1
-    if (model%output%state == state_last) slot = mod(written, 2) + 1
+    if (model%output%state == state_last) slot = mod(written, &
+      model%output%kept_states + 1) + 1
   end function slot_of
 
   !> Writes one state, but for its number, to its place.

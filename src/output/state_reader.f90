@@ -208,7 +208,8 @@ contains
     integer :: first, last, stride
 
     present_steps = pack(steps, steps > 0)
-    if (size(present_steps) == 2) present_steps = [minval(present_steps), maxval(present_steps)]
+    ! written in turn: behind the last stands the first
+    if (size(present_steps) > 1) present_steps = cshift(present_steps, maxloc(present_steps, 1))
     t = 'step'
     if (size(present_steps) > 1) t = 'steps'
     first = 1

@@ -205,10 +205,10 @@ contains
     n = max(1, merge(grid%points, grid%cells, group == on_points))
     if (components == 1) then
       call make_series(file, root//group//'/'//name, stored_real, [integer ::], n, unit, &
-        description, error)
+        description, error, file%end_times)
     else
       call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, &
-        description, error)
+        description, error, file%end_times)
     end if
     if (allocated(error)) return
     call make_series(file, root//'Steps/'//group//'Offsets/'//name, stored_long, [integer ::], 1, &
