@@ -147,8 +147,7 @@ contains
     gap = 0.0_wp
     if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
     if (allocated(pair%shrinking%excess)) gap = gap + pair%shrinking%excess(p)
-    ! of a cell, where it was made: its tip moves when the increment is accepted
     if (allocated(pair%surface%excess)) gap = gap + excess_at(pair, p, &
-      pair%history%new(p)%host, pair%history%cells(p)%place)
+      pair%history%new(p)%host, pair%history%new(p)%tip)
   end function withheld_gap
 end module contact_overlap
