@@ -100,6 +100,6 @@ contains
     kappa = point_shift(pair, p, point)
     least = round_off(corners(x, pair%surface%facets(:, point%host)), y)
     if (pair%points%relative > stiffest_plain) least = least*stiffest_plain/pair%points%relative
-    only = gap + kappa(3) + withheld_gap(pair, p) > -least
+    only = abs(gap + kappa(3) + withheld_gap(pair, p)) < least
   end function only_touches
 end module contact_tips
