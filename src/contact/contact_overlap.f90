@@ -2,11 +2,12 @@
 !! "Initial overlap").
 module contact_overlap
   use kinds, only: wp
-  use contact_types, only: pair_t
-  use contact_points, only: point_position
+  use contact_types, only: pair_t, master_surface_t
+  use contact_points, only: point_position, point_facet, corner_weights
   use slave_places, only: slave_nodes, slave_weights
   use facet_tree, only: nearest_facet
-  use smooth_normals, only: project_on_master
+  use smooth_normals, only: project_on_master, measure_excess
+  use facet_geometry, only: barycentric
   implicit none
   private
   public :: measure_overlap, withheld_gap, overlap_of
@@ -25,6 +26,9 @@ contains
     pair%shrinking%withheld = 0.0_wp
     if (pair%shrinking%shrink < 0) return
     if (allocated(pair%shrinking%overlap)) deallocate (pair%shrinking%overlap)
+    if (pair%smooth) call measure_excess(pair%surface, x)
+    if (pair%smooth .and. allocated(pair%points%side%patch)) &
+      call measure_excess(pair%points%side, x)
     if (pair%segmented) then
       allocate (pair%shrinking%overlap(pair%points%n_slaves, size(pair%points%slave_facets, 2)), &
         source=0.0_wp)
@@ -40,7 +44,7 @@ contains
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%host == 0) cycle
       call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
-      pair%shrinking%overlap(1, p) = -gap
+      pair%shrinking%overlap(1, p) = -gap - excess_at(pair, p, pair%history%old(p)%host, xi)
     end do
   end subroutine measure_overlap
 
@@ -57,8 +61,35 @@ contains
       pair%surface%depth)
     if (facet == 0 .or. distance > pair%search_radius) return
     call project_on_master(pair, facet, x, y, xi, gap)
-    overlap = -gap
+    overlap = -gap - excess_of(pair%surface, facet, barycentric(xi))
   end function overlap_at
+
+  !> What the patches of both sides at a point lie too far out.
+  pure real(wp) function excess_at(pair, p, host, xi) result(excess)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its master facet
+    real(wp), intent(in) :: xi(2) !! (xi, eta) in it
+
+    excess = 0.0_wp
+    if (host == 0) return
+    excess = excess_of(pair%surface, host, barycentric(xi))
+    if (.not. allocated(pair%points%side%excess) .or. point_facet(pair, p) == 0) return
+    excess = excess + excess_of(pair%points%side, point_facet(pair, p), corner_weights(pair, p))
+  end function excess_at
+
+  !> The same of one surface at a place of a facet.
+  pure real(wp) function excess_of(surface, f, place) result(excess)
+    type(master_surface_t), intent(in) :: surface !! the surface
+    integer, intent(in) :: f !! the facet
+    real(wp), intent(in) :: place(3) !! shape functions of its corners
+    real(wp) :: n(3)
+
+    excess = 0.0_wp
+    if (.not. allocated(surface%excess)) return
+    n = max(0.0_wp, place)
+    excess = dot_product(surface%excess(:, f), [n(2)*n(3), n(3)*n(1), n(1)*n(2)])
+  end function excess_of
 
   !> Overlap of a point at the start, 0 where there was a gap.
   pure real(wp) function overlap_of(pair, p) result(overlap)
@@ -75,12 +106,15 @@ contains
     end if
   end function overlap_of
 
-  !> What is added to the gap of a point: the share of its overlap that is not taken up yet.
+  !> What is added to the gap of a point: the share of its overlap that is not taken up yet, and how
+  !! far its smooth surfaces lie too far out.
   pure real(wp) function withheld_gap(pair, p) result(gap)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
 
     gap = 0.0_wp
     if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
+    if (allocated(pair%surface%excess)) gap = gap + excess_at(pair, p, &
+      pair%history%new(p)%host, pair%history%new(p)%tip)
   end function withheld_gap
 end module contact_overlap

@@ -94,6 +94,8 @@ module contact_types
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
     logical, allocatable :: at_end(:) !! (corners) the rim turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
+    real(wp), allocatable :: excess(:, :) !! (3, facets) if SHRInk: how much farther out the patch
+    !! lies than the round edge facing corner k, times 4 in its middle, at the start [length]
     real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
     !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets

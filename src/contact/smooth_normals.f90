@@ -1,5 +1,5 @@
 !> Smooth surfaces: normals at the corners of their facets, and the curved patches that these give
-!! (doc/theory, "Smooth surfaces").
+!! (doc/theory, "Smooth surfaces"). In more than 400 lines, since all is made of the same normals.
 module smooth_normals
   use kinds, only: wp, pi
   use vectors, only: cross
@@ -11,7 +11,7 @@ module smooth_normals
   use quadratic_facet, only: project_on_quadratic
   implicit none
   private
-  public :: find_corners, renew_patches, bend, project_on_master, &
+  public :: find_corners, renew_patches, bend, measure_excess, project_on_master, &
     carry_over, place_on_master
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
@@ -127,6 +127,32 @@ contains
         normal(:, surface%corner(:, f))))
     end do
   end subroutine bend
+
+  !> How much farther out than a round surface the patches lie (doc/theory, "Initial overlap"): an
+  !! arc whose normals at the ends are 2 theta apart rises by 2 cos(theta)/(1 + cos(theta)) of what
+  !! a parabola with these normals does, and by theta^2/20 of that more in the mean.
+  pure subroutine measure_excess(surface, x)
+    type(master_surface_t), intent(inout) :: surface !! with its patches at x; gets excess
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: normal(3, size(surface%at_rim)), theta
+    type(patch_t) :: patch
+    integer :: f, k
+
+    call average_normals(surface, x, normal)
+    if (any(surface%at_rim)) call tilt_at_rim(surface, x, normal)
+    surface%excess = 0.0_wp*surface%facets
+    do f = 1, size(surface%facets, 2)
+      patch = patch_from_values(surface%patch(:, f))
+      associate (n => normal(:, surface%corner(:, f)))
+        do k = 1, 3
+          theta = 0.5_wp*acos(max(-1.0_wp, min(1.0_wp, dot_product(n(:, mod(k, 3) + 1), &
+            n(:, mod(k + 1, 3) + 1)))))
+          surface%excess(k, f) = -patch%edge(3, k)*(1.0_wp - 2.0_wp*cos(theta)/(1.0_wp &
+            + cos(theta))*(1.0_wp + theta**2/20.0_wp))
+        end do
+      end associate
+    end do
+  end subroutine measure_excess
 
   !> Angle of one corner of a facet.
   pure real(wp) function angle_at(y, k) result(angle)

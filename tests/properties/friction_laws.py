@@ -1,4 +1,5 @@
 """What mechanics says of laws of friction: tests of tests/properties/run, which mixes this class in."""
+import math
 import os
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -35,3 +36,13 @@ class FrictionLaws:
                     row = pairs['1']
                     self.near(f'{points} {press}: friction across at step {step}', row['F2']/row['Fn'],
                               0.0, 2e-4)
+
+    def test_a_thin_fit_of_smooth_rings_presses_as_lame_says(self):
+        # E 1000, nu .3, plane strain, radii .5, 1, 2, overlap 2e-4: the facets are 1e-2 and 6e-3 deep
+        lame = 1000/(1 - 0.3**2)*2e-4*(4 - 1)*(1 - 0.25)/(2*(4 - 0.25))
+        for form in ('GTOS s_skin s_bore', 'GTOS s_bore s_skin', 'GTOS s_skin s_bore SEGMent',
+                     'NTOS s_skin s_bore', 'NTOS s_bore s_skin'):
+            run = self.run(self.edited('thin_fit', ('GTOS s_skin s_bore', form), source=DECKS))
+            pressure = run.only(2)['Fn']/(0.25*math.tau*0.3)
+            self.near(form, pressure/lame, 1.0, 0.035)
+            self.near(form + ', half of it', run.only(1)['Fn']/run.only(2)['Fn'], 0.5, 0.02)
