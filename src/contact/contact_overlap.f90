@@ -12,6 +12,9 @@ module contact_overlap
   private
   public :: measure_overlap, withheld_gap, overlap_of
 
+  !> Gaps above minus this share of the search radius are no overlap, as in contact_gaps.
+  real(wp), parameter :: touching = 1.0e-9_wp
+
 contains
 
   !> Measures the overlap on the reference positions: at the points, or with SEGMent at the nodes
@@ -24,11 +27,9 @@ contains
     integer :: p, k
 
     pair%shrinking%withheld = 0.0_wp
+    call correct_smooth(pair, x)
     if (pair%shrinking%shrink < 0) return
     if (allocated(pair%shrinking%overlap)) deallocate (pair%shrinking%overlap)
-    if (pair%smooth) call measure_excess(pair%surface, x)
-    if (pair%smooth .and. allocated(pair%points%side%patch)) &
-      call measure_excess(pair%points%side, x)
     if (pair%segmented) then
       allocate (pair%shrinking%overlap(pair%points%n_slaves, size(pair%points%slave_facets, 2)), &
         source=0.0_wp)
@@ -44,9 +45,40 @@ contains
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%host == 0) cycle
       call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
-      pair%shrinking%overlap(1, p) = -gap - excess_at(pair, p, pair%history%old(p)%host, xi)
+      pair%shrinking%overlap(1, p) = -gap
+      if (allocated(pair%shrinking%excess)) pair%shrinking%overlap(1, p) = -gap &
+        - pair%shrinking%excess(p)
     end do
   end subroutine measure_overlap
+
+  !> Smooth surfaces that overlap at the start are taken for round: what their patches are off is
+  !! no less than the overlap of a fit may be. So the way to it, with SHRInk or not, has one end.
+  subroutine correct_smooth(pair, x)
+    type(pair_t), intent(inout) :: pair !! with its first hosts; gets excess of surface and side
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp) :: xi(2), gap, excess(size(pair%history%old))
+    logical :: overlaps
+    integer :: p
+
+    if (allocated(pair%shrinking%excess)) deallocate (pair%shrinking%excess)
+    if (.not. pair%smooth) return
+    call measure_excess(pair%surface, x)
+    if (allocated(pair%points%side%patch)) call measure_excess(pair%points%side, x)
+    overlaps = pair%shrinking%shrink >= 0
+    excess = 0.0_wp
+    do p = 1, size(excess)
+      associate (host => pair%history%old(p)%host)
+        if (host == 0) cycle
+        call project_on_master(pair, host, x, point_position(pair, p, x), xi, gap)
+        excess(p) = excess_at(pair, p, host, xi)
+        overlaps = overlaps .or. gap + excess(p) < -touching*pair%search_radius
+      end associate
+    end do
+    if (overlaps .and. pair%segmented) return
+    deallocate (pair%surface%excess)
+    if (allocated(pair%points%side%excess)) deallocate (pair%points%side%excess)
+    if (overlaps) pair%shrinking%excess = excess
+  end subroutine correct_smooth
 
   !> How far a place lies below the nearest facet of the master; 0 if there is none near.
   real(wp) function overlap_at(pair, x, y) result(overlap)
@@ -114,6 +146,7 @@ contains
 
     gap = 0.0_wp
     if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
+    if (allocated(pair%shrinking%excess)) gap = gap + pair%shrinking%excess(p)
     if (allocated(pair%surface%excess)) gap = gap + excess_at(pair, p, &
       pair%history%new(p)%host, pair%history%new(p)%tip)
   end function withheld_gap

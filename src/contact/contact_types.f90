@@ -94,8 +94,8 @@ module contact_types
     logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
     logical, allocatable :: at_end(:) !! (corners) the rim turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
-    real(wp), allocatable :: excess(:, :) !! (3, facets) if SHRInk: how much farther out the patch
-    !! lies than the round edge facing corner k, times 4 in its middle, at the start [length]
+    real(wp), allocatable :: excess(:, :) !! (3, facets) if it overlaps: how much farther out the
+    !! patch lies than the round edge facing corner k, times 4 in its middle, at the start [length]
     real(wp), allocatable :: patch_way(:, :, :) !! (n_patch_values, facets, 3) first touches: those
     !! at the start of the increment, at the end of the free way, and of the first pass
     type(facet_tree_t) :: tree !! boxes over the facets
@@ -110,6 +110,8 @@ module contact_types
     type(location_t) :: shrink_at !! where the deck gives it
     real(wp), allocatable :: overlap(:, :) !! SHRInk: (1, points), or (3, slave facets) at corners
     !! (6: and middles) if segmented: below the master at the start, negative for a gap [length]
+    real(wp), allocatable :: excess(:) !! (points) if smooth, overlapping and not segmented: how
+    !! much too far out patches lie there at the start [length]
     real(wp) :: withheld = 0.0_wp !! its share that is not taken up in this increment
   end type pair_shrink_t
 
