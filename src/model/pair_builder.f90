@@ -10,7 +10,7 @@ module pair_builder
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas
   use friction_laws, only: cone_laws, acts
-  use contact_types, only: pair_t, pair_points_t, penalty_area, penalty_nodal, &
+  use contact_types, only: pair_t, pair_points_t, penalty_area, penalty_nodal, penalty_own, &
     form_quadrature_to_surface
   use contact_parameters, only: is_round_off, has_field
   use contact_points, only: count_points, point_text, make_node_points, make_facet_points
@@ -460,6 +460,11 @@ contains
 
     t = ''
     if (pair%points%relative <= 0.0_wp) return
+    if (pair%penalty_kind == penalty_own .and. .not. pair%augmented) then
+      t = ', '//to_text(pair%points%relative, 3)//' times the stiffness of the layer of '// &
+        'elements that is pressed'
+      return
+    end if
     depth = 1.0e-3_wp*pair%points%cell
     if (pair%points%relative < 1.0_wp) depth = min(depth, 0.5_wp*huge(depth)*pair%points%relative)
     t = ', '//to_text(pair%points%relative, 3)//' E/h with h = '//to_text(pair%points%cell, 3)// &

@@ -8,7 +8,7 @@ module audit_text
   use diagnosis, only: body_name
   use audit_types, only: audit_t, check_names, n_checks, check_balance, check_work, check_strain, &
     check_rotation, check_turning, check_penetration, check_elastic_slip, check_facets, &
-    check_locking, check_moved
+    check_locking, check_moved, check_penalty
   implicit none
   private
   public :: audit_table, audit_finding, audit_warning, balance_message
@@ -143,6 +143,10 @@ contains
           to_text(model%pairs(worst)%fit%farthest_way, 4)//' (node '// &
           to_text(model%pairs(worst)%fit%farthest)//'), '//to_text(audit%value(check), 3)// &
           ' of a facet, pair '//model%pairs(worst)%name
+      case (check_penalty)
+        t = 'none'
+        if (worst > 0) t = 'takes about '//to_text(100.0_wp*audit%value(check), 3)// &
+          ' % of force and approach, most of it pair '//model%pairs(worst)%name
       case default
         t = 'enough'
         if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
@@ -188,6 +192,9 @@ contains
     case (check_locking)
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
+    case (check_penalty)
+      t = 'without it forces are as much larger where ways are prescribed, ways as much smaller '// &
+        'where forces are: leave PENAlty out, raise it in proportion, or write AUGMent'
     case (check_moved)
       t = 'ADJUst has changed the shape of the slave: give it a smaller tolerance, or mesh finer'
     case default

@@ -13,6 +13,7 @@ module audit
   use increment_start, only: begin_at
   use system_types, only: system_t, state_t, settings_t
   use rigid_report, only: rigid_imbalance
+  use rigid_bodies, only: nothing_yields
   use balance_audit, only: judge_balance
   use held_bodies, only: supports_of
   use body_audit, only: measure_bodies, find_balance, find_turns, angle_of, lever_ends, &
@@ -23,7 +24,7 @@ module audit
   use scene_audit, only: judge_scene, judge_room
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
     check_strain, check_rotation, check_turning, check_penetration, &
-    check_elastic_slip, check_room
+    check_elastic_slip, check_room, check_penalty
   implicit none
   private
   public :: begin_audit, audit_state
@@ -32,6 +33,9 @@ module audit
   !! so far; penetration and elastic slip over a facet.
   real(wp), parameter :: most_lost = 0.2_wp
   real(wp), parameter :: most_way = 0.05_wp
+  !> The penalty's share of force and approach beyond which its check warns: more than what meshes
+  !! leave of a force that is looked for to a percent.
+  real(wp), parameter :: most_share = 0.01_wp
 
 contains
 
@@ -127,6 +131,7 @@ contains
     call find_energies(model, system, state, point_state, last, value, audit)
     call judge_turns(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
+    call judge_penalty(model, system, point_state, audit)
     call judge_room(model, audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
@@ -196,8 +201,7 @@ contains
         if (system%contact%status(e) <= status_open) cycle
         p = e - system%place%first_point(k) + 1
         force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
-        audit%penalty_energy = audit%penalty_energy + 0.5_wp*norm2(point_state(1:3, e)) &
-          *hypot(point_state(4, e) + withheld_gap(model%pairs(k), p), point_state(5, e))
+        audit%penalty_energy = audit%penalty_energy + held_energy(model, k, p, point_state(:, e))
       end do
       if (model%pairs(k)%shrinking%shrink < 0) cycle
       audit%sum%work = audit%sum%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &
@@ -276,4 +280,45 @@ contains
     end do
     audit%verdict(checks) = merge(verdict_warning, verdict_ok, audit%value(checks) > most_way)
   end subroutine judge_contact
+
+  !> What the penalties take of forces and approaches: their share of the energy that contact has
+  !! stored (doc/theory, "The audit"). Points at which nothing yields have but the deck's penalty.
+  subroutine judge_penalty(model, system, point_state, audit)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
+    type(audit_t), intent(inout) :: audit !! strain energy given; gets value, worst, verdict
+    real(wp) :: energy(size(model%pairs)), stored
+    integer :: k, e
+
+    audit%value(check_penalty) = 0.0_wp
+    audit%worst(check_penalty) = 0
+    audit%verdict(check_penalty) = verdict_ok
+    energy = 0.0_wp
+    do k = 1, size(model%pairs)
+      do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
+        if (system%contact%status(e) <= status_open) cycle
+        if (nothing_yields(system, system%contact%ix(1:system%contact%nel(e), e))) cycle
+        energy(k) = energy(k) + held_energy(model, k, e - system%place%first_point(k) + 1, &
+          point_state(:, e))
+      end do
+    end do
+    stored = sum(energy) + max(audit%strain_energy, 0.0_wp)
+    if (sum(energy) <= 0.0_wp) return
+    audit%value(check_penalty) = sum(energy)/stored
+    audit%worst(check_penalty) = maxloc(energy, 1)
+    audit%verdict(check_penalty) = merge(verdict_warning, verdict_ok, &
+      audit%value(check_penalty) > most_share)
+  end subroutine judge_penalty
+
+  !> Energy that the penalty holds at a closed point.
+  pure real(wp) function held_energy(model, k, p, point_state) result(energy)
+    type(model_t), intent(in) :: model !! pairs
+    integer, intent(in) :: k !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: point_state(:) !! (n_element_stress) of its contact element
+
+    energy = 0.5_wp*norm2(point_state(1:3))*hypot(point_state(4) + withheld_gap(model%pairs(k), &
+      p), point_state(5))
+  end function held_energy
 end module audit

@@ -5,7 +5,8 @@ module audit_types
   private
   public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
   public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
-    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, check_room
+    check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, check_room, &
+    check_penalty
 
   !> Verdicts.
   integer, parameter :: verdict_ok = 0
@@ -24,10 +25,11 @@ module audit_types
   integer, parameter :: check_locking = 9
   integer, parameter :: check_moved = 10
   integer, parameter :: check_room = 11
-  integer, parameter :: n_checks = 11
+  integer, parameter :: check_penalty = 12
+  integer, parameter :: n_checks = 12
   character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
     'strain', 'rotation', 'turning', 'penetration', 'elastic slip', 'facets', 'locking', &
-    'moved nodes', 'room']
+    'moved nodes', 'room', 'penalty']
 
   !> What stays the same in a run.
   type :: audit_fixed_t
