@@ -6,7 +6,7 @@ module contact_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
-  use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
+  use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, direction_radial, &
     direction_field
   implicit none
   private
@@ -27,6 +27,8 @@ module contact_parameters
   !> Above this times E/h a penalty makes Newton's method slow and costs digits of the gap that it
   !! multiplies: the force comes from a softer one and a multiplier.
   real(wp), parameter :: stiffest_plain = 100.0_wp
+  !> The same at points of facets, where multipliers cost more, and the penalty is the program's.
+  real(wp), parameter :: stiffest_points = 300.0_wp
   !> Above this times E/h, without multipliers, the round-off of positions makes forces as large as
   !! those of the stresses, and a residual of that size means nothing any more.
   real(wp), parameter :: stiffest_exact = 1.0e11_wp
@@ -108,9 +110,10 @@ contains
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_stiff = .not. pair%augmented .and. pair%points%n_slaves == 1 .and. &
-      pair%shrinking%shrink < 0 &
-      .and. pair%points%relative > stiffest_plain
+    is_stiff = .not. pair%augmented .and. pair%shrinking%shrink < 0 .and. &
+      pair%points%relative > merge(stiffest_plain, stiffest_points, pair%points%n_slaves == 1)
+    if (pair%points%n_slaves > 1) is_stiff = is_stiff .and. pair%penalty_kind == penalty_own &
+      .and. .not. pair%segmented
   end function is_stiff
 
   !> Without help by multipliers the penalty would make forces of nothing but round-off.

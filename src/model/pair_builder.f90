@@ -461,7 +461,7 @@ contains
     t = ''
     if (pair%points%relative <= 0.0_wp) return
     if (pair%penalty_kind == penalty_own .and. .not. pair%augmented) then
-      t = ', '//to_text(pair%points%relative, 3)//' times the stiffness of the layer of '// &
+      t = ', '//to_text(pair%penalty, 3)//' times the stiffness of the layer of '// &
         'elements that is pressed'
       return
     end if

@@ -6,12 +6,12 @@
 !! AUTO alone takes the stiffness of the layer of elements that is pressed, at each point.
 module penalty_values
   use kinds, only: wp
-  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_own, own_factor
   use contact_points, only: count_points
   use contact_parameters, only: has_field, field_penalty
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
-  use pressed_layers, only: pressed_stiffness
+  use pressed_layers, only: pressed_stiffness, narrowness
   implicit none
   private
   public :: set_penalties
@@ -32,7 +32,7 @@ contains
     type(pair_t), intent(inout) :: pair !! the pair
     logical, intent(out) :: found !! the penalties are known
     logical, allocatable :: behind_slave(:), behind_master(:)
-    real(wp), allocatable :: unit(:)
+    real(wp), allocatable :: unit(:), layer(:)
     type(side_t) :: side
 
     found = .true.
@@ -49,9 +49,12 @@ contains
     case default
       found = side%elements > 0
       if (.not. found) return
-      if (pair%penalty_kind /= penalty_auto .and. .not. has_field(pair)) unit = pressed_stiffness( &
-        model, pair, behind_slave, behind_master)*areas(pair, side)
-      pair%points%epsilon = pair%penalty*unit
+      layer = unit
+      if (pair%penalty_kind == penalty_own) then
+        layer = pressed_stiffness(model, pair, behind_slave, behind_master)*areas(pair, side)
+        pair%penalty = own_factor*narrowness(pair, model%mesh%x, side%h)
+      end if
+      pair%points%epsilon = pair%penalty*layer
     end select
     if (side%elements == 0 .or. size(pair%points%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
     if (has_field(pair)) pair%points%epsilon = field_penalty*unit

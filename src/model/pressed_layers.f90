@@ -1,21 +1,75 @@
 !> The stiffness of the layers of elements that a pair presses: what the penalty of AUTO is a
 !! multiple of (doc/theory, "Penalty").
 module pressed_layers
-  use kinds, only: wp
+  use kinds, only: wp, pi
+  use vectors, only: cross
   use bodies, only: find_bodies
   use contact_types, only: pair_t
   use model_types, only: model_t, material_t
   use tetrahedra, only: tetrahedron_volume
-  use facet_geometry, only: facet_area
+  use facet_geometry, only: facet_area, facet_normal
   implicit none
   private
-  public :: pressed_stiffness
+  public :: pressed_stiffness, narrowness
 
   !> Modulus of a layer that keeps its volume over E where it is as high as wide: that of a punch on
   !! a half-space, 1/(1 - nu^2), at nu = 1/2.
   real(wp), parameter :: least_confined = 4.0_wp/3.0_wp
 
+  !> Normals of a surface that is flat differ by no more than this [radian].
+  real(wp), parameter :: flat = 1.0e-3_wp
+  !> A flat joint has at least this share of the penalty of two bodies that touch in a point: what is
+  !! left of it far from edges is a layer, whose stiffness does not fall with its area.
+  real(wp), parameter :: least_narrow = 0.5_wp
+
 contains
+
+  !> What a pair needs of the penalty of two bodies that touch in a point or a line. Where two flat
+  !! surfaces lie on each other the patch is known, and yields by its radius; it is a cell over that.
+  pure real(wp) function narrowness(pair, x, h) result(share)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: h !! mean cell size of the softer side [length]
+    real(wp) :: normal(3), other(3), area
+    integer :: f
+    logical :: flat_master, flat_slave
+
+    share = 1.0_wp
+    if (pair%surface%round .or. pair%smooth) return
+    area = 0.0_wp
+    do f = 1, size(pair%surface%facets, 2)
+      area = area + facet_area(x(:, pair%surface%facets(:, f)))
+    end do
+    area = min(area, sum(pair%points%area)/real(pair%points%slots, wp))
+    if (area <= 0.0_wp) return
+    call find_normal(pair%surface%facets, x, normal, flat_master)
+    flat_slave = .false.
+    if (allocated(pair%points%slave_facets)) then
+      call find_normal(pair%points%slave_facets, x, other, flat_slave)
+    else if (pair%points%n_slaves >= 3) then
+      call find_normal(pair%points%point_nodes(1:3, :), x, other, flat_slave)
+    end if
+    if (.not. (flat_master .and. flat_slave)) return
+    if (norm2(cross(normal, other)) > flat) return
+    share = min(1.0_wp, max(least_narrow, h/sqrt(area/pi)))
+  end function narrowness
+
+  !> The normal of the first facet, and whether all have this one.
+  pure subroutine find_normal(facets, x, normal, is_flat)
+    integer, intent(in) :: facets(:, :) !! (3, facets) corners
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: normal(3) !! unit; 0 without a facet
+    logical, intent(out) :: is_flat !! all have it
+    integer :: f
+
+    normal = 0.0_wp
+    is_flat = size(facets, 2) > 0
+    do f = 1, size(facets, 2)
+      if (f == 1) normal = facet_normal(x(:, facets(:, f)))
+      is_flat = norm2(cross(normal, facet_normal(x(:, facets(:, f))))) <= flat
+      if (.not. is_flat) return
+    end do
+  end subroutine find_normal
 
   !> Force per length and area at each point: that of the elements behind the slave there, or of
   !! those behind the master in the mean, if these are softer. Cells of a segmented pair move, so

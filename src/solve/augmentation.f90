@@ -33,6 +33,8 @@ module augmentation
   !> Multipliers that stand in for a stiff penalty are done when no force changes by more than this
   !! of the largest.
   real(wp), parameter :: softened_tolerance = 1.0e-11_wp
+  !> The same at points of facets (multiplier_motion: points_share).
+  real(wp), parameter :: points_tolerance = 1.0e-9_wp
 
   !> Fields of multipliers are done when no force changes by more than this times the tolerance of
   !! the largest: what is left then is the direction of friction where hardly anything slips.
@@ -119,7 +121,8 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     tolerance = pair%augment_tolerance
-    if (pair%history%softened) tolerance = softened_tolerance
+    if (pair%history%softened) tolerance = merge(softened_tolerance, points_tolerance, &
+      pair%points%n_slaves == 1)
     if (has_field(pair)) tolerance = field_factor*tolerance
   end function force_tolerance
 

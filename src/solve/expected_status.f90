@@ -31,6 +31,7 @@ module expected_status
     real(wp) :: area = 0.0_wp !! of its points at the last converged state [length^2]
     real(wp) :: gap = 0.0_wp !! their mean gap [length]
     logical :: closed = .true. !! all of them were closed
+    logical :: open = .true. !! none of them was
     logical :: slips = .true. !! and slipped
   end type expected_t
 
@@ -41,6 +42,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with the hosts of the start
     type(system_t), intent(inout) :: system !! contact elements at x_now; gets keep, slide
     integer :: k, p, element
+    logical :: pressed
 
     call forget_expected(system%contact)
     do k = 1, size(model%pairs)
@@ -48,12 +50,15 @@ contains
         call expect_on_facets(model%pairs(k), system%place%first_point(k), system)
         cycle
       end if
+      pressed = any(model%pairs(k)%history%old%status > status_open)
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
         if (system%contact%routine(element) == routine_none) cycle
         if (model%pairs(k)%history%old(p)%status <= status_open) then
           system%contact%keep(element) = touching_shift(model%pairs(k), p, element, &
             system)
+          if (pressed) system%contact%keep(element) = lifting_shift(model%pairs(k), p, &
+            system, system%contact%keep(element))
           cycle
         end if
         system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
@@ -71,7 +76,9 @@ contains
     type(expected_t) :: facets(size(pair%points%slave_facets, 2))
     real(wp) :: now
     integer :: p
+    logical :: pressed
 
+    pressed = any(pair%history%old%status > status_open)
     call look_back(pair, system%position%x_old, facets)
     do p = 1, count_points(pair)
       if (pair%history%cells(p)%slave == 0) cycle
@@ -79,6 +86,8 @@ contains
       associate (facet => facets(pair%history%cells(p)%slave))
         if (.not. facet%closed .or. facet%area <= 0.0_wp) then
           system%contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, system)
+          if (facet%open .and. pressed) system%contact%keep(first + p - 1) = lifting_shift(pair, p, &
+            system, system%contact%keep(first + p - 1))
           cycle
         end if
         system%contact%slide(first + p - 1) = facet%slips
@@ -101,6 +110,7 @@ contains
         if (cell%slave == 0 .or. cell%area <= 0.0_wp) cycle
         associate (facet => facets(cell%slave))
           facet%closed = facet%closed .and. point%status > status_open
+          facet%open = facet%open .and. point%status <= status_open
           facet%slips = facet%slips .and. point%status == status_slip
           if (.not. facet%closed) cycle
           call project_on_master(pair, point%host, x, cell_position(pair, cell, x), xi, gap)
@@ -130,6 +140,22 @@ contains
       pair%history%new(p)%host)))
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift
+
+  !> The shift along the normal that leaves a point open which was open, and which only the start has
+  !! pushed through: bodies have been carried there, and have not yet given way. What holds them are
+  !! the points that were closed.
+  pure real(wp) function lifting_shift(pair, p, system, given) result(shift)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! an open point with a host
+    type(system_t), intent(in) :: system !! positions
+    real(wp), intent(in) :: given !! the shift that it has otherwise, 0 for none
+    real(wp) :: gap
+
+    shift = given
+    if (abs(given) > 0.0_wp) return
+    gap = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
+    if (gap < 0.0_wp) shift = -2.0_wp*gap
+  end function lifting_shift
 
   !> The tangents to come take each point as it is.
   pure subroutine forget_expected(list)

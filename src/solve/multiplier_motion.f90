@@ -40,6 +40,9 @@ module multiplier_motion
   integer, parameter :: most_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
   real(wp), parameter :: softened_share = 1.0e-12_wp
+  !> The same at points of facets: more of them than nodes share what is left of a force, and another
+  !! iteration for two more digits is one of five.
+  real(wp), parameter :: points_share = 1.0e-10_wp
 
 contains
 
@@ -373,7 +376,8 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     share = 0.1_wp*pair%augment_tolerance
-    if (pair%history%softened) share = softened_share
+    if (pair%history%softened) share = merge(softened_share, points_share, &
+      pair%points%n_slaves == 1)
   end function fitting
 
   !> The multipliers to the working points.
