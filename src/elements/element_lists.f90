@@ -62,6 +62,8 @@ module element_lists
     logical, allocatable :: hold(:) !! (n) elements that stick in the next tangent
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
     real(wp), allocatable :: keep(:) !! (n) shift to the gap that is expected in it [length]
+    real(wp), allocatable :: softening(:) !! (n) shift over multiplier, where the tangent has this go
+    !! with the displacements, else 0 [length/force]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: reached(:) !! nodes that the last forces act at, if that is known
   end type element_list_t
@@ -124,7 +126,7 @@ contains
     allocate (list%path1(n), list%path2(n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
     allocate (list%hold(n), list%slide(n), source=.false.)
-    allocate (list%keep(n), source=0.0_wp)
+    allocate (list%keep(n), list%softening(n), source=0.0_wp)
     allocate (list%block(most, most, n), source=0)
   end subroutine allocate_list
 

@@ -10,7 +10,7 @@ module multiplier_motion
   use contact_parameters, only: shifts_gap, has_field, point_shift
   use contact_types, only: contact_point_t, pair_t
   use contact_points, only: count_points
-  use assembly, only: shift_derivatives, recover
+  use assembly, only: shift_derivatives, recover, answer_of_shift
   use bulk_term, only: form_bulk_change
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
@@ -65,6 +65,7 @@ contains
       motion%way = 0.0_wp
       motion%force = 0.0_wp
       motion%rest = 0.0_wp
+      system%contact%softening = 0.0_wp
       do k = 1, size(model%pairs)
         if (.not. shifts_gap(model%pairs(k))) cycle
         do p = 1, count_points(model%pairs(k))
@@ -74,6 +75,7 @@ contains
             system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
+          if (goes_by_itself(model%pairs(k))) system%contact%softening(element) = kappa(1)
           motion%start(:, element) = model%pairs(k)%history%new(p)%lambda
         end do
       end do
@@ -91,15 +93,22 @@ contains
     real(wp) :: du(3, size(system%u, 2)), floor, share
     real(wp) :: way(size(lack))
 
-    call find_fields(model, system, at)
     call form_tangent_of_forces(model%mesh%x, system, anew)
+    if (.not. anew) call push_by_lack(system)
+    if (all(system%motion%scale <= system%contact%softening)) then
+      call follow_direction(system)
+      return
+    end if
+    call find_fields(model, system, at)
     associate (motion => system%motion)
       call project(model, system, at, motion%force, lack)
       lack = lack - motion%start
+      call leave_out(system, lack)
       floor = wanted_share(norm2(lack), motion%rest)
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
       call project(model, system, at, change_of_forces(system, system%du), image, little*floor)
+      call leave_out(system, image)
       call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
@@ -107,13 +116,79 @@ contains
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call answer_multipliers(system, du)
         call project(model, system, at, change_of_forces(system, du), image, share)
+        call leave_out(system, image)
         call add_image(reshape((1.0_wp + yielding)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))
     end associate
     call push_multipliers(system)
+    call follow_direction(system)
   end subroutine add_multipliers
+
+  !> A multiplier of the pair is but that of its own point: the tangent has it go with the
+  !! displacements, element by element. Those of nodes may stand for penalties of any size, which
+  !! leave a tangent no digits.
+  pure logical function goes_by_itself(pair) result(yes)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    yes = pair%history%softened .and. pair%points%n_slaves > 1
+  end function goes_by_itself
+
+  !> Multipliers that go by themselves have no part in the iteration of the others.
+  pure subroutine leave_out(system, values)
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp), intent(inout) :: values(:, :) !! (3, n) gets zeros
+    integer :: k
+
+    do k = 1, system%contact%n
+      if (system%contact%softening(k) > 0.0_wp) values(:, k) = 0.0_wp
+    end do
+  end subroutine leave_out
+
+  !> A step with the factor at hand: what the multipliers that go by themselves lack is no part of
+  !! its residual, and pushes beside it.
+  subroutine push_by_lack(system)
+    type(system_t), intent(inout) :: system !! direction found, motion; gets du
+    integer :: k
+
+    if (.not. any(system%contact%softening > 0.0_wp)) return
+    system%motion%way = 0.0_wp
+    do k = 1, system%contact%n
+      if (system%contact%softening(k) > 0.0_wp) system%motion%way(:, k) = own_way(system, k, &
+        system%motion%force(:, k) - system%motion%start(:, k))
+    end do
+    call push_multipliers(system)
+    system%motion%way = 0.0_wp
+  end subroutine push_by_lack
+
+  !> The ways of the multipliers that go by themselves, along the direction.
+  subroutine follow_direction(system)
+    type(system_t), intent(inout) :: system !! direction found; motion gets way
+    real(wp) :: change(3, system%contact%n)
+    integer :: k
+
+    do k = 1, system%contact%n
+      if (system%contact%softening(k) > 0.0_wp) system%motion%way(:, k) = 0.0_wp
+    end do
+    change = change_of_forces(system, system%du)
+    do k = 1, system%contact%n
+      if (system%contact%softening(k) > 0.0_wp) system%motion%way(:, k) = own_way(system, k, &
+        system%motion%force(:, k) - system%motion%start(:, k) + change(:, k))
+    end do
+  end subroutine follow_direction
+
+  !> The way of a multiplier that goes by itself, for a change of its force by other causes.
+  pure function own_way(system, k, change) result(way)
+    type(system_t), intent(in) :: system !! motion
+    integer, intent(in) :: k !! the contact element
+    real(wp), intent(in) :: change(3) !! [force]
+    real(wp) :: way(3), column(3, 1)
+
+    column(:, 1) = change
+    column = answer_of_shift(system%motion%scale(k)*system%motion%by_shift(:, :, k), column)
+    way = column(:, 1)
+  end function own_way
 
   !> As many digits as Newton can use.
   pure real(wp) function wanted_share(rest, before) result(share)

@@ -134,6 +134,7 @@ contains
     end do
     call solve_from_start(model, system, time, settings, monitor, progress)
     system%motion%active = .false.
+    system%contact%softening = 0.0_wp
   end subroutine come_along
 
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.

@@ -1,7 +1,7 @@
 !> The assembly loop of contact: gather, element routine, scatter.
 module assembly
   use kinds, only: wp
-  use vectors, only: cross
+  use vectors, only: cross, invert
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
     task_stick_shift_tangent, n_element_stress, status_stick, status_slip
   use element_lists, only: element_list_t, batch_size, threads_of
@@ -11,7 +11,7 @@ module assembly
   use bulk_assembly, only: scatter_column
   implicit none
   private
-  public :: assemble, element_tangent, recover, shift_derivatives
+  public :: assemble, element_tangent, recover, shift_derivatives, answer_of_shift
 
   !> A point that carries the friction of its cone but for this share is on it.
   real(wp), parameter :: on_cone = 1.0e-6_wp
@@ -165,6 +165,20 @@ contains
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
     type(element_t), intent(inout) :: e !! local data; gets r, s
+    type(element_t) :: shifted
+
+    if (list%softening(k) > 0.0_wp) shifted = e
+    call compute_fixed(list, k, e)
+    if (list%softening(k) <= 0.0_wp) return
+    call derive_shift(list, k, shifted)
+    call follow_shift(list, k, shifted, e)
+  end subroutine compute_tangent
+
+  !> Matrix and force of one element whose multiplier, if it has one, stays.
+  subroutine compute_fixed(list, k, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(inout) :: e !! local data; gets r, s
 
     if (list%hold(k)) then
       call element_routine(list%routine(k), task_stick_tangent, list%d(:, k), e)
@@ -174,7 +188,40 @@ contains
     call element_routine(list%routine(k), task_tangent, list%d(:, k), e)
     if (list%slide(k) .and. e%status == status_stick) call take_slip(list, k, e)
     if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
-  end subroutine compute_tangent
+  end subroutine compute_fixed
+
+  !> The multiplier of the element goes with the displacements, and takes up what it lacks: what that
+  !! adds to matrix and force (doc/theory, "A stiff penalty from a soft one").
+  pure subroutine follow_shift(list, k, shifted, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(in) :: shifted !! its derivatives by the shift
+    type(element_t), intent(inout) :: e !! r and s with a multiplier that stays; gets both
+    real(wp) :: by_place(3, 3*e%nel), of_nodes(3, 3*e%nel), lack(3, 1)
+
+    of_nodes = list%softening(k)*shifted%s(4:6, 1:3*e%nel)
+    by_place = answer_of_shift(list%softening(k)*shifted%s(7:9, 1:3), shifted%s(1:3, 1:3*e%nel))
+    lack(:, 1) = shifted%stress(1:3) - list%shift(:, k)/list%softening(k)
+    lack = answer_of_shift(list%softening(k)*shifted%s(7:9, 1:3), lack)
+    e%s(1:3*e%nel, 1:3*e%nel) = e%s(1:3*e%nel, 1:3*e%nel) + matmul(transpose(of_nodes), by_place)
+    e%r(1:3*e%nel) = e%r(1:3*e%nel) + matmul(lack(:, 1), of_nodes)
+  end subroutine follow_shift
+
+  !> Ways of a multiplier that bring it to its force: (I - b) way = change.
+  pure function answer_of_shift(b, change) result(way)
+    real(wp), intent(in) :: b(3, 3) !! change of the force by the multiplier
+    real(wp), intent(in) :: change(:, :) !! (3, columns) of the force by other causes [force]
+    real(wp) :: way(3, size(change, 2))
+    real(wp) :: a(3, 3), inverse(3, 3), determinant
+    integer :: i
+
+    a = -b
+    do i = 1, 3
+      a(i, i) = a(i, i) + 1.0_wp
+    end do
+    call invert(a, inverse, determinant)
+    way = matmul(inverse, change)
+  end function answer_of_shift
 
   !> Force of a contact point in the frame of its facet and its derivatives, the point taken as
   !! compute_tangent takes it.
@@ -184,10 +231,19 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(element_t), intent(inout) :: e !! gets s, stress (element_types, task_shift_tangent)
+
+    call gather(list, k, x, u, e)
+    call derive_shift(list, k, e)
+  end subroutine shift_derivatives
+
+  !> The same with local data at hand.
+  subroutine derive_shift(list, k, e)
+    type(element_list_t), intent(in) :: list !! elements
+    integer, intent(in) :: k !! the element
+    type(element_t), intent(inout) :: e !! gets s, stress (element_types, task_shift_tangent)
     real(wp) :: d(n_parameters)
     logical :: on_its_cone
 
-    call gather(list, k, x, u, e)
     d = list%d(:, k)
     if (list%hold(k)) then
       call element_routine(list%routine(k), task_stick_shift_tangent, d, e)
@@ -202,7 +258,7 @@ contains
     end if
     if (abs(list%keep(k)) > 0.0_wp) e%stress(1:3) = e%stress(1:3) &
       - matmul(e%s(1:3, 1:3*e%slaves), slave_motion(list%keep(k), e))
-  end subroutine shift_derivatives
+  end subroutine derive_shift
 
   !> The matrix of slip for a point that sticks, if it is on its cone, where both are derivatives.
   subroutine take_slip(list, k, e)
