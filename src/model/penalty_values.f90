@@ -16,6 +16,11 @@ module penalty_values
   private
   public :: set_penalties
 
+  !> Multipliers close what a penalty leaves, and find their status with this times E/h.
+  real(wp), parameter :: start_factor = 10.0_wp
+  !> Cells of SEGMent have no multipliers to be stiff by, and so many points that half is as good.
+  real(wp), parameter :: share_of_cells = 0.5_wp
+
   !> Stiffness of one side of a pair.
   type :: side_t
     integer :: elements = 0 !! elastic elements next to the pair, 0 if the side is rigid
@@ -50,9 +55,12 @@ contains
       found = side%elements > 0
       if (.not. found) return
       layer = unit
-      if (pair%penalty_kind == penalty_own) then
+      if (pair%penalty_kind == penalty_own .and. pair%augmented) then
+        pair%penalty = start_factor
+      else if (pair%penalty_kind == penalty_own) then
         layer = pressed_stiffness(model, pair, behind_slave, behind_master)*areas(pair, side)
         pair%penalty = own_factor*narrowness(pair, model%mesh%x, side%h)
+        if (pair%segmented) pair%penalty = share_of_cells*pair%penalty
       end if
       pair%points%epsilon = pair%penalty*layer
     end select

@@ -18,9 +18,9 @@ module pressed_layers
 
   !> Normals of a surface that is flat differ by no more than this [radian].
   real(wp), parameter :: flat = 1.0e-3_wp
-  !> A flat joint has at least this share of the penalty of two bodies that touch in a point: what is
-  !! left of it far from edges is a layer, whose stiffness does not fall with its area.
-  real(wp), parameter :: least_narrow = 0.5_wp
+  !> A flat joint, or a fit, has at least this share of the penalty of two bodies that touch in a
+  !! point: far from edges it is a layer, whose stiffness does not fall with its area.
+  real(wp), parameter :: least_narrow = 0.25_wp
 
 contains
 
@@ -35,7 +35,8 @@ contains
     logical :: flat_master, flat_slave
 
     share = 1.0_wp
-    if (pair%surface%round .or. pair%smooth) return
+    if (pair%shrinking%shrink >= 0) share = least_narrow ! a fit lies on all of its area
+    if (pair%surface%round .or. pair%smooth .or. pair%shrinking%shrink >= 0) return
     area = 0.0_wp
     do f = 1, size(pair%surface%facets, 2)
       area = area + facet_area(x(:, pair%surface%facets(:, f)))

@@ -6,7 +6,7 @@ module increments
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
     start_again, leave_bodies
-  use contact_system, only: settle_contact
+  use contact_system, only: settle_contact, harden_points
   use touch_path, only: touch_waits
   use first_touch, only: keep_path
   use force_scales, only: force_scale
@@ -82,6 +82,7 @@ contains
       'which has no force left, from each start that was tried: look whether that is meant, '// &
       'and compare with half of DT')
     call accept(model, system, state, time, known)
+    call harden_points(model, system)
   end subroutine solve_increment
 
   !> Solves from the last state times the growth of the loads, where the residual is smaller there.
