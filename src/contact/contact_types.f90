@@ -26,7 +26,7 @@ module contact_types
   integer, parameter :: penalty_own = 4
   !> Penalty over the stiffness of the layer of elements that is pressed, where the deck leaves it to
   !! the program (doc/theory, "Penalty").
-  real(wp), parameter :: own_factor = 400.0_wp
+  real(wp), parameter :: own_factor = 250.0_wp
 
   !> Ways to give the principal friction axis.
   integer, parameter :: direction_vector = 1

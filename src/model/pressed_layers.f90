@@ -20,7 +20,7 @@ module pressed_layers
   real(wp), parameter :: flat = 1.0e-3_wp
   !> A flat joint, or a fit, has at least this share of the penalty of two bodies that touch in a
   !! point: far from edges it is a layer, whose stiffness does not fall with its area.
-  real(wp), parameter :: least_narrow = 0.25_wp
+  real(wp), parameter :: least_narrow = 0.36_wp
 
 contains
 
