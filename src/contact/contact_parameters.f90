@@ -6,8 +6,8 @@ module contact_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
-  use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, direction_radial, &
-    direction_field
+  use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, &
+    direction_radial, direction_field
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, raise_along, is_stiff, &

@@ -24,8 +24,8 @@ module contact_types
   integer, parameter :: penalty_area = 2
   integer, parameter :: penalty_auto = 3
   integer, parameter :: penalty_own = 4
-  !> Penalty over the stiffness of the layer of elements that is pressed, where the deck leaves it to
-  !! the program (doc/theory, "Penalty").
+  !> Penalty over the stiffness of the layer of elements that is pressed, where the deck leaves it
+  !! to the program (doc/theory, "Penalty").
   real(wp), parameter :: own_factor = 250.0_wp
 
   !> Ways to give the principal friction axis.

@@ -62,8 +62,8 @@ module element_lists
     logical, allocatable :: hold(:) !! (n) elements that stick in the next tangent
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
     real(wp), allocatable :: keep(:) !! (n) shift to the gap that is expected in it [length]
-    real(wp), allocatable :: softening(:) !! (n) shift over multiplier, where the tangent has this go
-    !! with the displacements, else 0 [length/force]
+    real(wp), allocatable :: softening(:) !! (n) shift over multiplier, where the tangent has this
+    !! go with the displacements, else 0 [length/force]
     real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: reached(:) !! nodes that the last forces act at, if that is known
   end type element_list_t

@@ -25,7 +25,7 @@ module pressed_layers
 contains
 
   !> What a pair needs of the penalty of two bodies that touch in a point or a line. Where two flat
-  !! surfaces lie on each other the patch is known, and yields by its radius; it is a cell over that.
+  !! surfaces lie on each other the patch is known, and yields by its radius: a cell over that.
   pure real(wp) function narrowness(pair, x, h) result(share)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]

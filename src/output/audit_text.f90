@@ -193,8 +193,8 @@ contains
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
     case (check_penalty)
-      t = 'without it forces are as much larger where ways are prescribed, ways as much smaller '// &
-        'where forces are: leave PENAlty out, raise it in proportion, or write AUGMent'
+      t = 'without it forces are as much larger where ways are prescribed, ways as much '// &
+        'smaller where forces are: leave PENAlty out, raise it in proportion, or write AUGMent'
     case (check_moved)
       t = 'ADJUst has changed the shape of the slave: give it a smaller tolerance, or mesh finer'
     case default

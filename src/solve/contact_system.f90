@@ -30,7 +30,7 @@ module contact_system
   implicit none
   private
   public :: restart_points, move_hosts, renew_surfaces, load_contact, couple, couple_as_saved, &
-    settle_contact, harden_points, contact_counts
+    settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp
@@ -383,29 +383,6 @@ contains
     finish = patch_at(patch, to)
     way = matmul(patch_frame(x), finish%x - start%x)
   end function patch_way
-
-  !> Points of facets whose stiff penalty stood behind a soft one and a multiplier have it themselves
-  !! in what has been accepted: derivatives and results need know no multipliers. With nodes, whose
-  !! penalty may be of any size, it would leave the force no digits.
-  subroutine harden_points(model, system)
-    type(model_t), intent(inout) :: model !! pairs: raise, softened
-    type(system_t), intent(inout) :: system !! contact elements as accepted
-    integer :: k, p, element
-
-    do k = 1, size(model%pairs)
-      associate (pair => model%pairs(k))
-        if (.not. pair%history%softened .or. pair%points%n_slaves == 1) cycle
-        do p = 1, count_points(pair)
-          element = system%place%first_point(k) + p - 1
-          if (system%contact%routine(element) == routine_none) cycle
-          system%contact%d(d03_epsilon, element) = pair%points%epsilon(p)
-          system%contact%shift(:, element) = 0.0_wp
-        end do
-        pair%history%softened = .false.
-        pair%history%raise = 1.0_wp
-      end associate
-    end do
-  end subroutine harden_points
 
   !> Commits the history of an accepted increment.
   subroutine settle_contact(model, system)

@@ -86,8 +86,8 @@ contains
       associate (facet => facets(pair%history%cells(p)%slave))
         if (.not. facet%closed .or. facet%area <= 0.0_wp) then
           system%contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, system)
-          if (facet%open .and. pressed) system%contact%keep(first + p - 1) = lifting_shift(pair, p, &
-            system, system%contact%keep(first + p - 1))
+          if (facet%open .and. pressed) system%contact%keep(first + p - 1) = lifting_shift(pair, &
+            p, system, system%contact%keep(first + p - 1))
           cycle
         end if
         system%contact%slide(first + p - 1) = facet%slips
@@ -141,9 +141,9 @@ contains
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift
 
-  !> The shift along the normal that leaves a point open which was open, and which only the start has
-  !! pushed through: bodies have been carried there, and have not yet given way. What holds them are
-  !! the points that were closed.
+  !> The shift along the normal that leaves a point open which was open, and which only the start
+  !! has pushed through: bodies have been carried there, and have not yet given way. What holds them
+  !! are the points that were closed.
   pure real(wp) function lifting_shift(pair, p, system, given) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! an open point with a host

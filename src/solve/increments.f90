@@ -6,7 +6,8 @@ module increments
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
     start_again, leave_bodies
-  use contact_system, only: settle_contact, harden_points
+  use contact_system, only: settle_contact
+  use own_multipliers, only: harden_points
   use touch_path, only: touch_waits
   use first_touch, only: keep_path
   use force_scales, only: force_scale

@@ -10,7 +10,9 @@ module multiplier_motion
   use contact_parameters, only: shifts_gap, has_field, point_shift
   use contact_types, only: contact_point_t, pair_t
   use contact_points, only: count_points
-  use assembly, only: shift_derivatives, recover, answer_of_shift
+  use assembly, only: shift_derivatives, recover
+  use own_multipliers, only: goes_by_itself, leave_out, follow_direction, own_way, &
+    change_of_forces, forces_of_way
   use bulk_term, only: form_bulk_change
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
@@ -40,8 +42,8 @@ module multiplier_motion
   integer, parameter :: most_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
   real(wp), parameter :: softened_share = 1.0e-12_wp
-  !> The same at points of facets: more of them than nodes share what is left of a force, and another
-  !! iteration for two more digits is one of five.
+  !> The same at points of facets: more of them than nodes share what is left of a force, and
+  !! another iteration for two more digits is one of five.
   real(wp), parameter :: points_share = 1.0e-10_wp
 
 contains
@@ -126,26 +128,6 @@ contains
     call follow_direction(system)
   end subroutine add_multipliers
 
-  !> A multiplier of the pair is but that of its own point: the tangent has it go with the
-  !! displacements, element by element. Those of nodes may stand for penalties of any size, which
-  !! leave a tangent no digits.
-  pure logical function goes_by_itself(pair) result(yes)
-    type(pair_t), intent(in) :: pair !! the pair
-
-    yes = pair%history%softened .and. pair%points%n_slaves > 1
-  end function goes_by_itself
-
-  !> Multipliers that go by themselves have no part in the iteration of the others.
-  pure subroutine leave_out(system, values)
-    type(system_t), intent(in) :: system !! contact elements
-    real(wp), intent(inout) :: values(:, :) !! (3, n) gets zeros
-    integer :: k
-
-    do k = 1, system%contact%n
-      if (system%contact%softening(k) > 0.0_wp) values(:, k) = 0.0_wp
-    end do
-  end subroutine leave_out
-
   !> A step with the factor at hand: what the multipliers that go by themselves lack is no part of
   !! its residual, and pushes beside it.
   subroutine push_by_lack(system)
@@ -161,34 +143,6 @@ contains
     call push_multipliers(system)
     system%motion%way = 0.0_wp
   end subroutine push_by_lack
-
-  !> The ways of the multipliers that go by themselves, along the direction.
-  subroutine follow_direction(system)
-    type(system_t), intent(inout) :: system !! direction found; motion gets way
-    real(wp) :: change(3, system%contact%n)
-    integer :: k
-
-    do k = 1, system%contact%n
-      if (system%contact%softening(k) > 0.0_wp) system%motion%way(:, k) = 0.0_wp
-    end do
-    change = change_of_forces(system, system%du)
-    do k = 1, system%contact%n
-      if (system%contact%softening(k) > 0.0_wp) system%motion%way(:, k) = own_way(system, k, &
-        system%motion%force(:, k) - system%motion%start(:, k) + change(:, k))
-    end do
-  end subroutine follow_direction
-
-  !> The way of a multiplier that goes by itself, for a change of its force by other causes.
-  pure function own_way(system, k, change) result(way)
-    type(system_t), intent(in) :: system !! motion
-    integer, intent(in) :: k !! the contact element
-    real(wp), intent(in) :: change(3) !! [force]
-    real(wp) :: way(3), column(3, 1)
-
-    column(:, 1) = change
-    column = answer_of_shift(system%motion%scale(k)*system%motion%by_shift(:, :, k), column)
-    way = column(:, 1)
-  end function own_way
 
   !> As many digits as Newton can use.
   pure real(wp) function wanted_share(rest, before) result(share)
@@ -286,50 +240,6 @@ contains
       end associate
     end do
   end subroutine project
-
-  !> Change of the forces of the points by displacements and by the way of the multipliers.
-  function change_of_forces(system, du) result(change)
-    type(system_t), intent(in) :: system !! contact elements, motion
-    real(wp), intent(in) :: du(:, :) !! (3, nodes) [length]
-    real(wp) :: change(3, system%contact%n), total(3)
-    integer :: k, a, i
-
-    change = 0.0_wp
-    associate (motion => system%motion, list => system%contact)
-      do k = 1, list%n
-        if (motion%scale(k) <= 0.0_wp) cycle
-        total = motion%scale(k)*product_of(motion%by_shift(:, :, k), motion%way(:, k))
-        do a = 1, list%nel(k)
-          do i = 1, 3
-            total = total + motion%by_place(:, 3*a - 3 + i, k)*du(i, list%ix(a, k))
-          end do
-        end do
-        change(:, k) = total
-      end do
-    end associate
-  end function change_of_forces
-
-  !> What the way of the multipliers adds to the nodal forces of contact.
-  function forces_of_way(system) result(force)
-    type(system_t), intent(in) :: system !! contact elements, motion
-    real(wp) :: force(3, size(system%u, 2)), way(3)
-    integer :: k, a, i
-
-    force = 0.0_wp
-    associate (motion => system%motion, list => system%contact)
-      do k = 1, list%n
-        if (motion%scale(k) <= 0.0_wp) cycle
-        way = motion%scale(k)*motion%way(:, k)
-        do a = 1, list%nel(k)
-          associate (node => list%ix(a, k))
-            do i = 1, 3
-              force(i, node) = force(i, node) + dot_product(way, motion%of_nodes(:, 3*a - 3 + i, k))
-            end do
-          end associate
-        end do
-      end do
-    end associate
-  end function forces_of_way
 
   !> Displacements that the way of the multipliers brings by itself.
   subroutine answer_multipliers(system, du)

@@ -190,8 +190,8 @@ contains
     if (abs(list%keep(k)) > 0.0_wp) call move_back(list%keep(k), e)
   end subroutine compute_fixed
 
-  !> The multiplier of the element goes with the displacements, and takes up what it lacks: what that
-  !! adds to matrix and force (doc/theory, "A stiff penalty from a soft one").
+  !> The multiplier of the element goes with the displacements, and takes up what it lacks: what
+  !! that adds to matrix and force (doc/theory, "A stiff penalty from a soft one").
   pure subroutine follow_shift(list, k, shifted, e)
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element
