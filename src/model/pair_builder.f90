@@ -7,7 +7,6 @@ module pair_builder
   use deck_types, only: location_t
   use key_sorting, only: sort_columns, ascending
   use cells, only: most_nodes, most_facet_nodes, facet_of
-  use key_sorting, only: sort_columns
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, exterior_facets, facet_neighbours, tributary_areas

@@ -22,7 +22,7 @@ module saved_states
   implicit none
   private
   public :: saved_states_t, keep_state, read_kept_state, take_state, note_passed, restart_base, &
-    file_of, folder_of
+    file_of
 
   !> Where states are kept.
   type :: saved_states_t
