@@ -41,7 +41,7 @@ STANDARD += -Wno-maybe-uninitialized
 CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan
 FLAGS_release := -O1 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -O1 -g $(CHECKS)
-FLAGS_coverage := -O0 -g --coverage
+FLAGS_coverage := -O0 -g -Wno-uninitialized --coverage
 # Not what a null pointer or a pointer out of bounds does: the sanitiser of addresses finds these, and
 # the code for them takes half of the time of the build. Integers that overflow: tests/decks.py.
 FLAGS_sanitize := -O0 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
