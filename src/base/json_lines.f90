@@ -110,5 +110,6 @@ contains
     line = object(item('event', event)//items)
     write (output_unit, '(a)', iostat=status) line(2:)
     if (status == 0) flush (output_unit, iostat=status)
+    if (status /= 0) return
   end subroutine print_record
 end module json_lines
