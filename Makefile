@@ -11,7 +11,7 @@ PETSC :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb wheel lint clean help setup FORCE
 
 # All processors, unless -j says otherwise.
 ifeq ($(filter -j% --jobserver%,$(MAKEFLAGS)),)
@@ -309,6 +309,13 @@ deb: ## build a Debian package of this machine's kind: build/mfec_*.deb
 	@.ci/package deb build/deb
 	@rm -rf build/deb
 
+build/venv-wheel/stamp: .ci/packaging/wheel/requirements.txt .ci/setup | build/venv/stamp
+	@.ci/setup python build/venv-wheel $<
+	@touch $@
+
+wheel: mfec build/venv-wheel/stamp ## build a wheel that brings the program: build/dist/mfec-*.whl
+	@.ci/packaging/wheel/build build/venv-wheel/bin
+
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) postproc/demo.py --program ./mfec --out demo
@@ -341,4 +348,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb
+	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb wheel dist mfec.1 mfec.bash html) build/mfec_*.deb
