@@ -288,7 +288,7 @@ install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local),
 	@install -D mfec $(DESTDIR)$(PREFIX)/bin/mfec
 	@install -D -m 644 build/mfec.1 $(SHARE)/man/man1/mfec.1
 	@install -D -m 644 build/mfec.bash $(SHARE)/bash-completion/completions/mfec
-	@for file in README.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
+	@for file in README.md LICENSE `find -H doc inputs postproc -type f ! -name '*.pyc' \
 	    ! -path '*/tests/*' ! -path '*/build/*' ! -path '*.egg-info/*' ! -path 'doc/*.awk'`; do \
 	  install -D -m 644 $$file $(SHARE)/doc/mfec/$$file; done
 	@echo 'installed below $(DESTDIR)$(PREFIX)'
@@ -303,11 +303,8 @@ build/mfec.1: mfec .ci/package
 build/mfec.bash: mfec .ci/package
 	@.ci/package completion ./mfec > $@
 
-deb: ## build a Debian package of this machine's kind: build/mfec_*.deb
-	@rm -rf build/deb
-	@$(MAKE) --no-print-directory install PREFIX=/usr DESTDIR=build/deb
-	@.ci/package deb build/deb
-	@rm -rf build/deb
+deb: mfec build/mfec.1 build/mfec.bash ## build a Debian package of this machine's kind and release: build/mfec_*.deb
+	@.ci/package deb
 
 build/venv-wheel/stamp: .ci/packaging/wheel/requirements.txt .ci/setup | build/venv/stamp
 	@.ci/setup python build/venv-wheel $<
