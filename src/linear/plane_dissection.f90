@@ -1,5 +1,5 @@
 !> Nested dissection of a mesh whose nodes lie in planes: a box of cells, graded or not (doc/theory,
-!! "Condensed contact").
+!! "Static condensation", eq. (12.3)).
 !!
 !! Planes of nodes, straight or diagonal, part such a mesh. Each cut is the one of least work: a
 !! separator is as dear as what lies around its part of the mesh is large, which METIS does not

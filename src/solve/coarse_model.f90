@@ -1,5 +1,5 @@
 !> A coarse model of the bodies: each moves and strains as a whole, u = A + B X, 12 motions a body
-!! (doc/theory, "A coarse start").
+!! (doc/theory, "Start", eq. (11.2)).
 module coarse_model
   use kinds, only: wp
   use bulk_products, only: multiply_bulk

@@ -1,5 +1,5 @@
 !> The start of a pile of bodies under its first load: Newton's method on a coarse model of it finds
-!! which joints carry, open and slip (doc/theory, "A coarse start").
+!! which joints carry, open and slip (doc/theory, "Start").
 module coarse_start
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_coarse

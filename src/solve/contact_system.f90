@@ -184,7 +184,7 @@ contains
   end subroutine couple
 
   !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
-  !! where nothing else changes the tangent (doc/theory, "Beyond one machine").
+  !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
   pure logical function stays_apart(system) result(apart)
     type(system_t), intent(in) :: system !! the system
 
@@ -298,7 +298,8 @@ contains
     active = stick + slip
   end subroutine contact_counts
 
-  !> Hands status and tips of the elements to the working points of the pairs.
+  !> Hands status and tips of the elements to the working points of the pairs, and what friction has
+  !! dissipated (doc/theory, "Dissipation", eq. (4.9)).
   subroutine keep_status(model, system)
     type(model_t), intent(inout) :: model !! pairs: status of new
     type(system_t), intent(in) :: system !! contact elements

@@ -1,5 +1,5 @@
 !> Whether a solve that is still on its way has led tips out of their hosts for good: then the hosts
-!! follow at once, not after the last digits (doc/theory, "Hosts").
+!! follow at once, not after the last digits (doc/theory, "Target facet").
 module early_hosts
   use kinds, only: wp
   use element_types, only: status_open

@@ -1,5 +1,5 @@
 !> Loads that have grown by a factor: where these loads alone have bent and pressed the bodies, all
-!! has grown by it (doc/theory, "Nonlinear solution").
+!! has grown by it (doc/theory, "Start").
 module grown_start
   use kinds, only: wp
   use loads, only: conditions_at

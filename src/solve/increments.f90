@@ -198,7 +198,7 @@ contains
   end subroutine look_for_strays
 
   !> Once more, now with a drag on the bodies that contact alone holds: they move by a share of a
-  !! facet in an iteration, as if they sank through honey (doc/theory, "Bodies that contact holds").
+  !! facet in an iteration, as if they sank through honey (doc/theory, "Continuation").
   subroutine let_down(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left given; out: the last iterate

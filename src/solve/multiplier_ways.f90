@@ -1,5 +1,5 @@
 !> An increment with multipliers: they come along with Newton's iteration, or rest while it
-!! iterates, and which of it is tried when (doc/theory, "Multipliers that come along").
+!! iterates, and which of it is tried when (doc/theory, "Uzawa iteration").
 module multiplier_ways
   use kinds, only: wp
   use model_types, only: model_t

@@ -1,5 +1,5 @@
 !> The order of a body's candidates: along the longest side of the box around them, so that those
-!! near each other have numbers near each other (doc/theory, "Condensed contact").
+!! near each other have numbers near each other (doc/theory, "Static condensation").
 module candidate_queue
   use kinds, only: wp
   use key_sorting, only: sort_columns

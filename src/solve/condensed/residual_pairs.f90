@@ -1,5 +1,5 @@
 !> What steps by near factors have made of the residual, so that the next ones need not find it
-!! again (doc/theory, "A bulk that is not linear").
+!! again (doc/theory, "Nonlinear bulk", eq. (12.18)).
 module residual_pairs
   use kinds, only: wp
   use gcr, only: begin_gcr, forget_images, take_known, add_image_of

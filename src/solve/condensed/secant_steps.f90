@@ -1,5 +1,5 @@
 !> Steps with the same factor learn from those before them: Broyden's method with the steps alone
-!! (doc/theory, "Steps with the same factor").
+!! (doc/theory, "Modified Newton steps", eq. (11.6)).
 module secant_steps
   use kinds, only: wp
   use equation_values, only: spread_direction
