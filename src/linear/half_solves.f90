@@ -1,5 +1,5 @@
 !> The two halves of a solution with the factor of a lower triangle: down to the unknowns that are
-!! eliminated last, and up from these (doc/theory, "Static condensation", eq. (12.6)).
+!! eliminated last, and up from these (doc/theory, "Static condensation", eq. (12.5)).
 module half_solves
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_ptr, c_char, c_loc, c_size_t, &
     c_sizeof, c_f_pointer

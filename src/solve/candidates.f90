@@ -84,7 +84,7 @@ contains
 
   !> Cost of the condensed form over that of factors of the whole matrix: rows, three for each point
   !! that can touch or one for each degree of freedom that it can reach, and the compliances with
-  !! their products (doc/theory, "Choice of the solver", eq. (12.21)).
+  !! their products (doc/theory, "Choice of the solver", eq. (12.19)).
   pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed

@@ -1,6 +1,6 @@
 !> What the first tangent of an increment expects of the contact points: those that were closed at
 !! the last converged state are as far below their facets, those that slipped slip on (doc/theory,
-!! "Predicted active set", eq. (11.3)).
+!! "Predicted active set", eq. (11.2)).
 module expected_status
   use kinds, only: wp
   use element_types, only: status_open, status_slip

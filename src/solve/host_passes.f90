@@ -11,8 +11,7 @@ module host_passes
   use condensed_system, only: refresh_candidates, recover_interior
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
-    outcome_restless, outcome_adrift, outcome_hosts, is_converged
-  use early_hosts, only: may_look_early
+    outcome_restless, outcome_adrift, is_converged
   use surface_shapes, only: follow_shape
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
@@ -39,20 +38,12 @@ contains
     logical :: settled
 
     settings = given
-    progress%looks = may_look_early(model)
     pass = 0
     do while (pass < settings%most_passes)
       if (.not. system%place%begun) call load_contact(model, system)
       if (.not. (system%place%begun .and. system%condensed%active)) call couple(system)
       call solve_frozen(model, system, time, settings, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
-      if (progress%outcome == outcome_hosts) then
-        call follow_solution(model, system, settings, monitor, progress, settled)
-        progress%looks = .not. settled
-        system%inner%known = .true.
-        pass = pass + 1
-        cycle
-      end if
       if (progress%outcome == outcome_adrift) then
         call follow_solution(model, system, settings, monitor, progress, settled)
         cycle

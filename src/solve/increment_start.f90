@@ -14,7 +14,6 @@ module increment_start
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies, turn_bodies
   use contact_carrying, only: carry_with_contact
-  use grown_start, only: is_pile, load_growth, grow_multipliers
   use force_scales, only: begin_scales, force_scale
   use touch_path, only: touch_waits
   use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
@@ -23,10 +22,9 @@ module increment_start
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
-  use text, only: to_text
   implicit none
   private
-  public :: take_overlaps, begin_at, choose_start, take_grown, start_here, start_again, &
+  public :: take_overlaps, begin_at, choose_start, start_here, start_again, &
     start_rubbing, leave_bodies
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
@@ -213,36 +211,6 @@ contains
     call monitor%detail('  predictor dropped: it does not lower the residual')
   end subroutine take_better
 
-  !> Starts from the last state times the factor by which the loads have grown, if there is one and
-  !! the residual is smaller there.
-  subroutine take_grown(model, system, state, monitor, taken)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! start chosen; u and growth may become the grown ones
-    type(state_t), intent(in) :: state !! last converged state
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-    logical, intent(out) :: taken !! the start is the grown one
-    real(wp) :: start(3, size(system%u, 2)), growth, norm, norm_grown
-
-    taken = .false.
-    if (system%condensed%outer%foretold .or. .not. is_pile(system)) return
-    growth = load_growth(model, system, state)
-    if (growth <= 1.0_wp) return
-    start = system%u
-    norm = residual_norm(system)
-    system%position%growth = growth
-    where (system%equation > 0) system%u = growth*state%u
-    call start_here(model, system, norm_grown)
-    taken = norm_grown < norm
-    if (taken) then
-      call monitor%detail('  all loads have grown to '//to_text(growth, 6)//' times what they '// &
-        'were: so has the start')
-      return
-    end if
-    system%position%growth = 1.0_wp
-    system%u = start
-    call start_here(model, system, norm)
-  end subroutine take_grown
-
   !> Friction begins to act at points that have touched first: where forces with it are foretold,
   !! the increment goes on from there.
   subroutine start_rubbing(model, system, settings)
@@ -274,12 +242,10 @@ contains
     if (size(model%pairs) > 0) then
       call restart_points(model, system)
       call move_hosts(model, system, 0.0_wp, changes)
-      if (system%position%growth > 1.0_wp) call grow_multipliers(model, system%position%growth)
       call load_contact(model, system)
     end if
     if (system%condensed%active) then
       call restore_forces(system%condensed)
-      system%condensed%bulk%force = system%position%growth*system%condensed%bulk%force
       call couple(system)
       call find_defects(system)
     end if

@@ -4,7 +4,7 @@ module increments
   use threads, only: notice_others
   use linear_solver, only: rest_solver
   use model_types, only: model_t
-  use increment_start, only: take_overlaps, begin_at, choose_start, take_grown, start_here, &
+  use increment_start, only: take_overlaps, begin_at, choose_start, start_here, &
     start_again, leave_bodies
   use contact_system, only: settle_contact
   use touch_path, only: touch_waits
@@ -20,13 +20,12 @@ module increments
   use contact_parameters, only: is_stiff, shifts_gap
   use contact_entries, only: has_gone_through
   use multiplier_ways, only: solve_with_multipliers, solve_from_start, rest_then_along, &
-    come_along, has_failed
+    has_failed
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
   use soft_penalties, only: may_soften, solve_from_soft
   use lost_contact, only: has_thrown, has_turned
-  use coarse_start, only: start_coarsely
   use late_look, only: look_inside
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
@@ -40,8 +39,6 @@ module increments
   !> A drag that has led nowhere so often since the last increment that was accepted is not tried
   !! with shorter ones: these start near their end, if they have one.
   integer, parameter :: most_in_vain = 2
-  !> A start from grown loads that is one leads to the end in so many linear solves.
-  integer, parameter :: most_grown = 20
   !> An increment is solved so often with nodes that touch where nobody foresaw it.
   integer, parameter :: most_looks = 8
 
@@ -56,7 +53,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
-    logical :: done, known, missed
+    logical :: known, missed
     integer :: look
 
     call notice_others()
@@ -67,8 +64,7 @@ contains
     do look = 1, most_looks
       call begin_at(model, system, state, time)
       call choose_start(model, system, state, time, monitor)
-      call solve_grown(model, system, state, time, settings, monitor, progress, done)
-      if (.not. done) call solve_usual(model, system, time, settings, monitor, progress)
+      call solve_usual(model, system, time, settings, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
       if (progress%outcome /= outcome_converged) return
       call look_inside(model, system, state, settings, monitor, known, missed)
@@ -82,40 +78,6 @@ contains
     call accept(model, system, state, time, known)
   end subroutine solve_increment
 
-  !> Solves from the last state times the growth of the loads, where the residual is smaller there.
-  !! Multipliers come along at once: which points stick, slip and are open is known.
-  subroutine solve_grown(model, system, state, time, settings, monitor, progress, done)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! in: start; out: the last iterate, or the start
-    type(state_t), intent(in) :: state !! last converged state
-    real(wp), intent(in) :: time !! end of the increment
-    type(settings_t), intent(in) :: settings !! tolerances
-    class(monitor_t), intent(inout) :: monitor !! hears of the work
-    type(newton_t), intent(inout) :: progress !! how it ended
-    logical, intent(out) :: done !! no other start need be tried
-    type(settings_t) :: now
-    logical :: thrown
-
-    system%position%growth = 1.0_wp
-    call take_grown(model, system, state, monitor, done)
-    if (.not. done) return
-    now = settings
-    now%most_solves = min(most_grown, settings%most_solves)
-    if (any(shifts_gap(model%pairs))) then
-      call come_along(model, system, time, now, monitor, progress)
-    else
-      call solve_from_start(model, system, time, now, monitor, progress)
-    end if
-    system%position%growth = 1.0_wp
-    call look_for_thrown(model, system, progress, monitor, thrown)
-    done = .not. (has_failed(progress) .or. thrown)
-    if (done) return
-    call monitor%detail('  no convergence: once more from the usual start')
-    progress = newton_t()
-    call begin_at(model, system, state, time)
-    call choose_start(model, system, state, time, monitor)
-  end subroutine solve_grown
-
   !> Solves from the start that has been chosen, then from the other one, then with a drag.
   subroutine solve_usual(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -124,13 +86,12 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    logical :: choice, stayed, failed, thrown, coarse
+    logical :: choice, stayed, failed, thrown
 
     choice = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     stayed = any(abs(system%position%carried - system%u) > 0.0_wp)
-    call start_coarsely(model, system, monitor, coarse)
     if (any(shifts_gap(model%pairs))) then
-      call solve_with_multipliers(model, system, time, settings, coarse, monitor, progress)
+      call solve_with_multipliers(model, system, time, settings, monitor, progress)
     else
       call solve_from_start(model, system, time, settings, monitor, progress)
     end if

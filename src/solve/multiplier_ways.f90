@@ -14,31 +14,26 @@ module multiplier_ways
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
-  use grown_start, only: is_pile
+  use piles, only: is_pile
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: solve_with_multipliers, solve_from_start, rest_then_along, come_along, &
-    has_failed
+  public :: solve_with_multipliers, solve_from_start, rest_then_along, has_failed
 
   !> Ways: multipliers come along from the start, rest until it is known which points stick, slip
   !! and are open, or rest while Newton iterates and are updated in between.
   integer, parameter :: along = 1, rest_first = 2, updates = 3
-  !> From near the solution multipliers come along in so many linear solves, or rest first.
-  integer, parameter :: most_near = 30
 
 contains
 
   !> Tries one way after the other.
-  subroutine solve_with_multipliers(model, system, time, settings, near, monitor, progress)
+  subroutine solve_with_multipliers(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
-    logical, intent(in) :: near !! the start is near the solution
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    type(settings_t) :: now
     real(wp) :: start(3, size(system%u, 2)), norm
     integer :: ways(3), i
     logical :: rested
@@ -46,7 +41,7 @@ contains
     start = system%u
     rested = .false.
     ways = [along, rest_first, updates]
-    if (is_pile(system) .and. .not. near) ways = [rest_first, along, updates]
+    if (is_pile(system)) ways = [rest_first, along, updates]
     do i = 1, size(ways)
       if (ways(i) == updates .and. .not. rested) exit
       if (i > 1) then
@@ -59,9 +54,7 @@ contains
       end if
       select case (ways(i))
       case (along)
-        now = settings
-        if (near) now%most_solves = min(most_near, settings%most_solves)
-        call come_along(model, system, time, now, monitor, progress)
+        call come_along(model, system, time, settings, monitor, progress)
       case (rest_first)
         call rest_then_along(model, system, time, settings, monitor, progress, rested)
       case default

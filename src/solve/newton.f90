@@ -15,7 +15,7 @@ module newton
     round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
   use supports, only: drop_bodies
-  use grown_start, only: is_pile
+  use piles, only: is_pile
   use drag, only: begin_drag, settle_drag, count_way
   use expected_status, only: forget_expected, turned_back, most_single
   use line_search, only: search_line, approach
@@ -34,7 +34,7 @@ module newton
     wanted_share, count_creeping, judge_progress, judge_settled, outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
-    outcome_adrift, outcome_hosts, outcome_through, outcome_turned, outcome_thrown
+    outcome_adrift, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -42,7 +42,7 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through, &
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_through, &
     outcome_turned, outcome_thrown
 
   !> Iterations in a row without progress after which the natural test is left out of the line
@@ -161,7 +161,6 @@ contains
     type(chords_t) :: chords
 
     chords%bends = any(model%pairs%smooth) .and. is_close(progress)
-    chords%looks = progress%looks .and. system%condensed%near .and. .not. system%motion%active
     ! what single precision has left shows with the next step
     if (system%condensed%bulk%hidden > 0.0_wp) progress%energy_met = .false.
     if (progress%energy_met .or. .not. may_go_on(system, progress)) then
@@ -170,7 +169,6 @@ contains
     end if
     call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, force_scale(system)*wanted_share(settings), chords)
-    if (chords%left) progress%outcome = outcome_hosts
     progress%energy_met = chords%energy_met .or. chords%settled
     progress%halved = progress%halved .and. .not. chords%settled .and. &
       residual_norm(system) <= 0.5_wp*progress%start

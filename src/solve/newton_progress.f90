@@ -1,5 +1,5 @@
 !> How far Newton's iteration is: what it counts, how it ends, and when it has converged
-!! (doc/theory, "Convergence criteria", eqs. (11.8), (11.9)).
+!! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
 module newton_progress
   use kinds, only: wp
   use element_types, only: status_open
@@ -14,7 +14,7 @@ module newton_progress
     count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_hosts, outcome_through, &
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_through, &
     outcome_turned, outcome_thrown
 
   !> How a solve ended.
@@ -30,10 +30,9 @@ module newton_progress
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
   integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
   integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
-  integer, parameter :: outcome_hosts = 12 !! tips have left their hosts: these are chosen anew
-  integer, parameter :: outcome_through = 13 !! the slave has gone through a master
-  integer, parameter :: outcome_turned = 14 !! a body has turned too far for small strain
-  integer, parameter :: outcome_thrown = 15 !! a body has been thrown out of contact
+  integer, parameter :: outcome_through = 12 !! the slave has gone through a master
+  integer, parameter :: outcome_turned = 13 !! a body has turned too far for small strain
+  integer, parameter :: outcome_thrown = 14 !! a body has been thrown out of contact
 
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
@@ -83,7 +82,6 @@ module newton_progress
     integer :: short = 0 !! iterations on end that went hardly anywhere
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
-    logical :: looks = .false. !! hosts may be chosen anew before it has converged
     logical :: energy_met = .false. !! the last full step met the energy tolerance
     integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes

@@ -110,7 +110,6 @@ module system_types
     real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
     real(wp), allocatable :: x_alone(:, :) !! (3, nodes) the same without what contact carries,
     !! where that is not the same [length]
-    real(wp) :: growth = 1.0_wp !! the start is the last state times this
   end type positions_t
 
   !> What the bulk answers to the displacements of the iterate.

@@ -1,5 +1,5 @@
 !> More steps with the factor of an iteration, while each leads on (doc/theory, "Modified Newton
-!! steps").
+!! steps", eq. (11.5)).
 module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord
@@ -13,11 +13,9 @@ module chord_steps
   use live_values, only: direction_norm, direction_work
   use line_search, only: take_trial
   use newton_progress, only: is_round_off
-  use secant_steps, only: secants_t, begin_secants, bend_direction, note_step
   use bulk_term, only: form_bulk_change, bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
   use equation_values, only: spread_direction
-  use early_hosts, only: tips_have_left
   use surface_shapes, only: follow_shape
   use model_types, only: model_t
   use system_types, only: system_t
@@ -30,8 +28,6 @@ module chord_steps
     integer :: steps = 0 !! taken
     logical :: settled = .false. !! nothing is left but round-off
     logical :: energy_met = .false. !! the next one would have next to no energy
-    logical :: looks = .false. !! none follows where tips have left their hosts
-    logical :: left = .false. !! they have
     logical :: bends = .false. !! smooth surfaces follow each
   end type chords_t
 
@@ -68,7 +64,7 @@ contains
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
-    type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
+    type(chords_t), intent(inout) :: chords !! bends given; gets what has been done
 
     call take_chords(model, system, tolerance, first_energy, energy, wanted, hidden_share*wanted, &
       chords)
@@ -100,10 +96,9 @@ contains
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
-    type(chords_t), intent(inout) :: chords !! looks given; gets what has been done
+    type(chords_t), intent(inout) :: chords !! bends given; gets what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
-    type(secants_t) :: secants
     logical :: found
 
     last = huge(1.0_wp) ! what steps have hidden may be longer than the last of them
@@ -111,15 +106,11 @@ contains
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
       (any(model%pairs%smooth) .and. .not. chords%bends))
-    call begin_secants(system, most_chords, secants)
     do while (chords%steps < most_chords)
-      if (chords%looks) chords%left = tips_have_left(model, system)
-      if (chords%left) return
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status
       call find_direction_again(model, system, found)
-      if (found .and. .not. system%condensed%near) call bend_direction(secants, system, found)
       if (found .and. system%condensed%active) call show_direction(system, &
         merge(max(sought, early_share*before), 0.0_wp, sought > 0.0_wp))
       length = direction_norm(system)
@@ -137,11 +128,7 @@ contains
         call stay(model, system)
         return
       end if
-      if (system%condensed%near) then
-        call note_near_step(system, after/before)
-      else
-        call note_step(system, secants)
-      end if
+      if (system%condensed%near) call note_near_step(system, after/before)
       call take_trial(system, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       chords%steps = chords%steps + 1

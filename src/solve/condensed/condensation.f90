@@ -31,9 +31,8 @@ module condensation
 contains
 
   !> Factorises the free equations of one body with its candidates last.
-  subroutine condense_body(blocks, x, equation, queue, body, costs, outcome)
+  subroutine condense_body(blocks, equation, queue, body, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! filled; first stays, compliance goes
@@ -41,7 +40,7 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     type(ordered_blocks_t) :: matrix
 
-    call prepare_body(blocks, x, equation, queue, body, .false., matrix, costs, outcome)
+    call prepare_body(blocks, equation, queue, body, .false., matrix, costs, outcome)
     if (outcome /= solver_done) return
     if (needed_bytes(body) > memory_left()) outcome = solver_out_of_memory
     if (outcome == solver_done) call factorise_body(blocks, matrix, body, .false., costs, outcome)
@@ -49,9 +48,8 @@ contains
 
   !> Orders the equations of a body and analyses its matrix: the candidates among the other nodes,
   !! where that is allowed and costs less, or last.
-  subroutine prepare_body(blocks, x, equation, queue, body, by_tree, matrix, costs, outcome)
+  subroutine prepare_body(blocks, equation, queue, body, by_tree, matrix, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body, 0 elsewhere
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! analysed; first stays, compliance goes
@@ -65,10 +63,10 @@ contains
     body%tree%used = by_tree
     if (by_tree) body%tree%used = may_pay(count(equation > 0), count(equation > 0 .and. &
       spread(queue > 0, 1, 3)))
-    call order_equations(blocks, x, equation, queue, body, matrix%equation, costs, outcome)
+    call order_equations(blocks, equation, queue, body, matrix%equation, costs, outcome)
     if (outcome == solver_done .and. body%tree%used) then
       body%tree%used = pays(body)
-      if (.not. body%tree%used) call order_equations(blocks, x, equation, queue, body, &
+      if (.not. body%tree%used) call order_equations(blocks, equation, queue, body, &
         matrix%equation, costs, outcome)
     end if
     if (outcome == solver_done) call add_pins(body, matrix)

@@ -15,7 +15,6 @@ module condensed_bodies
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
     drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
-  use candidate_queue, only: queue_candidates
   use system_types, only: system_t
   implicit none
   private
@@ -91,7 +90,7 @@ contains
     logical, intent(out) :: ready !! there is something to factorise
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
-    integer :: equation(3, size(system%body%node_body)), queue(size(system%body%node_body))
+    integer :: equation(3, size(system%body%node_body)), queue(size(system%body%node_body)), i
     real(wp) :: in_all
 
     outcome = solver_done
@@ -101,9 +100,11 @@ contains
     ready = any(equation /= 0)
     if (.not. ready) return
     call pin_body(system, b)
-    call queue_candidates(system%condensed%rigid%x, system%condensed%candidate .and. &
-      any(equation > 0, 1), queue)
-    call prepare_body(system%whole%bulk_matrix, system%condensed%rigid%x, equation, queue, &
+    queue = 0
+    do i = 1, size(queue)
+      if (system%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
+    end do
+    call prepare_body(system%whole%bulk_matrix, equation, queue, &
       system%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
     if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
     !$omp atomic capture

@@ -1,5 +1,5 @@
 !> Rigid bodies with a point in the condensed form: their unknowns are a border of contact's tangent
-!! (doc/theory, "Condensed rigid bodies", eq. (12.16)).
+!! (doc/theory, "Condensed rigid bodies", eq. (12.15)).
 module condensed_border
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs, dgesvd

@@ -1,5 +1,5 @@
 !> The condensed form of a system: compliances of the bodies at the nodes that contact may touch,
-!! and the contact forces there (doc/theory, "Static condensation", eq. (12.4)).
+!! and the contact forces there (doc/theory, "Static condensation", eq. (12.3)).
 module condensed_types
   use kinds, only: wp, sp
   use gcr, only: gcr_t
@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
-    residual_pairs_t, columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
+    columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
     body_sums_t, seen_t, near_field_t, tree_t
   public :: turns_not, turns_freely
 
@@ -259,21 +259,12 @@ module condensed_types
     logical :: shows = .false. !! or it takes all of that away
   end type defects_t
 
-  !> Steps by near factors and what they make of the residual.
-  type :: residual_pairs_t
-    type(gcr_t) :: known !! by what the residual falls along each step (equations), and the step
-    logical :: asked = .false. !! asked_for is that of the last direction
-    real(wp), allocatable :: asked_for(:) !! (equations) residual that it was to answer [force]
-    real(wp), allocatable :: answer(:) !! (equations) what known steps answer to it [length]
-  end type residual_pairs_t
-
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
     logical :: near = .false. !! the bulk has hardly strained since they were made: they alone
     !! give the directions
-    type(residual_pairs_t) :: pairs !! what these have led to
     real(wp) :: wear = 0.0_wp !! passes that older factors have cost so far
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]

@@ -1,13 +1,12 @@
 !> The order in which the equations of a condensed body are eliminated (doc/theory, "Static
 !! condensation").
 module elimination_order
-  use kinds, only: wp, long
+  use kinds, only: long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t, build_pattern, build_lower
   use back_ends, only: solver_done
   use nested_dissection, only: dissect
-  use plane_dissection, only: dissect_planes
   use cholmod_solver, only: cholmod_t, analyse_in_order, analyse_nodes, expand_nodes, factor_order
   use condensed_types, only: condensed_body_t
   implicit none
@@ -23,9 +22,8 @@ contains
   !> The equations in the order of elimination: the graph of the other nodes by nested dissection,
   !! their equations together; then the candidates in their queue, unless these are ordered among
   !! the others. The body is analysed so.
-  subroutine order_equations(blocks, x, equation, queue, body, ordered, costs, outcome)
+  subroutine order_equations(blocks, equation, queue, body, ordered, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) equations of this body
     integer, intent(in) :: queue(:) !! (nodes) place among its candidates, 0 for no candidate
     type(condensed_body_t), intent(inout) :: body !! gets node, direction, equation, m, analysis
@@ -44,7 +42,7 @@ contains
     last = merge(0, queue, body%tree%used)
     inner = pack([(i, i=1, size(equation, 2))], any(equation > 0, 1) .and. last == 0)
     outcome = solver_done
-    if (size(inner) > 0) call dissect_nodes(blocks, x, last, outer, inner, costs, outcome)
+    if (size(inner) > 0) call dissect_nodes(blocks, last, inner, costs, outcome)
     if (outcome /= solver_done) return
     nodes = [inner, outer]
     allocate (order(size(nodes)))
@@ -70,33 +68,24 @@ contains
 
   !> The nodes inside by nested dissection of their graph, in postorder. METIS draws from one series
   !! of random numbers: it orders one body at a time.
-  subroutine dissect_nodes(blocks, x, queue, outer, inner, costs, outcome)
+  subroutine dissect_nodes(blocks, queue, inner, costs, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference coordinates [length]
     integer, intent(in) :: queue(:) !! (nodes) place among the candidates of this body, or 0
-    integer, intent(in) :: outer(:) !! these
     integer, intent(inout) :: inner(:) !! its other nodes; get their order
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     integer(long), allocatable :: order(:)
-    integer(long) :: i
     integer, allocatable :: weight(:)
     logical :: found
     type(csc_matrix_t) :: graph
     type(cholmod_t) :: orderer
 
     call begin_cost(costs, cost_symbolic)
-    call dissect_planes(blocks, x, outer, inner, found)
-    if (found) then
-      graph = graph_of(blocks, inner, .true.)
-      order = [(i, i=0, size(inner) - 1)]
-    else
-      graph = graph_of(blocks, inner, .false.)
-      weight = weights(blocks, queue, inner)
-      !$omp critical (order_by_metis)
-      call dissect(graph, weight, order, found)
-      !$omp end critical (order_by_metis)
-    end if
+    graph = graph_of(blocks, inner, .false.)
+    weight = weights(blocks, queue, inner)
+    !$omp critical (order_by_metis)
+    call dissect(graph, weight, order, found)
+    !$omp end critical (order_by_metis)
     call end_cost(costs, cost_symbolic)
     if (found) then
       call analyse_in_order(orderer, graph, order, costs, outcome)

@@ -7,7 +7,6 @@ module near_steps
   use condensed_direction, only: is_worth_trying, most_allowed, most_stale
   use contact_tangent, only: factorise_tangent, form_rest
   use bulk_passes, only: begin_direction, solve_pass
-  use residual_pairs, only: forget_pairs, note_asked, split_right, add_shares, note_pair
   use system_types, only: system_t
   implicit none
   private
@@ -29,7 +28,6 @@ contains
 
     outcome = solver_done
     answered = .false.
-    call forget_pairs(system%condensed%pairs)
     if (.not. (system%motion%active .or. any(system%body%weak))) then
       call begin_direction(system, x)
       if (is_worth_trying(system)) then
@@ -45,7 +43,6 @@ contains
         call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
           answered)
       end if
-      call note_asked(system%right, system%condensed%pairs)
       system%condensed%norm_before = norm2(system%right)
       call count_cost(system%costs, cost_bulk_krylov, 1)
     end if
@@ -56,11 +53,9 @@ contains
   subroutine find_near_again(system, answered)
     type(system_t), intent(inout) :: system !! right given; gets solution
     logical, intent(out) :: answered !! there is one
-    real(wp) :: rest(size(system%right))
 
-    call split_right(system%right, system%condensed%pairs, rest)
-    call solve_pass(system, rest, most_allowed(system%condensed), system%solution, answered)
-    call add_shares(system%condensed%pairs, system%solution)
+    call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
+      answered)
     call count_cost(system%costs, cost_bulk_krylov, 1)
   end subroutine find_near_again
 
@@ -92,10 +87,9 @@ contains
   !> A full step by near factors has been taken. New factors would leave so little that fewer such
   !! passes lead as far: what is lost wears them out.
   subroutine note_near_step(system, left)
-    type(system_t), intent(inout) :: system !! direction, residual after it; wear and pairs grow
+    type(system_t), intent(inout) :: system !! direction, residual after it; wear grows
     real(wp), intent(in) :: left !! share of the residual that the pass has left
 
-    call note_pair(system%solution, system%right, system%condensed%pairs)
     system%condensed%wear = system%condensed%wear + max(0.0_wp, 1.0_wp - &
       log(max(left, new_share))/log(new_share))
   end subroutine note_near_step
