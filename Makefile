@@ -53,7 +53,7 @@ TESTED := -O0
 # Where a run spends its time: elements, laws, contact, linear algebra, loops over dense matrices. The
 # rest takes a tenth of the time of a run and half of that of the build.
 FAST := $(notdir $(basename $(wildcard $(addprefix src/,base/*.f90 laws/*.f90 elements/*.f90 \
-  contact/*.f90 linear/*.f90 solve/condensed/*.f90 solve/terms/*.f90))))
+  contact/*.f90 linear/*.f90 solve/forms/*.f90 solve/terms/*.f90))))
 
 # The loops over contact points call small procedures of many modules: in the release they are put in
 # place when the program is linked. The operations and their order stay, and so does every digit.

@@ -9,7 +9,7 @@ module audit_text
   use bulk_laws, only: laws
   use statics, only: verdict_t, judge_at_rest, statics_carried
   use statics_report, only: motion_text, turned_text
-  use body_audit, only: farthest_turn
+  use body_measures, only: farthest_turn
   use shape_audit, only: most_swelling
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &

@@ -5,7 +5,7 @@ module audit_sums
   use model_types, only: model_t
   use linear_sums, only: mapped_sums, direct_works
   use sum_rows, only: body_rows, reaction_rows, load_rows
-  use body_audit, only: find_balance
+  use body_measures, only: find_balance
   use audit_types, only: audit_t
   use system_types, only: system_t, state_t
   implicit none

@@ -14,7 +14,8 @@ module chord_steps
   use line_search, only: take_trial
   use newton_progress, only: is_round_off
   use bulk_term, only: form_bulk_change, bulk_step
-  use multiplier_motion, only: add_multipliers, settle_multipliers, shift_multipliers
+  use multiplier_motion, only: add_multipliers, settle_multipliers
+  use multiplier_types, only: shift_multipliers
   use equation_values, only: spread_direction
   use surface_shapes, only: follow_shape
   use model_types, only: model_t
@@ -176,7 +177,7 @@ contains
 
     if (system%motion%active) then
       system%motion%way = 0.0_wp
-      call shift_multipliers(system, 0.0_wp)
+      call shift_multipliers(system%motion, 0.0_wp, system%contact%shift)
     end if
     call form_residual(system, model%mesh%x)
   end subroutine stay

@@ -10,7 +10,7 @@ module sum_shares
   use model_types, only: model_t
   use block_matrix, only: multiply_some, reached_by
   use half_solves, only: reduce_columns, solve_columns
-  use body_audit, only: measure_bodies
+  use body_measures, only: measure_bodies
   use body_volumes, only: add_volume_gradient
   use sum_rows, only: body_rows, reaction_rows, turn_rows, swelling_row, count_sums
   use condensed_types, only: body_sums_t

@@ -4,7 +4,7 @@ module multiplier_types
   use kinds, only: wp
   implicit none
   private
-  public :: multiplier_motion_t
+  public :: multiplier_motion_t, shift_multipliers
 
   !> Multipliers of the contact points, and how forces depend on them at the present iterate.
   type :: multiplier_motion_t
@@ -20,4 +20,19 @@ module multiplier_types
     real(wp) :: rest = 0.0_wp !! norm of what the multipliers lack at the present iterate [force]
     real(wp) :: before = 0.0_wp !! the same one iteration ago, 0 if there is none [force]
   end type multiplier_motion_t
+
+contains
+
+  !> Shifts of the points at a share of the way.
+  pure subroutine shift_multipliers(motion, length, shift)
+    type(multiplier_motion_t), intent(in) :: motion !! multipliers and their change
+    real(wp), intent(in) :: length !! share of the way
+    real(wp), intent(inout) :: shift(:, :) !! (3, n) of points with multipliers [length]
+    integer :: k
+
+    do k = 1, size(motion%scale)
+      if (motion%scale(k) > 0.0_wp) shift(:, k) = motion%scale(k)*(motion%start(:, k) + &
+        length*motion%way(:, k))
+    end do
+  end subroutine shift_multipliers
 end module multiplier_types

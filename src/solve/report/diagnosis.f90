@@ -14,7 +14,7 @@ module diagnosis
   use newton, only: newton_t, outcome_singular, outcome_open, outcome_gaps, outcome_restless, &
     outcome_inverted, outcome_turned
   use lost_contact, only: find_turned
-  use body_audit, only: farthest_turn
+  use body_measures, only: farthest_turn
   use contact_report, only: worst_contact, restless_point, closed_points, all_slip, has_friction
   use statics, only: verdict_t, judge_statics, judge_at_rest, statics_unknown, statics_carried, &
     statics_slides, statics_turns, statics_tips

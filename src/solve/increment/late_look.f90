@@ -8,7 +8,8 @@ module late_look
   use contact_points, only: count_points
   use contact_tips, only: touches
   use contact_hosts, only: follow_tips
-  use contact_system, only: load_contact, couple
+  use contact_system, only: load_contact
+  use contact_coupling, only: couple
   use condensed_types, only: seen_t
   use condensed_system, only: refresh_candidates, recover_interior
   use linear_sums, only: can_do_without

@@ -6,7 +6,7 @@ module lost_contact
   use model_types, only: model_t
   use force_scales, only: force_scale
   use rigid_bodies, only: is_carried
-  use body_audit, only: rigid_turns, has_small_strain, farthest_turn
+  use body_measures, only: rigid_turns, has_small_strain, farthest_turn
   use system_types, only: system_t
   implicit none
   private

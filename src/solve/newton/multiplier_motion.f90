@@ -23,7 +23,7 @@ module multiplier_motion
   use system_types, only: system_t
   implicit none
   private
-  public :: take_multipliers, add_multipliers, shift_multipliers, settle_multipliers, &
+  public :: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit, hand_back_multipliers
 
   !> Shares of what the multipliers lack that a direction may leave.
@@ -322,20 +322,6 @@ contains
       end do
     end associate
   end function live_values
-
-  !> Shifts of the points at a share of the way.
-  pure subroutine shift_multipliers(system, length)
-    type(system_t), intent(inout) :: system !! motion; contact elements get shift
-    real(wp), intent(in) :: length !! share of the way
-    integer :: k
-
-    associate (motion => system%motion)
-      do k = 1, system%contact%n
-        if (motion%scale(k) > 0.0_wp) system%contact%shift(:, k) = &
-          motion%scale(k)*(motion%start(:, k) + length*motion%way(:, k))
-      end do
-    end associate
-  end subroutine shift_multipliers
 
   !> Moves the multipliers by the step that has been taken.
   pure subroutine settle_multipliers(system, length)

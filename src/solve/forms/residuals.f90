@@ -12,7 +12,7 @@ module residuals
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
   use right_side, only: gather_right, drag_shares
-  use multiplier_motion, only: shift_multipliers
+  use multiplier_types, only: shift_multipliers
   use live_values, only: try_live
   use rigid_bodies, only: try_rigid
   use rigid_border, only: form_border
@@ -58,7 +58,7 @@ contains
       system%trial = system%u + length*system%du
     end if
     call try_rigid(system, length)
-    if (system%motion%active) call shift_multipliers(system, length)
+    if (system%motion%active) call shift_multipliers(system%motion, length, system%contact%shift)
     call form_bulk_trial(x, system)
     call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
     call gather_right(system, length, .true.)

@@ -3,7 +3,8 @@ module host_passes
   use kinds, only: wp
   use model_types, only: model_t
   use increment_start, only: start_rubbing
-  use contact_system, only: move_hosts, load_contact, couple
+  use contact_system, only: move_hosts, load_contact
+  use contact_coupling, only: couple
   use first_touch, only: find_touches
   use softening, only: find_softening
   use touch_bodies, only: some_drift

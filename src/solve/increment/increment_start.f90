@@ -8,7 +8,8 @@ module increment_start
   use model_types, only: model_t
   use contact_cells, only: forget_first_cells
   use contact_parameters, only: shifts_gap
-  use contact_system, only: restart_points, move_hosts, load_contact, couple
+  use contact_system, only: restart_points, move_hosts, load_contact
+  use contact_coupling, only: couple
   use first_touch, only: begin_touch, begin_touch_again
   use softening, only: begin_softening
   use expected_status, only: expect_status, forget_expected

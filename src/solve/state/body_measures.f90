@@ -1,6 +1,6 @@
 !> Bodies as wholes: the balance of force and moment of each, and how far it has turned
 !! (doc/theory, "Strain and rotation", eq. (13.4)).
-module body_audit
+module body_measures
   use kinds, only: wp, pi
   use vectors, only: cross
   use elmlib, only: routine_none, routine_finite
@@ -225,4 +225,4 @@ contains
         = .true.
     end do
   end function has_finite_strain
-end module body_audit
+end module body_measures
