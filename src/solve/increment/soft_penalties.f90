@@ -49,7 +49,6 @@ contains
     type(settings_t) :: now
     real(wp) :: norm
 
-    call monitor%detail('  no convergence: once more from a state with softer penalties')
     call leave_bodies(system)
     call start_here(model, system, norm)
     call forget_expected(system%contact)

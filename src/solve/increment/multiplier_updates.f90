@@ -1,93 +1,21 @@
-!> An increment with multipliers: they come along with Newton's iteration, or rest while it
-!! iterates, and which of it is tried when (doc/theory, "Uzawa iteration").
-module multiplier_ways
+!> How multipliers move while an increment is solved: they come along with Newton's iteration, rest
+!! first, or are updated in between (doc/theory, "Simultaneous multiplier update").
+module multiplier_updates
   use kinds, only: wp
   use model_types, only: model_t
-  use increment_start, only: start_here
   use host_passes, only: solve_with_hosts, follow_solution
-  use first_touch, only: begin_touch_again
-  use softening, only: begin_softening
   use drag, only: let_free, drag_patience
-  use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, &
-    outcome_restless, outcome_singular, outcome_gaps, outcome_inverted
+  use newton, only: newton_t, outcome_converged, outcome_gaps
   use contact_parameters, only: shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
-  use piles, only: is_pile
   use system_types, only: system_t, settings_t
   implicit none
   private
-  public :: solve_with_multipliers, solve_from_start, rest_then_along, has_failed
-
-  !> Ways: multipliers come along from the start, rest until it is known which points stick, slip
-  !! and are open, or rest while Newton iterates and are updated in between.
-  integer, parameter :: along = 1, rest_first = 2, updates = 3
+  public :: solve_from_start, rest_then_along, come_along
 
 contains
-
-  !> Tries one way after the other.
-  subroutine solve_with_multipliers(model, system, time, settings, monitor, progress)
-    type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
-    real(wp), intent(in) :: time !! end of the increment
-    type(settings_t), intent(in) :: settings !! tolerances
-    class(monitor_t), intent(inout) :: monitor !! hears of the work
-    type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: start(3, size(system%u, 2)), norm
-    integer :: ways(3), i
-    logical :: rested
-
-    start = system%u
-    rested = .false.
-    ways = [along, rest_first, updates]
-    if (is_pile(system)) ways = [rest_first, along, updates]
-    do i = 1, size(ways)
-      if (ways(i) == updates .and. .not. rested) exit
-      if (i > 1) then
-        call tell_way(ways(i), monitor)
-        call begin_touch_again(system)
-        call begin_softening(model, system)
-        system%u = start
-        call start_here(model, system, norm)
-        progress = newton_t()
-      end if
-      select case (ways(i))
-      case (along)
-        call come_along(model, system, time, settings, monitor, progress)
-      case (rest_first)
-        call rest_then_along(model, system, time, settings, monitor, progress, rested)
-      case default
-        call solve_from_start(model, system, time, settings, monitor, progress)
-      end select
-      if (.not. has_failed(progress) .or. system%motion%hopeless) return
-    end do
-    system%motion%hopeless = .true.
-  end subroutine solve_with_multipliers
-
-  !> Says which way is tried next.
-  subroutine tell_way(way, monitor)
-    integer, intent(in) :: way !! the next one
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-
-    select case (way)
-    case (along)
-      call monitor%detail('  no convergence: once more with multipliers that come along at once')
-    case (rest_first)
-      call monitor%detail('  no convergence: once more with multipliers that rest at first')
-    case default
-      call monitor%detail('  no convergence: once more with multipliers that rest while Newton '// &
-        'iterates')
-    end select
-  end subroutine tell_way
-
-  !> Another way may lead where this one has not.
-  pure logical function has_failed(progress) result(failed)
-    type(newton_t), intent(in) :: progress !! how it ended
-
-    failed = any(progress%outcome == [outcome_stalled, outcome_too_many, outcome_restless, &
-      outcome_singular, outcome_gaps, outcome_inverted])
-  end function has_failed
 
   !> Multipliers rest until it is known which points stick, slip and are open, or with a drag until
   !! bodies lie still; then they come along, and nothing is dragged.
@@ -186,4 +114,4 @@ contains
     budget%most_solves = progress%solves + settings%most_solves
     call solve_with_hosts(model, system, time, budget, monitor, progress)
   end subroutine follow_freely
-end module multiplier_ways
+end module multiplier_updates
