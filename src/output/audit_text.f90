@@ -141,11 +141,11 @@ contains
     type(audit_t), intent(in) :: audit !! an audited end time
     character(:), allocatable :: t
 
-    t = to_text(100.0_wp*audit%value(check_work), 2)//' % of it'
+    t = 'energy imbalance '//to_text(100.0_wp*audit%value(check_work), 2)//' % of the work, '
     if (audit%sum%work >= audit%strain_energy + audit%penalty_energy + audit%dissipation) then
-      t = t//' not found again'
+      t = t//'lost'
     else
-      t = t//' found too much'
+      t = t//'gained'
     end if
     if (audit%value(check_work) <= most_lost .or. audit%verdict(check_work) /= 0) return
     if (audit%depends_on_path) then

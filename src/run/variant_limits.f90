@@ -1,5 +1,5 @@
-!> What small strain cannot mean ends a variant of a study, as it ends a run (doc/theory, "The
-!! audit"). Variants are not audited otherwise.
+!> What small strain cannot mean ends a variant of a study, as it ends a run (doc/theory, "Strain
+!! and rotation"). Variants are not audited otherwise.
 module variant_limits
   use kinds, only: wp, pi
   use errors, only: error_t, raise, exit_no_convergence

@@ -1,5 +1,5 @@
 !> The audit of an end time: whether each body is in balance, and how far the state lies within what
-!! small strain, penalty and mesh can bear (doc/theory, "The audit").
+!! small strain, penalty and mesh can bear (doc/theory, "Audit and error").
 module audit
   use kinds, only: wp
   use element_types, only: status_open

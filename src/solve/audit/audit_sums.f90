@@ -1,5 +1,5 @@
 !> The audit of an end time without displacements inside: balance, work and energy from the linear
-!! sums of the condensed form (doc/theory, "The audit").
+!! sums of the condensed form (doc/theory, "Energy", eq. (13.2)).
 module audit_sums
   use kinds, only: wp
   use model_types, only: model_t

@@ -1,5 +1,5 @@
 !> Bodies that have turned or swollen farther than a linear theory can mean
-!! (doc/theory, "The audit").
+!! (doc/theory, "Strain and rotation").
 module shape_audit
   use kinds, only: wp, pi
   use model_types, only: model_t

@@ -1,5 +1,5 @@
 !> The inverses of blocks of rows of contact. They only precede the iteration that asks them, so
-!! that single precision is enough (doc/theory, "Condensed contact").
+!! that single precision is enough (doc/theory, "Contact operator of low rank").
 module block_inverses
   use kinds, only: wp, sp
   use lapack_interface, only: sgetrf, sgetrs, saxpy

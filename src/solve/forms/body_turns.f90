@@ -1,5 +1,5 @@
-!> Mean rotations of condensed bodies, in which their older factors are applied (doc/theory, "A bulk
-!! that is not linear").
+!> Mean rotations of condensed bodies, in which their older factors are applied (doc/theory,
+!! "Nonlinear bulk", eq. (12.17)).
 module body_turns
   use kinds, only: wp
   use elmlib, only: routine_none, routine_finite

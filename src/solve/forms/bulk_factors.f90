@@ -1,5 +1,5 @@
 !> Factors of a bulk that is not linear: of its bodies at rest, or of a state on the way
-!! (doc/theory, "A bulk that is not linear").
+!! (doc/theory, "Nonlinear bulk").
 module bulk_factors
   use kinds, only: wp
   use costs, only: cost_t

@@ -1,5 +1,5 @@
 !> Passes by the older factors of bodies that are not linear, with today's contact, in the mean
-!! rotations of the bodies (doc/theory, "A bulk that is not linear").
+!! rotations of the bodies (doc/theory, "Nonlinear bulk").
 module bulk_passes
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_solve

@@ -1,6 +1,6 @@
 !> Newton's direction where the bulk is not linear and its bodies are condensed: GMRES on the true
 !! tangent, with the bodies' older factors and today's contact, exactly, in its place (doc/theory,
-!! "A bulk that is not linear").
+!! "Nonlinear bulk", eq. (12.16)).
 module bulk_preconditioner
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_bulk_krylov

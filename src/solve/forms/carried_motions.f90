@@ -1,5 +1,5 @@
 !> What the compliance of a body that contact alone holds owes to its pins: rigid motions, which are
-!! unknowns by themselves (doc/theory, "Condensed contact").
+!! unknowns by themselves (doc/theory, "Condensed floating bodies", eqs. (12.13), (12.14)).
 module carried_motions
   use kinds, only: wp, sp
   use lapack_interface, only: dgelss, dsymv, dgemv, ssymv

@@ -1,5 +1,6 @@
 !> Condenses a body on its candidate nodes: ordered last in its factor, their Schur complement is
-!! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Condensed contact").
+!! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Static condensation",
+!! eq. (12.2)).
 module condensation
   use kinds, only: wp, sp
   use memory, only: memory_left
@@ -98,8 +99,8 @@ contains
   end subroutine factorise_body
 
   !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
-  !! so that displacements with them are exact but for a rigid motion (doc/theory, "Bodies that
-  !! contact holds").
+  !! so that displacements with them are exact but for a rigid motion (doc/theory, "Condensed
+  !! floating bodies").
   pure subroutine add_pins(body, matrix)
     type(condensed_body_t), intent(in) :: body !! its pins
     type(ordered_blocks_t), intent(inout) :: matrix !! ordered; gets the springs

@@ -1,5 +1,5 @@
-!> The bodies of a condensed system: all of them condensed, numbered and loaded (doc/theory,
-!! "Condensed contact").
+!> The bodies of a condensed system: all of them condensed, numbered and loaded (doc/theory, "Static
+!! condensation").
 module condensed_bodies
   use kinds, only: wp
   use memory, only: memory_left

@@ -1,5 +1,5 @@
 !> Rigid bodies with a point in the condensed form: their unknowns are a border of contact's tangent
-!! (doc/theory, "Rigid bodies with a point").
+!! (doc/theory, "Condensed rigid bodies", eq. (12.15)).
 module condensed_border
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs, dgesvd
@@ -87,7 +87,7 @@ contains
   end subroutine add_element
 
   !> Factorises what the answers to the unknowns leave of the corner. Grounding holds what contact
-  !! hardly resists, and nothing else (doc/theory, "Bodies that contact holds").
+  !! hardly resists, and nothing else (doc/theory, "Condensed floating bodies").
   subroutine factorise_points(system, done)
     type(system_t), intent(inout) :: system !! points with their answers; get the factor
     logical, intent(out) :: done !! there is one

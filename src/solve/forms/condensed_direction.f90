@@ -1,5 +1,5 @@
 !> The Newton direction of the condensed form: (I + C k) du = d + C r with the element matrices k
-!! (doc/theory, "Condensed contact").
+!! (doc/theory, "Static condensation", eq. (12.4)).
 module condensed_direction
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov

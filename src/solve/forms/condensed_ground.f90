@@ -1,5 +1,5 @@
 !> What holds the rigid motions of condensed bodies in the tangent alone: a drag that the increment
-!! asks for, and grounding where contact resists nothing (doc/theory, "Bodies that contact holds").
+!! asks for, and grounding where contact resists nothing (doc/theory, "Condensed floating bodies").
 module condensed_ground
   use kinds, only: wp
   use lapack_interface, only: dgesvd, dgelss

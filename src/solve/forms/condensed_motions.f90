@@ -1,5 +1,5 @@
-!> The rigid motions of the bodies of a condensed system that contact holds (doc/theory, "Bodies
-!! that contact holds").
+!> The rigid motions of the bodies of a condensed system that contact holds (doc/theory, "Condensed
+!! floating bodies", eqs. (12.11), (12.12)).
 module condensed_motions
   use kinds, only: wp
   use text, only: to_text

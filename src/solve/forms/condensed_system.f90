@@ -1,5 +1,5 @@
 !> The condensed form of a system: start and extension of the candidates, live candidates, forces
-!! of the iterate, and the way back to all nodes (doc/theory, "Condensed contact").
+!! of the iterate, and the way back to all nodes (doc/theory, "Static condensation").
 module condensed_system
   use kinds, only: wp
   use elmlib, only: routine_none

@@ -1,5 +1,5 @@
-!> What the bodies of a condensed system yield to the forces of contact (doc/theory, "Condensed
-!! contact").
+!> What the bodies of a condensed system yield to the forces of contact (doc/theory, "Static
+!! condensation").
 module condensed_yield
   use kinds, only: wp
   use threads, only: pays_threads

@@ -1,5 +1,5 @@
 !> What contact, bodies and rigid bodies with a point answer to displacements, by the tangent at
-!! hand (doc/theory, "Condensed contact").
+!! hand (doc/theory, "Condensed rigid bodies").
 module contact_answer
   use kinds, only: wp
   use condensed_types, only: condensed_t

@@ -1,5 +1,5 @@
 !> Overlapping blocks of the rows of contact: where these are many, the inverses of the blocks stand
-!! in for that of the whole matrix I + V^T C U (doc/theory, "Condensed contact").
+!! in for that of the whole matrix I + V^T C U (doc/theory, "Contact operator of low rank").
 module contact_blocks
   use kinds, only: wp, sp
   use lapack_interface, only: dgetrf, dgetrs, sgemv, sgemm

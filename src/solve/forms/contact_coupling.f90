@@ -40,7 +40,7 @@ contains
   end subroutine couple
 
   !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
-  !! where nothing else changes the tangent (doc/theory, "Beyond one machine").
+  !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
   pure logical function stays_apart(system) result(apart)
     type(system_t), intent(in) :: system !! the system
 

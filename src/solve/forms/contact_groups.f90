@@ -1,6 +1,6 @@
 !> The columns of contact for overlapping blocks. Where points are many for the nodes they act on,
 !! those near each other form a group: the sum of their matrices has fewer columns than these have
-!! together (doc/theory, "Condensed contact").
+!! together (doc/theory, "Contact operator of low rank").
 module contact_groups
   use kinds, only: wp
   use low_rank, only: peel, largest_weighed

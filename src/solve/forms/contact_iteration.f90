@@ -1,6 +1,6 @@
 !> The answer of contact where the small matrix is large: GMRES on its rows, on the rest of the
 !! element matrices and on the rigid motions at once, with overlapping blocks in place of the factor
-!! (doc/theory, "Condensed contact").
+!! (doc/theory, "Contact operator of low rank").
 module contact_iteration
   use kinds, only: wp
   use condensed_types, only: condensed_t

@@ -1,5 +1,5 @@
 !> Element matrices of contact summed at the live candidates, by columns, and the few columns for
-!! each node that count (doc/theory, "Condensed contact").
+!! each node that count (doc/theory, "Contact operator of low rank").
 module contact_sums
   use kinds, only: wp
   use lapack_interface, only: dsyev

@@ -1,5 +1,5 @@
 !> The tangent of contact in the condensed form: element matrices, their leading part U V^T, and
-!! the factor of I + V^T C U (doc/theory, "Condensed contact").
+!! the factor of I + V^T C U (doc/theory, "Contact operator of low rank", eq. (12.7)).
 module contact_tangent
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor

@@ -1,5 +1,5 @@
-!> The order in which the equations of a condensed body are eliminated (doc/theory, "Condensed
-!! contact").
+!> The order in which the equations of a condensed body are eliminated (doc/theory, "Static
+!! condensation").
 module elimination_order
   use kinds, only: long
   use costs, only: cost_t, begin_cost, end_cost, cost_symbolic

@@ -1,5 +1,5 @@
 !> Rigid motions of grounded bodies, freed of the grounding where contact resists them in part
-!! (doc/theory, "Bodies that contact holds").
+!! (doc/theory, "Floating bodies", eq. (9.10)).
 module ground_release
   use kinds, only: wp
   use lapack_interface, only: dgelss

@@ -1,5 +1,5 @@
 !> Displacements inside a body whose factor is kept in single precision: conjugate gradients that
-!! the factor precedes (doc/theory, "Condensed contact").
+!! the factor precedes (doc/theory, "Static condensation").
 module inside_refinement
   use kinds, only: wp
   use costs, only: cost_t

@@ -1,5 +1,6 @@
 !> Sums over supports and loads that are linear in the contact forces: what the rows of an end time
-!! and its audit ask for where no displacements inside are (doc/theory, "Condensed contact").
+!! and its audit ask for where no displacements inside are (doc/theory, "Static condensation", eq.
+!! (12.6)).
 module linear_sums
   use kinds, only: wp
   use lapack_interface, only: dgemv

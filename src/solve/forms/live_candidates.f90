@@ -1,5 +1,5 @@
 !> The candidates that elements or forces touch at present, the live ones, and their compliance: a
-!! part of that of all candidates as it stands, or a copy of it (doc/theory, "Condensed contact").
+!! part of that of all candidates as it stands, or a copy of it (doc/theory, "Static condensation").
 module live_candidates
   use kinds, only: wp
   use lapack_interface, only: dsymv

@@ -1,5 +1,5 @@
 !> The compliance between candidates that are near each other, from the columns that they have in
-!! the inverse of a factor (doc/theory, "Candidates among the others").
+!! the inverse of a factor (doc/theory, "Implicit compliance", eq. (12.9)).
 module near_field
   use kinds, only: wp, sp
   use lapack_interface, only: sgemm

@@ -1,5 +1,5 @@
 !> Directions by the factors alone, where the bulk has hardly strained since they were made: one
-!! pass each, and no tangent of the bulk (doc/theory, "A bulk that is not linear").
+!! pass each, and no tangent of the bulk (doc/theory, "Nonlinear bulk").
 module near_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_bulk_krylov

@@ -1,4 +1,5 @@
-!> Parts of a set of places, halved across their longest sides (doc/theory, "Condensed contact").
+!> Parts of a set of places, halved across their longest sides (doc/theory, "Contact operator of low
+!! rank").
 module part_halving
   use kinds, only: wp
   implicit none

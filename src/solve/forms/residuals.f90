@@ -1,4 +1,4 @@
-!> Residual and tangent of the whole system.
+!> Residual and tangent of the whole system (doc/theory, "Algorithms", eqs. (2.1), (5.7)).
 module residuals
   use kinds, only: wp, machine_epsilon
   use costs, only: begin_cost, end_cost, cost_residual, cost_contact_tangent

@@ -1,6 +1,7 @@
 !> The tangent of contact in single precision, where products with the compliances are long: it is
 !! half as long to read, and directions need no more digits. What a direction does to displacements
-!! is found in double precision while single would show (doc/theory, "Condensed contact").
+!! is found in double precision while single would show (doc/theory, "Contact operator of low
+!! rank").
 module rough_tangent
   use kinds, only: wp, sp
   use threads, only: worth_threads, pays_threads

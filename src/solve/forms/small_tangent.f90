@@ -1,5 +1,5 @@
-!> The small matrix of contact in double precision, and its factor (doc/theory, "Condensed
-!! contact").
+!> The small matrix of contact in double precision, and its factor (doc/theory, "Contact operator of
+!! low rank").
 module small_tangent
   use kinds, only: wp
   use threads, only: pays_threads

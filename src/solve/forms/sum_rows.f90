@@ -1,5 +1,5 @@
-!> The rows of the linear sums (doc/theory, "Condensed contact"): forces of the sets of reactions (3
-!! each), forces and moments of the supports on each body (6), work of the reactions on what each
+!> The rows of the linear sums (doc/theory, "Static condensation"): forces of the sets of reactions
+!! (3 each), forces and moments of the supports on each body (6), work of the reactions on what each
 !! load prescribes, work of each load's forces, turns of each body (3), swelling of each body (1).
 module sum_rows
   use model_types, only: model_t

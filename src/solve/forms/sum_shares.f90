@@ -1,5 +1,5 @@
 !> What contact forces at the candidates of a body, and loads, do to sums over supports and loads
-!! (doc/theory, "Condensed contact"). The sums are those of `sum_rows`.
+!! (doc/theory, "Static condensation"). The sums are those of `sum_rows`.
 module sum_shares
   use kinds, only: wp
   use vectors, only: cross

@@ -1,5 +1,5 @@
 !> Products with the compliance of a body whose candidates are eliminated among its other nodes, by
-!! its factor (doc/theory, "Candidates among the others").
+!! its factor (doc/theory, "Implicit compliance", eqs. (12.8), (12.10)).
 module tree_compliance
   use kinds, only: wp, sp, long
   use cholmod_solver, only: factor_work

@@ -1,6 +1,6 @@
 !> The tangent of contact as one dense matrix on the directions of the nodes it touches, where there
 !! are more rows of contact than these; and what both forms of the small matrix share (doc/theory,
-!! "Condensed contact").
+!! "Contact operator of low rank").
 module whole_tangent
   use kinds, only: wp
   use threads, only: worth_threads

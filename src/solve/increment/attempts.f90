@@ -1,5 +1,5 @@
 !> The ways to solve an increment, as a list that is made once: from which start, by which
-!! continuation, how multipliers move, and after what (doc/theory, "Nonlinear solution").
+!! continuation, how multipliers move, and after what (doc/theory, "Start").
 module attempts
   use newton_progress, only: outcome_going_on, outcome_stalled, &
     outcome_too_many, outcome_singular, outcome_restless, outcome_gaps, outcome_inverted

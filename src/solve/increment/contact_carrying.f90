@@ -1,5 +1,5 @@
-!> Predictor of bodies that contact holds: they roll and glide along with what they touch (doc/
-!! theory, "Nonlinear solution", Start).
+!> Predictor of bodies that contact holds: they roll and glide along with what they touch
+!! (doc/theory, "Start", eq. (11.1)).
 module contact_carrying
   use kinds, only: wp
   use vectors, only: cross, identity, dyad

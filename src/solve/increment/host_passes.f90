@@ -26,7 +26,7 @@ module host_passes
 contains
 
   !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape (doc/theory,
-  !! "Smooth surfaces").
+  !! "Surface smoothing").
   subroutine solve_with_hosts(model, system, time, given, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
@@ -99,7 +99,7 @@ contains
   end subroutine follow_solution
 
   !> A pass without friction at new points has left bodies where nothing resists them: the increment
-  !! wants their friction from the start (doc/theory, "First touch").
+  !! wants their friction from the start (doc/theory, "Contact initiation").
   logical function has_drifted(model, system, monitor) result(drift)
     type(model_t), intent(in) :: model !! pairs: working points
     type(system_t), intent(in) :: system !! converged; touch

@@ -1,6 +1,6 @@
 !> The condensed form watches the nodes that contact was foreseen to touch. Where bodies bend or fly
 !! farther than their supports carry them, others touch: what has converged is looked at once more
-!! when the displacements of all nodes are known (doc/theory, "Condensed contact").
+!! when the displacements of all nodes are known (doc/theory, "Static condensation").
 module late_look
   use kinds, only: wp
   use model_types, only: model_t

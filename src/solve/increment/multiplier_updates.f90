@@ -1,5 +1,5 @@
 !> How multipliers move while an increment is solved: they come along with Newton's iteration, rest
-!! first, or are updated in between (doc/theory, "Multipliers that come along").
+!! first, or are updated in between (doc/theory, "Simultaneous multiplier update").
 module multiplier_updates
   use kinds, only: wp
   use model_types, only: model_t

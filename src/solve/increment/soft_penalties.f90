@@ -1,5 +1,5 @@
 !> An increment without friction that has led nowhere with the penalties of the deck is solved with
-!! soft ones first (doc/theory, "Nonlinear solution").
+!! soft ones first (doc/theory, "Continuation").
 module soft_penalties
   use kinds, only: wp
   use friction_return, only: has_friction

@@ -86,8 +86,8 @@ contains
     end function size_of
   end subroutine advance
 
-  !> Once more with the whole system, where REDUced has failed and AUTO may choose the solver (doc/
-  !! theory, "Choice of the solver"). A factor that the memory does not hold is no news then.
+  !> Once more with the whole system, where REDUced has failed and AUTO may choose the solver
+  !! (doc/theory, "Choice of the solver"). A factor that the memory does not hold is no news then.
   subroutine try_otherwise(model, system, progress, time, monitor, first, error, flies)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! the system at the failed iterate

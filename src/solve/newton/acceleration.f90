@@ -1,5 +1,5 @@
 !> Anderson's acceleration of an iteration x := g(x) whose error falls slowly (doc/theory,
-!! "Multipliers on slave facets").
+!! "Multiplier fields", eq. (7.11)).
 module acceleration
   use kinds, only: wp
   implicit none

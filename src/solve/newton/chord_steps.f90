@@ -1,5 +1,5 @@
-!> More steps with the factor of an iteration, while each leads on (doc/theory, "Steps with the same
-!! factor").
+!> More steps with the factor of an iteration, while each leads on (doc/theory, "Modified Newton
+!! steps", eq. (11.5)).
 module chord_steps
   use kinds, only: wp
   use costs, only: count_cost, cost_chord

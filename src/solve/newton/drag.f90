@@ -1,5 +1,5 @@
 !> The drag on bodies that contact alone holds, where Newton's method has failed without it: steps
-!! of implicit Euler of bodies in honey (doc/theory, "Bodies that contact holds").
+!! of implicit Euler of bodies in honey (doc/theory, "Continuation", eq. (11.9)).
 module drag
   use kinds, only: wp
   use residuals, only: form_residual, residual_norm, drag_norm, round_off_factor

@@ -1,4 +1,5 @@
-!> How far to go along the direction of an iteration.
+!> How far to go along the direction of an iteration (doc/theory, "Step length", eqs. (11.3),
+!! (11.4)).
 module line_search
   use kinds, only: wp
   use back_ends, only: solver_done

@@ -151,8 +151,8 @@ contains
     progress%outcome = merge(outcome_gaps, outcome_going_on, progress%misfits >= most_misfits)
   end subroutine judge_multipliers
 
-  !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Steps
-  !! with the same factor").
+  !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Modified
+  !! Newton steps").
   subroutine go_on(model, system, settings, progress)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved

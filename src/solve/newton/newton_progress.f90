@@ -1,5 +1,5 @@
 !> How far Newton's iteration is: what it counts, how it ends, and when it has converged
-!! (doc/theory, "When an increment has converged").
+!! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
 module newton_progress
   use kinds, only: wp
   use element_types, only: status_open
@@ -90,7 +90,7 @@ module newton_progress
 contains
 
   !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
-  !! gone farther than a body can (doc/theory, "When an increment has converged").
+  !! gone farther than a body can (doc/theory, "Convergence criteria").
   logical function is_converged(system, settings, progress) result(converged)
     type(system_t), intent(in) :: system !! residual formed
     type(settings_t), intent(in) :: settings !! tolerances
@@ -196,7 +196,7 @@ contains
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
   !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
-  !! has one after which fewer points stick than ever (doc/theory, "Nonlinear solution").
+  !! has one after which fewer points stick than ever (doc/theory, "Algorithms").
   subroutine judge_progress(system, sticking, progress)
     type(system_t), intent(in) :: system !! state after the iteration
     integer, intent(in) :: sticking !! points that stick now

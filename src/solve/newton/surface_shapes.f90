@@ -1,4 +1,4 @@
-!> The shape of smooth surfaces while a system is solved (doc/theory, "Smooth surfaces").
+!> The shape of smooth surfaces while a system is solved (doc/theory, "Surface smoothing").
 module surface_shapes
   use costs, only: begin_cost, end_cost, cost_search
   use elmlib, only: routine_none, routine_smooth
@@ -29,7 +29,7 @@ contains
   end subroutine follow_shape
 
   !> Bends smooth surfaces as the nodes of the iterate lie, under the contact elements as they are
-  !! (doc/theory, "Smooth surfaces").
+  !! (doc/theory, "Surface smoothing").
   subroutine bend_surfaces(model, system)
     type(model_t), intent(inout) :: model !! pairs: patches
     type(system_t), intent(inout) :: system !! u given; gets x_now, patches of contact

@@ -1,5 +1,5 @@
-!> Motions of bodies that nothing resists although forces are in balance (doc/theory, "Bodies that
-!! contact holds").
+!> Motions of bodies that nothing resists although forces are in balance (doc/theory, "Floating
+!! bodies").
 module free_bodies
   use kinds, only: wp
   use vectors, only: cross

@@ -1,5 +1,5 @@
 !> Bodies as wholes: the balance of force and moment of each, and how far it has turned
-!! (doc/theory, "The audit").
+!! (doc/theory, "Strain and rotation", eq. (13.4)).
 module body_measures
   use kinds, only: wp, pi
   use vectors, only: cross

@@ -1,5 +1,5 @@
 !> The condensed form of a system: compliances of the bodies at the nodes that contact may touch,
-!! and the contact forces there (doc/theory, "Condensed contact").
+!! and the contact forces there (doc/theory, "Static condensation", eq. (12.3)).
 module condensed_types
   use kinds, only: wp, sp
   use gcr, only: gcr_t

@@ -1,6 +1,6 @@
 !> HOLD where no pair can hold anything: what supports leave a body to move is stopped at as many of
 !! its nodes. In balance these pins carry nothing; the audit does not count them among the supports
-!! (doc/theory, "Bodies that contact holds").
+!! (doc/theory, "Floating bodies").
 module held_bodies
   use kinds, only: wp
   use model_types, only: model_t

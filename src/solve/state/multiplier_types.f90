@@ -1,5 +1,5 @@
 !> What is kept of the multipliers while they come along with Newton's iteration (doc/theory,
-!! "Multipliers that come along").
+!! "Simultaneous multiplier update").
 module multiplier_types
   use kinds, only: wp
   implicit none

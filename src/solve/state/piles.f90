@@ -1,5 +1,4 @@
-!> Bodies that contact alone holds and that lean on each other (doc/theory, "Bodies that contact
-!! holds").
+!> Bodies that contact alone holds and that lean on each other (doc/theory, "Floating bodies").
 module piles
   use system_types, only: system_t
   implicit none

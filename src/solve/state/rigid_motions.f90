@@ -1,5 +1,5 @@
 !> Rigid motions of bodies: what the supports of a body leave of them, and pins that would stop just
-!! these (doc/theory, "Bodies that contact holds").
+!! these (doc/theory, "Condensed floating bodies").
 module rigid_motions
   use kinds, only: wp
   use lapack_interface, only: dsyev

@@ -1,4 +1,5 @@
-!> The way on which open points come to a surface within an increment (doc/theory, "First touch").
+!> The way on which open points come to a surface within an increment (doc/theory, "Contact
+!! initiation", eqs. (10.5), (10.6), (10.7), (10.8)).
 module touch_path
   use kinds, only: wp
   use contact_types, only: pair_t, master_surface_t, contact_point_t

@@ -1,5 +1,5 @@
 !> Volumes of the parts of bodies that small strain deforms, and how these parts turn
-!! (doc/theory, "The audit").
+!! (doc/theory, "Strain and rotation", eq. (13.5)).
 module body_volumes
   use kinds, only: wp
   use vectors, only: cross, determinant

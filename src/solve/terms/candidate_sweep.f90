@@ -1,5 +1,5 @@
 !> What comes close to each other in a pair while its bodies go rigidly from place to place
-!! (doc/theory, "Condensed contact").
+!! (doc/theory, "Static condensation").
 module candidate_sweep
   use kinds, only: wp
   use threads, only: worth_threads

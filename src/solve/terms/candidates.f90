@@ -29,8 +29,8 @@ module candidates
 contains
 
   !> Marks the slave nodes that come close to a master, and the facets below them with those around
-  !! them, along the way on which the loads carry the bodies rigidly (doc/theory, "Condensed
-  !! contact").
+  !! them, along the way on which the loads carry the bodies rigidly (doc/theory, "Static
+  !! condensation").
   subroutine foresee_candidates(model, system, candidate)
     type(model_t), intent(in) :: model !! pairs, conditions
     type(system_t), intent(in) :: system !! equations, bodies
@@ -84,7 +84,7 @@ contains
 
   !> Cost of the condensed form over that of factors of the whole matrix: rows, three for each point
   !! that can touch or one for each degree of freedom that it can reach, and the compliances with
-  !! their products (doc/theory, "Choice of the solver").
+  !! their products (doc/theory, "Choice of the solver", eq. (12.19)).
   pure real(wp) function dense_share(model, system) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed

@@ -167,7 +167,8 @@ contains
     active = stick + slip
   end subroutine contact_counts
 
-  !> Hands status and tips of the elements to the working points of the pairs.
+  !> Hands status and tips of the elements to the working points of the pairs, and what friction has
+  !! dissipated (doc/theory, "Dissipation", eq. (4.9)).
   subroutine keep_status(model, system)
     type(model_t), intent(inout) :: model !! pairs: status of new
     type(system_t), intent(in) :: system !! contact elements

@@ -1,6 +1,6 @@
 !> What the first tangent of an increment expects of the contact points: those that were closed at
 !! the last converged state are as far below their facets, those that slipped slip on (doc/theory,
-!! "First direction").
+!! "Predicted active set", eq. (11.2)).
 module expected_status
   use kinds, only: wp
   use element_types, only: status_open, status_slip
@@ -23,7 +23,7 @@ module expected_status
   real(wp), parameter :: touching = 1.0e-9_wp
 
   !> Iterations of an increment after which points that stick on their cone slip in the tangent;
-  !! else Newton lets go of one or two of them an iteration (doc/theory, "First direction").
+  !! else Newton lets go of one or two of them an iteration (doc/theory, "Predicted active set").
   integer, parameter :: most_single = 5
 
   !> What is expected of the points of one slave facet of a segmented pair.

@@ -1,7 +1,7 @@
-!> First touch (doc/theory, "First touch"): what counts as slip of a point that was open is its way
-!! after it has met the surface. The increment is solved without friction at such points first; that
-!! tells which of them touch, and with the free motion where the way of each meets the surface.
-!! In more than 400 lines, since its stages share what an increment knows of touches.
+!> First touch (doc/theory, "Contact initiation"): what counts as slip of a point that was open is
+!! its way after it has met the surface. The increment is solved without friction at such points
+!! first; that tells which of them touch, and with the free motion where the way of each meets the
+!! surface. In more than 400 lines, since its stages share what an increment knows of touches.
 module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch

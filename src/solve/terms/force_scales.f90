@@ -1,5 +1,5 @@
 !> What an increment is measured against: forces that its iterates cannot enlarge, and how far a
-!! body can go (doc/theory, "When an increment has converged").
+!! body can go (doc/theory, "Convergence criteria", eq. (11.6)).
 module force_scales
   use kinds, only: wp
   use vectors, only: find_extent, norm_of, largest_of

@@ -1,5 +1,5 @@
 !> Predictor: every body is carried along rigidly with its prescribed increment (doc/theory,
-!! "Nonlinear solution").
+!! "Start").
 module predictor
   use kinds, only: wp
   use vectors, only: cross, find_extent, identity

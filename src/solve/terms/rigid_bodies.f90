@@ -1,5 +1,5 @@
 !> Rigid bodies with a point: where they are, what acts on their unknowns, and how these move their
-!! nodes (doc/theory, "Rigid bodies with a point").
+!! nodes (doc/theory, "Rigid bodies", eqs. (9.5), (9.7)).
 module rigid_bodies
   use kinds, only: wp
   use vectors, only: identity, cross

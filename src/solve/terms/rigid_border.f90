@@ -1,5 +1,5 @@
 !> The unknowns of rigid bodies beside those of the nodes: rows and columns of the tangent, and the
-!! solution of both by the factor of the nodes (doc/theory, "Rigid bodies with a point").
+!! solution of both by the factor of the nodes (doc/theory, "Rigid bodies", eq. (9.8)).
 module rigid_border
   use kinds, only: wp
   use rotations, only: spin

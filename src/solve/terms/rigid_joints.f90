@@ -1,5 +1,5 @@
 !> The bodies that contact alone holds, taken as rigid, and the places at which contact or supports
-!! may act on them (doc/theory, "What contact can carry").
+!! may act on them (doc/theory, "Static admissibility").
 module rigid_joints
   use kinds, only: wp
   use vectors, only: cross

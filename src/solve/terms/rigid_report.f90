@@ -1,5 +1,5 @@
 !> What is told of rigid bodies with a point: their motion, and the forces of their constraints
-!! (doc/theory, "Rigid bodies with a point").
+!! (doc/theory, "Rigid bodies").
 module rigid_report
   use kinds, only: wp
   use model_types, only: model_t

@@ -1,4 +1,4 @@
-!> Friction that softens as points slip (doc/theory, "Laws that change the cone"): a point keeps the
+!> Friction that softens as points slip (doc/theory, "Decay and cap"): a point keeps the
 !! coefficients that it had at the start of the increment until it slips with them.
 module softening
   use kinds, only: wp

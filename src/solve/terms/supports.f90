@@ -1,4 +1,5 @@
-!> How bodies are held: by supports, by closed contact points, or, for one iteration, by grounding.
+!> How bodies are held: by supports, by closed contact points, or, for one iteration, by grounding
+!! (doc/theory, "Floating bodies", eq. (9.9)).
 !! In more than 400 lines, since the three of them answer the same question of each motion.
 module supports
   use kinds, only: wp
