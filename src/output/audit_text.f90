@@ -10,7 +10,7 @@ module audit_text
   use bulk_laws, only: laws
   use statics, only: verdict_t, judge_at_rest, statics_carried
   use statics_report, only: motion_text, turned_text
-  use body_audit, only: farthest_turn
+  use body_measures, only: farthest_turn
   use shape_audit, only: most_swelling
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
@@ -141,11 +141,11 @@ contains
     type(audit_t), intent(in) :: audit !! an audited end time
     character(:), allocatable :: t
 
-    t = to_text(100.0_wp*audit%value(check_work), 2)//' % of it'
+    t = 'energy imbalance '//to_text(100.0_wp*audit%value(check_work), 2)//' % of the work, '
     if (audit%sum%work >= audit%strain_energy + audit%penalty_energy + audit%dissipation) then
-      t = t//' not found again'
+      t = t//'lost'
     else
-      t = t//' found too much'
+      t = t//'gained'
     end if
     if (audit%value(check_work) <= most_lost .or. audit%verdict(check_work) /= 0) return
     if (audit%depends_on_path) then

@@ -4,7 +4,8 @@ module batch_run
   use errors, only: error_t
   use costs, only: wall_seconds
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
-  use increments, only: accept, look_for_strays
+  use accepted_state, only: accept
+  use increments, only: look_for_strays
   use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver

@@ -8,7 +8,7 @@ module run_audit
     verdict_warning, verdict_failed
   use audit, only: audit_state
   use audit_text, only: audit_table, audit_record, audit_warning, balance_message, shape_message
-  use increments, only: complete_state
+  use accepted_state, only: complete_state
   use system_types, only: settings_t
   use element_types, only: task_stress
   use assembly, only: recover
