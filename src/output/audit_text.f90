@@ -2,7 +2,8 @@
 !! of a body out of balance (doc/manual, "The audit").
 module audit_text
   use kinds, only: wp, pi
-  use text, only: to_text, count_noun
+  use text, only: to_text, count_noun, lower
+  use json_lines, only: item, list_item, object
   use model_types, only: model_t
   use system_types, only: system_t
   use diagnosis, only: body_name
@@ -17,7 +18,7 @@ module audit_text
     check_edges, check_penalty
   implicit none
   private
-  public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
+  public :: audit_table, audit_record, audit_finding, audit_warning, balance_message, shape_message
 
   character(7), parameter :: verdict_words(0:2) = [character(7) :: 'ok', 'warning', 'FAILED']
   character(1), parameter :: nl = new_line('a')
@@ -49,6 +50,24 @@ contains
         finding(model, system, audit, i)
     end do
   end function audit_table
+
+  !> The table of an end time, as items of a record.
+  function audit_record(model, system, audit) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an audited end time
+    character(:), allocatable :: t, checks
+    integer :: i
+
+    checks = ''
+    do i = 1, n_checks
+      checks = checks//object(item('name', trim(check_names(i)))//item('verdict', &
+        trim(lower(verdict_words(audit%verdict(i)))))//item('value', audit%value(i))// &
+        item('finding', finding(model, system, audit, i)))
+    end do
+    t = item('step', audit%step)//item('time', audit%time)//item('verdict', &
+      trim(lower(verdict_words(maxval(audit%verdict)))))//list_item('checks', checks)
+  end function audit_record
 
   !> A check that is ok, in a line of its own.
   function audit_finding(model, system, audit, check) result(t)
