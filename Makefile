@@ -11,7 +11,7 @@ PETSC :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb wheel lint clean help setup FORCE
 
 # All processors, unless -j says otherwise.
 ifeq ($(filter -j% --jobserver%,$(MAKEFLAGS)),)
@@ -53,7 +53,8 @@ TESTED := -O0
 # Where a run spends its time: elements, laws, contact, linear algebra, loops over dense matrices. The
 # rest takes a tenth of the time of a run and half of that of the build.
 FAST := $(notdir $(basename $(wildcard $(addprefix src/,base/*.f90 laws/*.f90 elements/*.f90 \
-  contact/*.f90 linear/*.f90 solve/condensed/*.f90 solve/terms/*.f90))))
+  contact/*.f90 linear/*.f90 solve/forms/*.f90 solve/terms/*.f90)))) \
+  recovery contact_surfaces checksums hdf5_held
 
 # The loops over contact points call small procedures of many modules: in the release they are put in
 # place when the program is linked. The operations and their order stay, and so does every digit.
@@ -288,7 +289,7 @@ install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local),
 	@install -D mfec $(DESTDIR)$(PREFIX)/bin/mfec
 	@install -D -m 644 build/mfec.1 $(SHARE)/man/man1/mfec.1
 	@install -D -m 644 build/mfec.bash $(SHARE)/bash-completion/completions/mfec
-	@for file in README.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
+	@for file in README.md CHANGELOG.md LICENSE `find -H doc inputs postproc -type f ! -name '*.pyc' \
 	    ! -path '*/tests/*' ! -path '*/build/*' ! -path '*.egg-info/*' ! -path 'doc/*.awk'`; do \
 	  install -D -m 644 $$file $(SHARE)/doc/mfec/$$file; done
 	@echo 'installed below $(DESTDIR)$(PREFIX)'
@@ -303,11 +304,15 @@ build/mfec.1: mfec .ci/package
 build/mfec.bash: mfec .ci/package
 	@.ci/package completion ./mfec > $@
 
-deb: ## build a Debian package of this machine's kind: build/mfec_*.deb
-	@rm -rf build/deb
-	@$(MAKE) --no-print-directory install PREFIX=/usr DESTDIR=build/deb
-	@.ci/package deb build/deb
-	@rm -rf build/deb
+deb: mfec build/mfec.1 build/mfec.bash ## build a Debian package of this machine's kind and release: build/mfec_*.deb
+	@.ci/package deb
+
+build/venv-wheel/stamp: .ci/packaging/wheel/requirements.txt .ci/setup | build/venv/stamp
+	@.ci/setup python build/venv-wheel $<
+	@touch $@
+
+wheel: mfec build/venv-wheel/stamp ## build a wheel that brings the program: build/dist/mfec-*.whl
+	@.ci/packaging/wheel/build build/venv-wheel/bin
 
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
@@ -341,4 +346,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb
+	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb wheel dist mfec.1 mfec.bash html) build/mfec_*.deb

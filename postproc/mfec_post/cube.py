@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import style
-from .results import Results
+from .results import Results, mises
 
 # Corners of the faces of a tetrahedron; each face is turned outwards by its opposite corner.
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -37,13 +37,6 @@ def exterior_facets(cells: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     inward = np.einsum('ij,ij->i', normal, x[cells[owner]].mean(axis=1) - x[faces[:, 0]]) > 0
     faces[inward] = faces[inward][:, ::-1]
     return faces, owner
-
-
-def mises(stress: NDArray) -> NDArray:
-    """Equivalent stress of xx yy zz xy yz zx."""
-    xx, yy, zz, xy, yz, zx = stress.T
-    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)
-                   + 3.0 * (xy ** 2 + yz ** 2 + zx ** 2))
 
 
 def facet_values(results: Results, frame: int, name: str, faces: NDArray,

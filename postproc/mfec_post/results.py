@@ -22,6 +22,13 @@ def results_path(path: str) -> str:
     return path
 
 
+def mises(stress: NDArray) -> NDArray:
+    """Equivalent stress of xx yy zz xy yz zx."""
+    xx, yy, zz, xy, yz, zx = stress.T
+    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)
+                   + 3.0 * (xy ** 2 + yz ** 2 + zx ** 2))
+
+
 class Results:
     """A results file open for reading. End times of the fields count from 0 (-1 is the last)."""
 
@@ -32,7 +39,7 @@ class Results:
         self.steps = int(self.vtk['Steps'].attrs['NSteps'])
         self.times = self.vtk['Steps/Values'][:self.steps]
 
-    def __enter__(self) -> 'Results':
+    def __enter__(self) -> Results:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -74,7 +81,9 @@ class Results:
         return self._field('PointData', name, frame, int(self.vtk['NumberOfPoints'][0]))
 
     def cell_field(self, name: str, frame: int = -1) -> NDArray:
-        """A field over the cells at one end time."""
+        """A field over the cells at one end time; `von_mises` follows from the stress."""
+        if name == 'von_mises' and name not in self.vtk['CellData']:
+            return mises(self.cell_field('stress', frame))
         return self._field('CellData', name, frame, int(self.vtk['NumberOfCells'][0]))
 
     def unit(self, name: str) -> str:
@@ -90,7 +99,8 @@ class Results:
             raise KeyError(f'{self.path} has no field {name}; it has: '
                            + ', '.join(self.vtk[group]))
         first = int(self.vtk['Steps'][group + 'Offsets'][name][self.index(frame)])
-        return self.vtk[group][name][first:first + count]
+        values = self.vtk[group][name][first:first + count]
+        return values.astype(float) if values.dtype.kind == 'f' else values
 
     def regions(self) -> tuple[NDArray, list[str]]:
         """The region of each cell, from 1, and the names; materials where the deck has no regions."""

@@ -67,7 +67,7 @@ class Surfaces:
         self.pairs = {name[5:]: int(number) for name, number in self.vtk.attrs.items()
                       if name.startswith('pair_')}
 
-    def __enter__(self) -> 'Surfaces':
+    def __enter__(self) -> Surfaces:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -100,10 +100,11 @@ class Surfaces:
         offsets = self.vtk['Offsets'][:][cells]
         facets = self.vtk['Connectivity'][:][offsets[:, None] + np.arange(3)]
         start = points[0] if len(points) else 0
-        return Surface(self.vtk['Points'][:][points], facets - start,
-                       self.vtk['PointData/node_number'][:][points],
-                       self._fields('PointData', index, points),
-                       self._fields('CellData', index, cells))
+        facets = facets - start
+        at_nodes = self._fields('PointData', index, points)
+        at_facets = self._fields('CellData', index, cells) or means(at_nodes, facets)
+        return Surface(self.vtk['Points'][:][points], facets,
+                       self.vtk['PointData/node_number'][:][points], at_nodes, at_facets)
 
     def _chosen(self, group: str, wanted: tuple[int, int]) -> NDArray:
         return ((self.vtk[group]['pair'][:] == wanted[0])
@@ -115,5 +116,12 @@ class Surfaces:
         for name, data in self.vtk[group].items():
             if data.dtype.kind == 'f':
                 first = int(self.vtk['Steps'][group + 'Offsets'][name][index])
-                fields[name] = data[first:first + count][chosen]
+                fields[name] = data[first:first + count][chosen].astype(float)
         return fields
+
+
+def means(at_nodes: dict[str, NDArray], facets: NDArray) -> dict[str, NDArray]:
+    """Fields of facets from those of their corners, where the file has these alone: the largest
+    status, the mean of all else."""
+    return {name: values[facets].max(axis=1) if name == 'status' else values[facets].mean(axis=1)
+            for name, values in at_nodes.items() if name not in ('force', 'displacement')}

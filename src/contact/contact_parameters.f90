@@ -18,7 +18,7 @@ module contact_parameters
   !! a stiffer one Newton's method is less sure.
   real(wp), parameter :: stiffest_start = 10.0_wp
   !> Pairs whose multipliers are a field have a penalty of this times E/h, whatever the deck says
-  !! (doc/theory, "Multipliers on slave facets").
+  !! (doc/theory, "Multiplier fields").
   real(wp), parameter :: field_penalty = 100.0_wp
   !> Updates of the multipliers in an increment unless the deck says how many, with nodes and with
   !! a field.
@@ -103,8 +103,8 @@ contains
       stiffest_start/pair%points%relative)
   end function raise_along
 
-  !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "A stiff penalty from
-  !! a soft one"). Points of facets would be more than their nodes can follow, but that AUTO's own
+  !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "Stiff penalties",
+  !! eq. (7.12)). Points of facets would be more than their nodes can follow, but that AUTO's own
   !! penalty is never far above the limit; those of cells move.
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
@@ -128,8 +128,7 @@ contains
     shifts_gap = pair%augmented .or. pair%history%softened
   end function shifts_gap
 
-  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multipliers on slave
-  !! facets").
+  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multiplier fields").
   elemental logical function has_field(pair)
     type(pair_t), intent(in) :: pair !! the pair
 

@@ -34,7 +34,7 @@ module contact_types
   integer, parameter :: direction_radial = 3
   integer, parameter :: direction_field = 4
 
-  !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
+  !> History of one contact point (doc/theory, "Facet and gap"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
   type :: contact_point_t
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none

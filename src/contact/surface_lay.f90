@@ -4,6 +4,7 @@ module surface_lay
   use vectors, only: cross
   use friction_axes, only: axes_t, find_axes
   use contact_parameters, only: point_parameters
+  use elmlib, only: n_parameters
   use contact_types, only: pair_t
   implicit none
   private
@@ -22,7 +23,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(inout) :: lay(:, :) !! (3, nodes) sums of unit vectors
     type(axes_t) :: axes
-    real(wp) :: a1(3), a2(3), e(3)
+    real(wp) :: a1(3), a2(3), e(3), d(n_parameters)
     integer :: f, k
 
     if (abs(pair%friction%mu(1) - pair%friction%mu(2)) <= 0.0_wp .or. &
@@ -33,9 +34,9 @@ contains
         a2 = x(:, corners(2)) - x(:, corners(3))
         e = cross(a1, a2)
         e = e/norm2(e)
+        d = point_parameters(pair, 1, f)
         do k = 1, 3
-          call find_axes(point_parameters(pair, 1, f), a1, a2, e, corner_place(:, k), &
-            x(:, corners(k)), axes)
+          call find_axes(d, a1, a2, e, corner_place(:, k), x(:, corners(k)), axes)
           associate (mean => lay(:, corners(k)))
             mean = mean + sign(1.0_wp, dot_product(mean, axes%p(:, 1)))*axes%p(:, 1)
           end associate

@@ -27,8 +27,8 @@ module body_fields
     'force that the support exerts on the structure'), &
     body_field_t('stress', 'stress', .false., 6, stress_unit, 'Cauchy stress xx yy zz xy yz zx', &
     of_elements=.true.), &
-    body_field_t('stress', 'von_mises', .false., 1, stress_unit, 'von Mises stress of the cell', &
-    of_elements=.true.), &
+    body_field_t('mises', 'von_mises', .false., 1, stress_unit, 'von Mises stress of the cell', &
+    .false., .true.), &
     body_field_t('stress', 'nodal_stress', .true., 6, stress_unit, &
     'Cauchy stress at the nodes, recovered from inside the cells around', of_elements=.true.), &
     body_field_t('stress', 'nodal_von_mises', .true., 1, stress_unit, &

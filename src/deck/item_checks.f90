@@ -167,7 +167,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     logical, intent(out) :: good !! whether it is one of them
     type(word_list_t) :: words
-    character(48) :: rest
+    character(64) :: rest
     integer :: comma
 
     rest = token%label

@@ -33,7 +33,7 @@ module signatures
   !> One item that a record takes.
   type :: token_t
     character(1) :: kind = kind_nothing !! one of the kinds above
-    character(48) :: label = '' !! what it is called, or the keyword
+    character(64) :: label = '' !! what it is called, or the keyword
     character(4) :: key = '' !! first four letters of a keyword, lower case
     integer :: exact = 0 !! the integer of kind_exact
     logical :: optional = .false. !! may be missing, together with all behind it

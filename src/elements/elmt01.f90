@@ -1,7 +1,7 @@
 !> Element 1: linear tetrahedron (T4), small strain, isotropic linear elastic.
 !!
-!! Constant strain; the matrix is exact (doc/theory, "Bulk elements"). The rotation vector of its
-!! state is half the curl of the displacements.
+!! Constant strain; the matrix is exact (doc/theory, "Four-node tetrahedron", eq. (8.1)). The
+!! rotation vector of its state is half the curl of the displacements.
 module elmt01
   use kinds, only: wp
   use vectors, only: cross
@@ -20,11 +20,12 @@ contains
     integer, intent(in) :: task !! one of the tasks of element_types
     real(wp), intent(in) :: d(:) !! (n_solid_parameters) parameters
     type(solid_t), intent(inout) :: e !! local data
-    real(wp) :: gradient(3, 4), volume, lambda, g, strain(6), stress(6)
+    real(wp) :: gradient(3, 4), volume, lambda, g, h(3, 3), strain(6), stress(6)
 
     call shape_gradients(e%xl(:, 1:4), gradient, volume)
     call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
-    strain = strain_of(gradient, e%ul(:, 1:4))
+    h = matmul(e%ul(:, 1:4), transpose(gradient))
+    strain = strain_of(h)
     stress = linear_stress(lambda, g, strain)
     e%energy = 0.5_wp*volume*(dot_product(stress(1:3), strain(1:3)) &
       + 2.0_wp*dot_product(stress(4:6), strain(4:6)))
@@ -37,7 +38,7 @@ contains
     case (task_stress)
       e%state(state_stress) = stress
       e%state(state_strain) = strain
-      e%state(state_rotation) = rotation_of(gradient, e%ul(:, 1:4))
+      e%state(state_rotation) = rotation_of(h)
     case default
       ! task_reach: small strain never turns an element inside out.
     end select
@@ -87,23 +88,19 @@ contains
   end subroutine stiffness
 
   !> Strain xx yy zz xy yz zx, shear half of gamma.
-  pure function strain_of(gradient, ul) result(strain)
-    real(wp), intent(in) :: gradient(3, 4) !! dN_a/dx [1/length]
-    real(wp), intent(in) :: ul(3, 4) !! displacements [length]
-    real(wp) :: strain(6), h(3, 3)
+  pure function strain_of(h) result(strain)
+    real(wp), intent(in) :: h(3, 3) !! displacement gradient
+    real(wp) :: strain(6)
 
-    h = matmul(ul, transpose(gradient))
     strain(1:3) = [h(1, 1), h(2, 2), h(3, 3)]
     strain(4:6) = 0.5_wp*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
   end function strain_of
 
   !> Rotation vector of the constant displacement gradient.
-  pure function rotation_of(gradient, ul) result(w)
-    real(wp), intent(in) :: gradient(3, 4) !! dN_a/dx [1/length]
-    real(wp), intent(in) :: ul(3, 4) !! displacements [length]
-    real(wp) :: w(3), h(3, 3)
+  pure function rotation_of(h) result(w)
+    real(wp), intent(in) :: h(3, 3) !! displacement gradient
+    real(wp) :: w(3)
 
-    h = matmul(ul, transpose(gradient))
     w = 0.5_wp*[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
   end function rotation_of
 

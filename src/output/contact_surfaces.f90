@@ -1,5 +1,5 @@
 !> What contact does to the two surfaces of a pair at one time: forces of points become
-!! tractions of nodes and facets (doc/theory, "Contact as fields").
+!! tractions of nodes and facets (doc/theory, "Contact fields", eq. (6.20)).
 module contact_surfaces
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
@@ -59,7 +59,8 @@ contains
     type(point_fields_t), intent(in) :: points !! its points
     integer, intent(in) :: highest !! highest node number
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields; none if
+    !! they are not wanted
     type(sums_t) :: nodes, facets
     integer :: place(highest), p, b, n
     real(wp) :: weight(3)
@@ -92,7 +93,7 @@ contains
     call fill_middles(surface, at_nodes)
     if (pair%form == form_quadrature_to_surface) then
       call to_fields(facets, surface%facet_area, at_facets(:, :size(surface%facets, 2)))
-    else
+    else if (size(at_facets, 2) > 0) then
       call average_corners(surface, nodes, at_nodes, at_facets)
     end if
     if (.not. has_lay(pair)) then
@@ -216,10 +217,11 @@ contains
   !> A vector of length 1, or zero.
   pure function unit_vector(v) result(u)
     real(wp), intent(in) :: v(3) !! any vector
-    real(wp) :: u(3)
+    real(wp) :: u(3), length
 
+    length = norm2(v)
     u = v
-    if (norm2(v) > 0.0_wp) u = v/norm2(v)
+    if (length > 0.0_wp) u = v/length
   end function unit_vector
 
   !> Fields of facets, and of nodes that stand alone, from those of nodes: means over the corners.
@@ -256,7 +258,8 @@ contains
     type(point_fields_t), intent(in) :: points !! its points
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields; none if they are not
+    !! wanted
     type(sums_t) :: nodes, facets
     real(wp) :: shape(3)
     integer :: p, k
@@ -275,7 +278,7 @@ contains
     nodes%force(1, :) = -nodes%force(1, :)
     facets%force(1, :) = -facets%force(1, :)
     call to_fields(nodes, surface%node_area, at_nodes)
-    call to_fields(facets, surface%facet_area, at_facets)
+    if (size(at_facets, 2) > 0) call to_fields(facets, surface%facet_area, at_facets)
     at_nodes(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     at_facets(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     call take_master_lay(pair, surface, x, at_nodes, at_facets)
@@ -327,7 +330,7 @@ contains
     do i = 1, size(surface%nodes)
       at_nodes(at_lay:at_lay + 2, i) = unit_vector(lay(:, surface%nodes(i)))
     end do
-    do i = 1, size(surface%facets, 2)
+    do i = 1, size(at_facets, 2)
       v = 0.0_wp
       do k = 1, 3
         associate (corner => lay(:, surface%nodes(surface%facets(k, i))))

@@ -9,27 +9,30 @@ module hdf5_data
   use hdf5, only: hid_t, hsize_t, h5screate_simple_f, h5sclose_f, h5pcreate_f, h5pclose_f, &
     h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5pset_obj_track_times_f, h5dcreate_f, &
     h5dget_space_f, h5dset_extent_f, h5dwrite_f, h5dread_f, &
-    h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5tclose_f, &
+    h5sselect_hyperslab_f, h5tclose_f, &
     h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f, h5t_std_i32le, h5t_std_i64le, &
-    h5t_std_u8le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double, &
+    h5t_std_u8le, h5t_ieee_f32le, h5t_ieee_f64le, h5t_native_integer, h5t_native_double, &
     size_t, h5p_dataset_access_f, h5pset_chunk_cache_f
   use kinds, only: wp
   use errors, only: error_t
   use checksums, only: block_sum
-  use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type, keep_open, find_data_set, &
+  use hdf5_io, only: hdf5_file_t, data_set_t, raise_hdf5, string_type, keep_open, find_data_set, &
     ask_extent, max_rank
-  use hdf5_index, only: chunk_entries, blocks_in_chunk, chunk_least
+  use hdf5_index, only: chunk_entries, chunk_least
   use hdf5_attributes, only: write_attribute
   implicit none
   private
-  public :: make_series, make_text_series, write_block, read_block, series_shape
-  public :: stored_real, stored_integer, stored_long, stored_byte, at_end
+  public :: make_series, make_text_series, write_block, read_block, move_block, words_at, &
+    series_shape
+  public :: stored_real, stored_integer, stored_long, stored_byte, stored_single, at_end
 
-  !> How numbers are stored: 64-bit real, 32-bit integer, 64-bit integer, unsigned byte.
+  !> How numbers are stored: 64-bit real, 32-bit integer, 64-bit integer, unsigned byte, 32-bit
+  !! real.
   integer, parameter :: stored_real = 1
   integer, parameter :: stored_integer = 2
   integer, parameter :: stored_long = 3
   integer, parameter :: stored_byte = 4
+  integer, parameter :: stored_single = 5
 
   !> In place of a first entry: behind the last one.
   integer, parameter :: at_end = 0
@@ -69,7 +72,7 @@ contains
     character(*), intent(in) :: unit !! unit of the numbers, '1' for none
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer, intent(in), optional :: blocks !! that will come, foreseen: 1 if it is not given
+    integer, intent(in), optional :: blocks !! in a chunk: 1 if it is not given
     integer(hid_t) :: type_id
 
     select case (stored)
@@ -79,11 +82,14 @@ contains
       type_id = h5t_std_i64le
     case (stored_byte)
       type_id = h5t_std_u8le
+    case (stored_single)
+      type_id = h5t_ieee_f32le
     case default
       type_id = h5t_ieee_f64le
     end select
     call make_data_set(file, path, type_id, leading, block, error, blocks=blocks)
     if (allocated(error)) return
+    file%sets(file%n_open)%single = stored == stored_single
     call describe(file, path, unit, description, error)
   end subroutine make_series
 
@@ -127,7 +133,7 @@ contains
     integer, intent(in) :: block !! entries of the last dimension that come in one go
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer, intent(in), optional :: entries !! of the last dimension in a chunk
-    integer, intent(in), optional :: blocks !! that will come, foreseen
+    integer, intent(in), optional :: blocks !! in a chunk
     integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
     integer(hid_t) :: space, creation, access, data_set
     integer :: s(12), rank, width, n
@@ -142,14 +148,15 @@ contains
     dims(:rank) = [int(leading, hsize_t), 0_hsize_t]
     limits(:rank) = [int(leading, hsize_t), h5s_unlimited_f]
     n = block
-    if (present(blocks)) n = block*blocks_in_chunk(width*max(1, block), blocks)
+    if (present(blocks)) n = block*max(1, blocks)
     chunk(:rank) = max(1_hsize_t, [int(leading, hsize_t), chunk_entries(width, n)])
     if (present(entries)) chunk(rank) = int(entries, hsize_t)
     file%ahead = file%ahead + 8_c_long*width*max(0_hsize_t, chunk(rank) - block)
     call h5screate_simple_f(rank, dims, space, s(1), limits)
     call h5pcreate_f(h5p_dataset_create_f, creation, s(2))
     call h5pset_chunk_f(creation, rank, chunk, s(3))
-    if (n == block .and. width*block >= chunk_least .and. type_id /= h5t_ieee_f64le) then
+    if (n == block .and. width*block >= chunk_least .and. type_id /= h5t_ieee_f64le &
+        .and. type_id /= h5t_ieee_f32le) then
       call h5pset_shuffle_f(creation, s(4))
       call h5pset_deflate_f(creation, deflate_level, s(5))
     end if
@@ -175,117 +182,108 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(out) :: dims(:) !! its dimensions, zeros behind the last and if they are more
     integer, intent(out) :: rank !! number of dimensions, 0 if it is not there
-    integer(hsize_t) :: extent(max_rank), limits(max_rank)
-    integer(hid_t) :: data_set, space
-    integer :: status
+    integer :: place
 
     dims = 0
     rank = 0
-    call find_data_set(file, path, data_set)
-    if (data_set < 0) return
-    call h5dget_space_f(data_set, space, status)
-    call h5sget_simple_extent_ndims_f(space, rank, status)
-    if (rank <= max_rank) call h5sget_simple_extent_dims_f(space, extent, limits, status)
-    if (rank <= size(dims) .and. status >= 0) dims(:rank) = int(extent(:rank))
-    call h5sclose_f(space, status)
+    call find_data_set(file, path, place)
+    if (place == 0) return
+    associate (set => file%sets(place))
+      if (set%rank == 0) call ask_extent(set%id, set%rank, set%extent)
+      rank = set%rank
+      if (rank <= size(dims)) dims(:rank) = int(set%extent(:rank))
+    end associate
   end subroutine series_shape
 
-  !> Selects a block of a data set: opens it, makes it long enough, and gives the two spaces.
-  subroutine select_block(file, path, n_numbers, first, data_set, spaces, status)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: path !! data set
+  !> Selects a block of a data set: makes it long enough, and gives the two spaces.
+  subroutine select_block(set, n_numbers, first, spaces, status)
+    type(data_set_t), intent(inout) :: set !! open
     integer, intent(in) :: n_numbers !! numbers in the block
     integer, intent(in) :: first !! first entry from 1, or at_end
-    integer(hid_t), intent(out) :: data_set !! handle of the data set
     integer(hid_t), intent(out) :: spaces(2) !! in memory, in the file
     integer, intent(out) :: status !! negative: failed
-    integer(hsize_t) :: extent(max_rank), start(max_rank), n(max_rank)
-    integer :: s(6), rank, place
+    integer(hsize_t) :: start(max_rank), n(max_rank)
+    integer :: s(4)
 
     s = 0
     spaces = -1_hid_t
     status = -1
-    call find_data_set(file, path, data_set, place)
-    if (place == 0) return
-    if (file%open_ranks(place) == 0) call ask_extent(data_set, file%open_ranks(place), &
-      file%open_extents(:, place))
-    rank = file%open_ranks(place)
-    if (rank == 0) return
-    extent = file%open_extents(:, place)
-    start = 0_hsize_t
-    start(rank) = merge(extent(rank), int(first - 1, hsize_t), first == at_end)
-    n = extent
-    n(rank) = n_numbers/max(1_hsize_t, product(extent(:rank - 1)))
-    if (start(rank) + n(rank) > extent(rank)) then
-      extent(rank) = start(rank) + n(rank)
-      call h5dset_extent_f(data_set, extent(:rank), s(1))
-      file%open_extents(:, place) = extent
-      if (s(1) < 0) file%open_ranks(place) = 0
-    end if
-    call h5dget_space_f(data_set, spaces(2), s(3))
-    call h5screate_simple_f(rank, n(:rank), spaces(1), s(5))
-    call h5sselect_hyperslab_f(spaces(2), h5s_select_set_f, start(:rank), n(:rank), s(6))
+    if (set%rank == 0) call ask_extent(set%id, set%rank, set%extent)
+    if (set%rank == 0) return
+    associate (rank => set%rank, extent => set%extent)
+      start = 0_hsize_t
+      start(rank) = merge(extent(rank), int(first - 1, hsize_t), first == at_end)
+      n = extent
+      n(rank) = n_numbers/max(1_hsize_t, product(extent(:rank - 1)))
+      if (start(rank) + n(rank) > extent(rank)) then
+        extent(rank) = start(rank) + n(rank)
+        call h5dset_extent_f(set%id, extent(:rank), s(1))
+      end if
+      call h5dget_space_f(set%id, spaces(2), s(2))
+      call h5screate_simple_f(rank, n(:rank), spaces(1), s(3))
+      call h5sselect_hyperslab_f(spaces(2), h5s_select_set_f, start(:rank), n(:rank), s(4))
+    end associate
+    if (s(1) < 0) set%rank = 0
     status = minval(s)
   end subroutine select_block
 
-  !> Writes a block that lies anywhere in memory.
-  subroutine write_any(file, path, type_id, address, n_numbers, first, error)
+  !> Writes a block that lies anywhere in memory, or reads it.
+  subroutine move_block(file, path, type_id, address, n_numbers, first, writes, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer(hid_t), intent(in) :: type_id !! type in memory
-    type(c_ptr), intent(in) :: address !! the numbers
+    type(c_ptr), intent(in) :: address !! the numbers, or where they go
     integer, intent(in) :: n_numbers !! how many
     integer, intent(in) :: first !! first entry, or at_end
+    logical, intent(in) :: writes !! to the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: data_set, spaces(2)
-    integer :: s(4)
-
-    if (n_numbers == 0) return
-    s = 0
-    call select_block(file, path, n_numbers, first, data_set, spaces, s(1))
-    if (s(1) >= 0) call h5dwrite_f(data_set, type_id, address, s(2), spaces(1), spaces(2))
-    call h5sclose_f(spaces(1), s(3))
-    call h5sclose_f(spaces(2), s(4))
-    if (any(s < 0)) call raise_hdf5(error, file, 'writing the data set '//path)
-    call add_to_sum(file, path, type_id, address, n_numbers)
-  end subroutine write_any
-
-  !> Reads a block to anywhere in memory.
-  subroutine read_any(file, path, type_id, address, n_numbers, first, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: path !! data set
-    integer(hid_t), intent(in) :: type_id !! type in memory
-    type(c_ptr), intent(in) :: address !! where the numbers go
-    integer, intent(in) :: n_numbers !! how many
-    integer, intent(in) :: first !! first entry
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(hid_t) :: data_set, spaces(2)
+    integer(hid_t) :: spaces(2)
     type(c_ptr) :: target_address
-    integer :: s(4)
+    integer :: s(4), place
 
     if (n_numbers == 0) return
     s = 0
+    spaces = -1_hid_t
     target_address = address
-    call select_block(file, path, n_numbers, first, data_set, spaces, s(1))
-    if (s(1) >= 0) call h5dread_f(data_set, type_id, target_address, s(2), spaces(1), spaces(2))
+    call find_data_set(file, path, place)
+    if (place == 0) then
+      s(1) = -1
+    else
+      associate (set => file%sets(place))
+        call select_block(set, n_numbers, first, spaces, s(1))
+        if (s(1) >= 0 .and. writes) call h5dwrite_f(set%id, type_id, address, s(2), spaces(1), &
+          spaces(2))
+        if (s(1) >= 0 .and. .not. writes) call h5dread_f(set%id, type_id, target_address, s(2), &
+          spaces(1), spaces(2))
+      end associate
+    end if
     call h5sclose_f(spaces(1), s(3))
     call h5sclose_f(spaces(2), s(4))
-    if (any(s < 0)) call raise_hdf5(error, file, 'reading the data set '//path)
-    call add_to_sum(file, path, type_id, address, n_numbers)
-  end subroutine read_any
+    if (any(s < 0)) call raise_hdf5(error, file, trim(merge('writing', 'reading', writes))// &
+      ' the data set '//path)
+    if (first /= at_end) call add_to_sum(file, path, type_id, address, n_numbers)
+  end subroutine move_block
 
-  !> Adds a block of numbers to the sum of the file; strings do not count.
+  !> The words of numbers of 32 or 64 bits.
+  function words_at(address, type_id, n_numbers) result(words)
+    type(c_ptr), intent(in) :: address !! the numbers
+    integer(hid_t), intent(in) :: type_id !! their type
+    integer, intent(in) :: n_numbers !! how many
+    integer(int32), pointer :: words(:)
+
+    call c_f_pointer(address, words, [merge(2, 1, type_id == h5t_native_double)*n_numbers])
+  end function words_at
+
+  !> Adds a block of numbers that has its place to the sum of the file; strings do not count.
   subroutine add_to_sum(file, path, type_id, address, n_numbers)
     type(hdf5_file_t), intent(inout) :: file !! its sum changes
     character(*), intent(in) :: path !! data set
     integer(hid_t), intent(in) :: type_id !! type in memory
     type(c_ptr), intent(in) :: address !! the numbers
     integer, intent(in) :: n_numbers !! how many
-    integer(int32), pointer :: words(:)
 
     if (type_id /= h5t_native_double .and. type_id /= h5t_native_integer) return
-    call c_f_pointer(address, words, [merge(2, 1, type_id == h5t_native_double)*n_numbers])
-    file%sum = ieor(file%sum, block_sum(path, words))
+    file%sum = ieor(file%sum, block_sum(path, words_at(address, type_id, n_numbers)))
   end subroutine add_to_sum
 
   !> Writes a list of reals.
@@ -296,7 +294,8 @@ contains
     integer, intent(in) :: first !! first entry, or at_end
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .true., &
+      error)
   end subroutine write_reals
 
   !> Writes columns of reals.
@@ -307,7 +306,8 @@ contains
     integer, intent(in) :: first !! first entry, or at_end
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .true., &
+      error)
   end subroutine write_real_columns
 
   !> Writes a list of integers.
@@ -318,7 +318,8 @@ contains
     integer, intent(in) :: first !! first entry, or at_end
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .true., &
+      error)
   end subroutine write_integers
 
   !> Writes columns of integers.
@@ -329,7 +330,8 @@ contains
     integer, intent(in) :: first !! first entry, or at_end
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .true., &
+      error)
   end subroutine write_integer_columns
 
   !> Writes strings.
@@ -343,7 +345,8 @@ contains
     integer :: status
 
     call string_type(len(values), type_id, status)
-    call write_any(file, path, type_id, c_loc(values), size(values), first, error)
+    call move_block(file, path, type_id, c_loc(values), size(values), first, .true., &
+      error)
     call h5tclose_f(type_id, status)
   end subroutine write_texts
 
@@ -355,7 +358,8 @@ contains
     integer, intent(in) :: first !! first entry
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call read_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .false., &
+      error)
   end subroutine read_reals
 
   !> Reads columns of reals.
@@ -366,7 +370,8 @@ contains
     integer, intent(in) :: first !! first entry
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call read_any(file, path, h5t_native_double, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .false., &
+      error)
   end subroutine read_real_columns
 
   !> Reads a list of integers.
@@ -377,7 +382,8 @@ contains
     integer, intent(in) :: first !! first entry
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call read_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .false., &
+      error)
   end subroutine read_integers
 
   !> Reads columns of integers.
@@ -388,6 +394,7 @@ contains
     integer, intent(in) :: first !! first entry
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call read_any(file, path, h5t_native_integer, c_loc(values), size(values), first, error)
+    call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .false., &
+      error)
   end subroutine read_integer_columns
 end module hdf5_data

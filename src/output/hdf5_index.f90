@@ -23,10 +23,9 @@ module hdf5_index
   !! uncompressed, so that it keeps its place in the file.
   integer, parameter :: chunk_limit = 131072
   integer, parameter :: chunk_least = 64
-  !> Blocks of end times in a chunk, at most: the list of chunks, written with each new one, is then
-  !! a small part of what an end time costs (1,000 of the sliding cube: 4.3 s of CPU, 5.2 s with one
-  !! block a chunk).
-  integer, parameter :: most_blocks = 16
+  !> Blocks of end times in a chunk, at most: the list of chunks, written with each new one, and the
+  !! calls that write it are then a small part of what an end time costs.
+  integer, parameter :: most_blocks = 64
 
 contains
 
@@ -75,16 +74,16 @@ contains
 
     s = 0
     do i = 1, file%n_open
-      call h5dget_space_f(file%open_ids(i), space, s(1))
+      call h5dget_space_f(file%sets(i)%id, space, s(1))
       call h5sget_simple_extent_ndims_f(space, rank, s(2))
       if (s(2) >= 0) call h5sget_simple_extent_dims_f(space, dims, limits, s(3))
       call h5sclose_f(space, s(4))
       if (all(s >= 0)) then
-        if (all(dims(:rank - 1) > 0) .and. dims(rank) == 0) call begin_index(file%open_ids(i), &
+        if (all(dims(:rank - 1) > 0) .and. dims(rank) == 0) call begin_index(file%sets(i)%id, &
           dims(:rank), s(4))
       end if
       if (all(s >= 0)) cycle
-      call raise_hdf5(error, file, 'beginning the data set '//file%open_paths(i)%s)
+      call raise_hdf5(error, file, 'beginning the data set '//file%sets(i)%path)
       return
     end do
   end subroutine begin_indexes

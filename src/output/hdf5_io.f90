@@ -5,7 +5,7 @@
 module hdf5_io
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
     c_size_t
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_fortran_env, only: int32, int64
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5fcreate_f, &
     h5fopen_f, h5fclose_f, h5fflush_f, h5fget_filesize_f, h5gcreate_f, h5gclose_f, h5lexists_f, &
     h5pcreate_f, h5pclose_f, h5pset_obj_track_times_f, h5pset_istore_k_f, h5f_acc_trunc_f, &
@@ -13,14 +13,13 @@ module hdf5_io
     h5dget_space_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f
   use hdf5, only: h5tcopy_f, h5tset_size_f, h5tset_strpad_f, h5t_c_s1, h5t_str_nullpad_f
   use errors, only: error_t, raise, exit_resources
-  use text, only: string_t
   use libc, only: c_fopen, c_fileno, c_fclose, c_posix_fallocate, c_truncate, c_pread, c_pwrite
   use text_files, only: rename_file, remove_file
   implicit none
   private
-  public :: unfinished, hdf5_file_t, create_hdf5, publish_hdf5, open_hdf5, reserve_room, &
-    flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, keep_open, &
-    find_data_set, ask_extent, max_rank
+  public :: unfinished, hdf5_file_t, data_set_t, create_hdf5, publish_hdf5, open_hdf5, &
+    reserve_room, flush_hdf5, close_hdf5, make_group, exists_in, raise_hdf5, string_type, &
+    keep_open, find_data_set, ask_extent, max_rank
 
   !> Most dimensions that a data set of a results file has.
   integer, parameter :: max_rank = 4
@@ -29,20 +28,33 @@ module hdf5_io
   !> What HDF5 itself may need for its lists when all data sets grow [byte].
   integer(c_long), parameter :: overhead = 1048576_c_long
 
+  !> A data set of an open file, and what is to be written behind its end.
+  type :: data_set_t
+    integer(hid_t) :: id = -1_hid_t !! its handle
+    character(:), allocatable :: path !! its name with its groups
+    integer :: rank = 0 !! its dimensions, 0 until they are asked for
+    integer(hsize_t) :: extent(max_rank) = 0_hsize_t !! how long these are
+    logical :: single = .false. !! reals have 32 bits in it
+    integer(hid_t) :: held_type = -1_hid_t !! type of the numbers that wait in memory
+    integer :: n_held = 0 !! how many they are
+    integer(int32), allocatable :: held(:) !! the numbers, in words of 32 bits
+  end type data_set_t
+
   !> An HDF5 file, and its data sets that are kept open: opening one costs more than writing a row.
   type :: hdf5_file_t
     integer(hid_t) :: id = -1_hid_t !! handle, negative while closed
     character(:), allocatable :: path !! name of the file
     integer :: end_times = 1 !! that will be written, foreseen
+    integer :: blocks = 1 !! of these, as many as have their fields in one chunk
     integer(c_long) :: ahead = 0_c_long !! what chunks take beyond the blocks they begin with [byte]
     integer :: n_open = 0 !! number of data sets that are open
-    integer(hid_t), allocatable :: open_ids(:) !! their handles
-    integer(int64) :: sum = 0_int64 !! sum over the numbers written or read since it was cleared
+    type(data_set_t), allocatable :: sets(:) !! these
+    integer :: last = 0 !! the one asked for last: they are asked for in turn
+    integer :: flushes = 0 !! how often all was handed to the system
+    integer(int64) :: sum = 0_int64 !! sum over the numbers written to given
+    !! places or read since it was cleared
     logical :: reserved = .false. !! there may be reserved room behind its end
     integer(c_long) :: promised = 0_c_long !! length that its head has been given last [byte]
-    type(string_t), allocatable :: open_paths(:) !! their names with their groups
-    integer, allocatable :: open_ranks(:) !! their dimensions, 0 until they are asked for
-    integer(hsize_t), allocatable :: open_extents(:, :) !! (max_rank, sets) and how long these are
   end type hdf5_file_t
 
 contains
@@ -115,10 +127,11 @@ contains
   !> Hands everything written so far to the system. Reserved room is given back, and the head of the
   !! file tells what is there: whoever writes on has to reserve room anew.
   subroutine flush_hdf5(file, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
+    type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! disk full
     integer :: status
 
+    file%flushes = file%flushes + 1
     call h5fflush_f(file%id, h5f_scope_global_f, status)
     if (status >= 0) return
     call lengthen(file, file%promised)
@@ -255,7 +268,7 @@ contains
       return
     end if
     do i = 1, file%n_open
-      call h5dclose_f(file%open_ids(i), s(2))
+      call h5dclose_f(file%sets(i)%id, s(2))
       s(1) = min(s(1), s(2))
     end do
     call h5fclose_f(file%id, s(2))
@@ -270,56 +283,38 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! the data set
     integer(hid_t), intent(in) :: id !! its handle
-    integer(hid_t), allocatable :: ids(:)
-    type(string_t), allocatable :: paths(:)
-    integer, allocatable :: ranks(:)
-    integer(hsize_t), allocatable :: extents(:, :)
-    integer :: i
+    type(data_set_t), allocatable :: more(:)
 
-    if (.not. allocated(file%open_ids)) allocate (file%open_ids(64), file%open_paths(64), &
-      file%open_ranks(64), file%open_extents(max_rank, 64))
-    if (file%n_open == size(file%open_ids)) then
-      allocate (ids(2*file%n_open), paths(2*file%n_open), ranks(2*file%n_open), &
-        extents(max_rank, 2*file%n_open))
-      ids(:file%n_open) = file%open_ids
-      ranks(:file%n_open) = file%open_ranks
-      extents(:, :file%n_open) = file%open_extents
-      call move_alloc(ranks, file%open_ranks)
-      call move_alloc(extents, file%open_extents)
-      do i = 1, file%n_open
-        call move_alloc(file%open_paths(i)%s, paths(i)%s)
-      end do
-      call move_alloc(ids, file%open_ids)
-      call move_alloc(paths, file%open_paths)
+    if (.not. allocated(file%sets)) allocate (file%sets(64))
+    if (file%n_open == size(file%sets)) then
+      allocate (more(2*file%n_open))
+      more(:file%n_open) = file%sets
+      call move_alloc(more, file%sets)
     end if
     file%n_open = file%n_open + 1
-    file%open_ids(file%n_open) = id
-    file%open_ranks(file%n_open) = 0
-    file%open_paths(file%n_open)%s = path
+    file%sets(file%n_open)%id = id
+    file%sets(file%n_open)%path = path
   end subroutine keep_open
 
-  !> The handle of a data set, opened if it is not open yet; negative if it is not there.
-  subroutine find_data_set(file, path, id, place)
+  !> Finds a data set, opened if it is not open yet.
+  subroutine find_data_set(file, path, place)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! the data set
-    integer(hid_t), intent(out) :: id !! its handle
-    integer, intent(out), optional :: place !! among those that are open, 0 if it is not there
+    integer, intent(out) :: place !! among those that are open, 0 if it is not there
+    integer(hid_t) :: id
     integer :: i, status
 
-    do i = 1, file%n_open
-      if (len(file%open_paths(i)%s) /= len(path)) cycle
-      if (file%open_paths(i)%s /= path) cycle
-      id = file%open_ids(i)
-      if (present(place)) place = i
-      return
+    do i = file%last + 1, file%last + file%n_open
+      place = 1 + mod(i - 1, file%n_open)
+      file%last = place
+      if (len(file%sets(place)%path) /= len(path)) cycle
+      if (file%sets(place)%path == path) return
     end do
+    place = 0
     call h5dopen_f(file%id, path, id, status)
-    if (status < 0) then
-      id = -1_hid_t
-    else
-      call keep_open(file, path, id)
-    end if
-    if (present(place)) place = merge(file%n_open, 0, status >= 0)
+    if (status < 0) return
+    call keep_open(file, path, id)
+    place = file%n_open
   end subroutine find_data_set
 
   !> How many dimensions a data set has, and how long it is.

@@ -146,19 +146,19 @@ contains
   subroutine recover_at_nodes(recovery, mesh, samples, values)
     type(recovery_t), intent(in) :: recovery !! prepared
     type(mesh_t), intent(in) :: mesh !! the mesh
-    real(wp), intent(in) :: samples(:, :) !! (components, samples) their values
+    real(wp), intent(in), contiguous :: samples(:, :) !! (components, samples) their values
     real(wp), intent(out) :: values(:, :) !! (components, nodes) those of the nodes
     type(patch_t) :: patch
     real(wp), allocatable :: share(:)
-    integer :: v, i, k, material
+    integer :: v, i, material
 
     allocate (share(mesh%nodes), source=0.0_wp)
     call begin_patches(patch, recovery)
     values = 0.0_wp
     do v = 1, mesh%nodes
       if (recovery%row(v + 1) > recovery%row(v)) then
-        do k = recovery%row(v), recovery%row(v + 1) - 1
-          values(:, v) = values(:, v) + recovery%weight(k)*samples(:, recovery%column(k))
+        do i = 1, size(values, 1), 6
+          call weigh(recovery, v, samples, i, values(i:, v))
         end do
         cycle
       end if
@@ -175,6 +175,35 @@ contains
       if (share(v) > 0.0_wp) values(:, v) = values(:, v)/share(v)
     end do
   end subroutine recover_at_nodes
+
+  !> The weighted sum of the samples of a corner, of six components at most: their number known,
+  !! the compiler keeps the sums in registers.
+  pure subroutine weigh(recovery, v, samples, first, values)
+    type(recovery_t), intent(in) :: recovery !! rows of weights
+    integer, intent(in) :: v !! the corner
+    real(wp), intent(in), contiguous :: samples(:, :) !! (components, samples) their values
+    integer, intent(in) :: first !! the first of the components
+    real(wp), intent(inout) :: values(:) !! these components get the sum
+    real(wp) :: total(6)
+    integer :: k, i, n
+
+    n = min(6, size(values))
+    total = 0.0_wp
+    if (n == 6) then
+      do k = recovery%row(v), recovery%row(v + 1) - 1
+        do i = 1, 6
+          total(i) = total(i) + recovery%weight(k)*samples(first - 1 + i, recovery%column(k))
+        end do
+      end do
+    else
+      do k = recovery%row(v), recovery%row(v + 1) - 1
+        do i = 1, n
+          total(i) = total(i) + recovery%weight(k)*samples(first - 1 + i, recovery%column(k))
+        end do
+      end do
+    end if
+    values(:n) = total(:n)
+  end subroutine weigh
 
   !> Adds what a patch says of its corner and of the middles of the edges there, by the volumes of
   !! the elements around.

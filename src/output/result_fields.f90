@@ -45,16 +45,16 @@ contains
   end function field_shape
 
   !> Makes the empty data set.
-  subroutine create_field(file, group, field, counts, entries, error)
+  subroutine create_field(file, group, field, counts, blocks, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! its group, with a slash at its end
     type(field_t), intent(in) :: field !! the field
     integer, intent(in) :: counts(:) !! (6) how many of each there are
-    integer, intent(in) :: entries !! that will be written, foreseen
+    integer, intent(in) :: blocks !! entries in a chunk
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
-      trim(field%unit), trim(field%description), error, entries)
+      trim(field%unit), trim(field%description), error, blocks)
   end subroutine create_field
 
   !> Entries that a data set has; 0 if it is not there.

@@ -3,18 +3,21 @@
 module results_contact
   use kinds, only: wp
   use errors, only: error_t
+  use contact_types, only: form_quadrature_to_surface
   use model_types, only: model_t
   use result_types, only: frame_t
   use contact_sides, only: contact_surface_t, find_slave_surface, find_master_surface
   use contact_surfaces, only: find_slave_fields, find_master_fields, n_columns, at_pressure, &
     at_traction, at_shear, at_gap, at_status, at_slip, at_energy, at_lay, at_force, at_way, &
     at_path, at_stick, at_slipping
-  use hdf5_index, only: begin_indexes, node_chunks
+  use hdf5_index, only: begin_indexes, node_chunks, blocks_in_chunk
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     reserve_room
   use hdf5_attributes, only: write_attribute
-  use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_field, begin_frame, write_field, &
-    end_frame, on_points, on_cells, vtk_vertex, vtk_triangle, vtk_six_nodes
+  use hdf5_data, only: stored_single
+  use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_field, begin_frame, add_values, &
+    are_frames_due, write_frames, count_frames, on_points, on_cells, vtk_vertex, &
+    vtk_triangle, vtk_six_nodes
   implicit none
   private
   public :: contact_file_t, create_contact_file, append_contact_frame, close_contact_file
@@ -59,6 +62,8 @@ module results_contact
     integer, allocatable :: nodes(:) !! (points) node numbers of the deck
     integer, allocatable :: first_point(:) !! (surfaces + 1) first point of each
     integer, allocatable :: first_cell(:) !! (surfaces + 1) first cell of each
+    logical :: on_facets = .false. !! fields stand on the facets, too: where points lie in facets;
+    !! those of nodes are means of what stands there
   end type contact_file_t
 
 contains
@@ -70,17 +75,19 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: end_times !! that will be written, foreseen
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: k
+    integer :: k, n
 
     allocate (contact%surfaces(2*size(model%pairs)))
     do k = 1, size(model%pairs)
       call find_slave_surface(model%pairs(k), model%mesh, contact%surfaces(2*k - 1))
       call find_master_surface(model%pairs(k), model%mesh, contact%surfaces(2*k))
     end do
+    contact%on_facets = any(model%pairs%form == form_quadrature_to_surface)
     call number_points(contact)
-    call create_hdf5(contact%file, path//unfinished, error, node_chunks(end_times))
+    n = blocks_in_chunk(3*max(size(contact%nodes), n_cells(contact)), end_times)
+    call create_hdf5(contact%file, path//unfinished, error, node_chunks(1 + end_times/n))
     if (allocated(error)) return
-    contact%file%end_times = end_times
+    contact%file%blocks = n
     call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=long), &
       error)
     if (.not. allocated(error)) call write_beginning(contact, model, error)
@@ -103,8 +110,8 @@ contains
       call make_column(contact, columns(k), error)
       if (allocated(error)) return
     end do
-    call add_field(contact%grid, contact%file, on_points, 'displacement', 3, 'length', &
-      'displacement', error)
+    call add_field(contact%grid, contact%file, on_points, 'displacement', &
+      stored_single, 3, 'length', 'displacement', error)
   end subroutine write_beginning
 
   !> Where the points and cells of each surface begin.
@@ -128,12 +135,19 @@ contains
     end do
   end subroutine number_points
 
+  !> Facets and lone nodes of all surfaces.
+  pure integer function n_cells(contact)
+    type(contact_file_t), intent(in) :: contact !! the file
+
+    n_cells = contact%first_cell(size(contact%first_cell)) - 1
+  end function n_cells
+
   !> What the fields of one end time need [byte].
   pure integer(long) function bytes_of_frame(contact) result(bytes)
     type(contact_file_t), intent(in) :: contact !! the file
 
     bytes = 8*(n_columns + 3)*size(contact%nodes, kind=long) &
-      + 8*n_columns*int(contact%first_cell(size(contact%first_cell)), long)
+      + 8*n_columns*int(n_cells(contact) + 1, long)
   end function bytes_of_frame
 
   !> Writes points and cells.
@@ -145,7 +159,7 @@ contains
     real(wp), allocatable :: x(:, :)
     integer :: i, f, n, cells
 
-    cells = contact%first_cell(size(contact%first_cell)) - 1
+    cells = n_cells(contact)
     allocate (list(6*cells), offsets(cells + 1), types(cells), x(3, size(contact%nodes)))
     x(:, :) = model%mesh%x(:, contact%nodes)
     n = 0
@@ -235,20 +249,20 @@ contains
     end do
   end subroutine spread_sides
 
-  !> Makes one field at points, and at cells if it has a meaning there.
+  !> Makes one field at points, and at cells if it says more there.
   subroutine make_column(contact, column, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(column_t), intent(in) :: column !! the field
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call add_field(contact%grid, contact%file, on_points, trim(column%name), column%components, &
-      trim(column%unit), trim(column%description), error)
-    if (allocated(error) .or. column%at == at_force) return
-    call add_field(contact%grid, contact%file, on_cells, trim(column%name), column%components, &
-      trim(column%unit), trim(column%description), error)
+    call add_field(contact%grid, contact%file, on_points, trim(column%name), stored_single, &
+      column%components, trim(column%unit), trim(column%description), error)
+    if (allocated(error) .or. column%at == at_force .or. .not. contact%on_facets) return
+    call add_field(contact%grid, contact%file, on_cells, trim(column%name), stored_single, &
+      column%components, trim(column%unit), trim(column%description), error)
   end subroutine make_column
 
-  !> Writes the surfaces at one end time and hands them to the system.
+  !> Adds the surfaces at one end time; they may wait in memory for those of later ones.
   subroutine append_contact_frame(contact, model, time, frame, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -259,24 +273,31 @@ contains
     integer :: k
 
     call find_fields(contact, model, frame, at_nodes, at_cells)
-    call reserve_room(contact%file, 2*bytes_of_frame(contact), error)
-    if (allocated(error)) return
     call begin_frame(contact%grid, contact%file, time, error)
-    if (allocated(error)) return
     do k = 1, size(columns)
-      call write_column(contact, columns(k), at_nodes, at_cells, error)
       if (allocated(error)) return
+      call add_column(contact, columns(k), at_nodes, at_cells, error)
     end do
     at_nodes = frame%motion(:, contact%nodes)
-    call write_field(contact%grid, contact%file, on_points, 'displacement', at_nodes, error)
+    if (.not. allocated(error)) call add_values(contact%file, on_points, 'displacement', at_nodes, &
+      error)
     if (allocated(error)) return
-    call flush_hdf5(contact%file, error)
-    if (.not. allocated(error)) call reserve_room(contact%file, bytes_of_frame(contact), error)
-    if (allocated(error)) return
-    call end_frame(contact%grid, contact%file, error)
-    if (allocated(error)) return
-    call flush_hdf5(contact%file, error)
+    if (are_frames_due(contact%grid, contact%file)) call write_waiting(contact, error)
   end subroutine append_contact_frame
+
+  !> Writes the end times that wait, and hands them to the system; what counts is told when it is
+  !! there.
+  subroutine write_waiting(contact, error)
+    type(contact_file_t), intent(inout) :: contact !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call reserve_room(contact%file, bytes_of_frame(contact), error)
+    if (.not. allocated(error)) call write_frames(contact%grid, contact%file, error)
+    if (.not. allocated(error)) call flush_hdf5(contact%file, error)
+    if (.not. allocated(error)) call reserve_room(contact%file, bytes_of_frame(contact), error)
+    if (.not. allocated(error)) call count_frames(contact%grid, contact%file, error)
+    if (.not. allocated(error)) call flush_hdf5(contact%file, error)
+  end subroutine write_waiting
 
   !> The fields of all surfaces.
   subroutine find_fields(contact, model, frame, at_nodes, at_cells)
@@ -286,14 +307,14 @@ contains
     real(wp), allocatable, intent(out) :: at_nodes(:, :) !! (n_columns, points)
     real(wp), allocatable, intent(out) :: at_cells(:, :) !! (n_columns, cells)
     real(wp), allocatable :: x(:, :)
-    integer :: k
+    integer :: k, c(3)
 
     allocate (at_nodes(n_columns, size(contact%nodes)))
-    allocate (at_cells(n_columns, contact%first_cell(size(contact%first_cell)) - 1))
+    allocate (at_cells(n_columns, merge(n_cells(contact), 0, contact%on_facets)))
     x = model%mesh%x(:, :size(frame%motion, 2)) + frame%motion
     do k = 1, size(model%pairs)
-      associate (p => contact%first_point(2*k - 1:2*k + 1), &
-                 c => contact%first_cell(2*k - 1:2*k + 1))
+      c = merge(contact%first_cell(2*k - 1:2*k + 1), 1, contact%on_facets)
+      associate (p => contact%first_point(2*k - 1:2*k + 1))
         call find_slave_fields(model%pairs(k), contact%surfaces(2*k - 1), frame%pairs(k), &
           size(x, 2), at_nodes(:, p(1):p(2) - 1), at_cells(:, c(1):c(2) - 1))
         call find_master_fields(model%pairs(k), contact%surfaces(2*k), frame%pairs(k), x, &
@@ -302,20 +323,20 @@ contains
     end do
   end subroutine find_fields
 
-  !> Writes one field.
-  subroutine write_column(contact, column, at_nodes, at_cells, error)
+  !> Adds one field.
+  subroutine add_column(contact, column, at_nodes, at_cells, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(column_t), intent(in) :: column !! the field
     real(wp), intent(in) :: at_nodes(:, :) !! (n_columns, points)
     real(wp), intent(in) :: at_cells(:, :) !! (n_columns, cells)
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call write_field(contact%grid, contact%file, on_points, trim(column%name), &
+    call add_values(contact%file, on_points, trim(column%name), &
       part_of(at_nodes, column), error)
-    if (allocated(error) .or. column%at == at_force) return
-    call write_field(contact%grid, contact%file, on_cells, trim(column%name), &
+    if (allocated(error) .or. column%at == at_force .or. .not. contact%on_facets) return
+    call add_values(contact%file, on_cells, trim(column%name), &
       part_of(at_cells, column), error)
-  end subroutine write_column
+  end subroutine add_column
 
   !> The rows of one field.
   pure function part_of(values, column) result(part)
@@ -326,11 +347,15 @@ contains
     part = values(column%at:column%at + column%components - 1, :)
   end function part_of
 
-  !> Closes the file; a file that is not open is left alone.
+  !> Writes what waits and closes the file; a file that is not open is left alone.
   subroutine close_contact_file(contact, error)
     type(contact_file_t), intent(inout) :: contact !! the file
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable :: trouble
 
-    call close_hdf5(contact%file, error)
+    if (contact%file%id < 0) return
+    if (contact%grid%frames > contact%grid%counted) call write_waiting(contact, error)
+    call close_hdf5(contact%file, trouble)
+    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_contact_file
 end module results_contact

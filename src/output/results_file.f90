@@ -12,12 +12,13 @@ module results_file
   use deck_types, only: name_length
   use result_types, only: origin_t, end_row_t, frame_t, saved_state_t, variant_row_t
   use audit_types, only: audit_t
-  use hdf5_index, only: begin_indexes, node_chunks
+  use hdf5_index, only: begin_indexes, node_chunks, blocks_in_chunk
   use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, publish_hdf5, flush_hdf5, close_hdf5, &
     make_group, reserve_room
   use hdf5_data, only: make_series, make_text_series, write_block, at_end, stored_long, &
     stored_real, stored_integer
-  use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
+  use vtk_grid, only: are_frames_due, write_frames, count_frames
+  use results_vtk, only: vtk_part_t, create_vtk_part, append_vtk_frame
   use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid
   use results_study, only: create_derivatives_part, append_derivatives, create_study_part, &
     begin_study_part, append_variant
@@ -40,7 +41,7 @@ module results_file
     type(hdf5_file_t) :: file !! the HDF5 file
     type(vtk_part_t) :: vtk !! what stands in /VTKHDF
     integer :: states = 0 !! states written
-    logical :: lags = .false. !! an end time without fields is on disk, and does not count yet
+    integer(long) :: bytes = 0_long !! what fields and state of one end time need at most [byte]
   end type results_t
 
 contains
@@ -58,7 +59,10 @@ contains
     call create_hdf5(results%file, path//unfinished, error, node_chunks(origin%end_times))
     if (allocated(error)) return
     results%file%end_times = origin%end_times
-    call reserve_room(results%file, 3*bytes_of_fields(model) + len(origin%deck, long), error)
+    results%file%blocks = blocks_in_chunk(6*max(model%mesh%nodes, model%mesh%elements, 1), &
+      origin%end_times)
+    results%bytes = bytes_of_fields(model)
+    call reserve_room(results%file, 3*results%bytes + len(origin%deck, long), error)
     if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
     if (.not. allocated(error)) call begin_indexes(results%file, error)
     call publish_hdf5(results%file, path, error)
@@ -114,8 +118,8 @@ contains
   end function bytes_of_fields
 
   !> Writes one end time, the fields and the state if they are given, and hands it to the system.
-  !! What counts is told when it is there, by a flush of its own; an end time without any field or
-  !! state need not wait for that: it counts with the next one, or when the file is closed.
+  !! Fields may wait in memory for those of later ones (vtk_grid: are_frames_due). What counts is
+  !! told when it is there, by a flush of its own.
   subroutine append_results(results, model, row, audit, frame, state, error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -125,56 +129,40 @@ contains
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer(long) :: bytes
-    logical :: with_state, is_bare
+    logical :: with_frames
 
+    if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
+    if (allocated(error)) return
+    with_frames = are_frames_due(results%vtk%grid, results%file)
     bytes = bytes_of_rows
-    if (present(frame) .or. present(state)) bytes = bytes + bytes_of_fields(model)
+    if (with_frames .or. present(state)) bytes = bytes + results%bytes
     if (allocated(row%derivatives)) bytes = bytes + bytes_of_derivative*size( &
       row%derivatives%kinks, kind=long)
     call reserve_room(results%file, bytes, error)
-    if (allocated(error)) return
-    call append_history(results%file, model, row, error)
+    if (.not. allocated(error)) call append_history(results%file, model, row, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
       row, error)
     if (.not. allocated(error) .and. allocated(row%derivatives)) call append_derivatives( &
       results%file, row%step, row%time, row%derivatives, error)
+    if (.not. allocated(error)) call append_audit(results%file, audit, error)
     if (allocated(error)) return
-    call append_audit(results%file, audit, error)
+    if (present(state)) call write_state(results%file, model, results%states, state, error)
     if (allocated(error)) return
-    with_state = present(state) .and. model%output%state /= state_none
-    is_bare = present(frame) .and. .not. (with_state .or. any(model%output%field) .or. &
-      model%output%contact)
-    call count_lagging(results, error)
-    if (allocated(error)) return
-    if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
-    if (allocated(error)) return
-    if (with_state) call write_state(results%file, model, results%states, state, error)
-    if (allocated(error)) return
-    call flush_hdf5(results%file, error)
-    results%lags = is_bare
-    if (allocated(error) .or. is_bare .or. .not. (present(frame) .or. with_state)) return
+    if (with_frames) call write_frames(results%vtk%grid, results%file, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    if (allocated(error) .or. .not. (with_frames .or. present(state))) return
     call reserve_room(results%file, bytes, error)
     if (allocated(error)) return
-    if (with_state) then
+    if (present(state)) then
       call complete_state(results%file, model, results%states, row%step, error)
       if (allocated(error)) return
       results%states = results%states + 1
     end if
-    if (present(frame)) call end_vtk_frame(results%vtk, results%file, error)
-    if (allocated(error)) return
-    call flush_hdf5(results%file, error)
+    if (with_frames) call count_frames(results%vtk%grid, results%file, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
   end subroutine append_results
 
-  !> An end time without fields that is on disk counts now.
-  subroutine count_lagging(results, error)
-    type(results_t), intent(inout) :: results !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    if (results%lags) call end_vtk_frame(results%vtk, results%file, error)
-    results%lags = .false.
-  end subroutine count_lagging
-
-  !> Writes the bodies at one time without an end time of a run, to be looked at.
+  !> Adds the bodies at one time without an end time of a run, to be looked at.
   subroutine append_picture(results, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
     real(wp), intent(in) :: time !! time [time]
@@ -182,11 +170,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     call append_vtk_frame(results%vtk, results%file, time, frame, error)
-    if (allocated(error)) return
-    call end_vtk_frame(results%vtk, results%file, error)
   end subroutine append_picture
 
-  !> Writes the fields of one end time.
+  !> Adds the fields of one end time.
   subroutine append_frame(results, model, step, time, frame, error)
     type(results_t), intent(inout) :: results !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -223,7 +209,7 @@ contains
     if (.not. allocated(error)) call flush_hdf5(results%file, error)
   end subroutine append_variant_row
 
-  !> Writes the cost table and closes the file; a file that is not open is left alone.
+  !> Writes what waits and the cost table, and closes the file; one that is not open is left alone.
   subroutine close_results(results, costs, error)
     type(results_t), intent(inout) :: results !! the file
     type(cost_t), intent(in) :: costs !! what the run cost
@@ -231,8 +217,10 @@ contains
     type(error_t), allocatable :: trouble
 
     if (results%file%id < 0) return
-    call reserve_room(results%file, bytes_of_rows, error)
-    if (.not. allocated(error)) call count_lagging(results, error)
+    call reserve_room(results%file, bytes_of_rows + results%bytes, error)
+    if (.not. allocated(error)) call write_frames(results%vtk%grid, results%file, error)
+    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    if (.not. allocated(error)) call count_frames(results%vtk%grid, results%file, error)
     if (.not. allocated(error)) call renew_costs(results%file, costs, error)
     if (.not. allocated(error)) call flush_hdf5(results%file, error)
     call close_hdf5(results%file, trouble)

@@ -12,6 +12,7 @@ module results_points
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
+  use hdf5_held, only: hold_block
   implicit none
   private
   public :: create_contact_part, append_contact
@@ -59,7 +60,7 @@ contains
     do i = 1, size(contact_fields)
       if (allocated(error)) return
       call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], &
-        file%end_times, error)
+        file%blocks, error)
     end do
   end subroutine create_pair
 
@@ -79,11 +80,11 @@ contains
     else if (pair%segmented) then
       call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves, &
         count_points(pair)], 1, '1', 'nodes of the slave facet of each point', error, &
-        file%end_times)
+        file%blocks)
       if (allocated(error)) return
       call make_series(file, group//'/weight', stored_real, [pair%points%n_slaves, &
         count_points(pair)], 1, '1', 'weights of its nodes: a point is their weighted sum', &
-        error, file%end_times)
+        error, file%blocks)
     else
       call make_series(file, group//'/node', stored_integer, [pair%points%n_slaves], &
         count_points(pair), &
@@ -110,7 +111,7 @@ contains
 
     if (pair%segmented) then
       call make_series(file, group//'/area', stored_real, [count_points(pair)], 1, 'length^2', &
-        meaning, error, file%end_times)
+        meaning, error, file%blocks)
     else
       call make_series(file, group//'/area', stored_real, [integer ::], count_points(pair), &
         'length^2', meaning, error)
@@ -119,7 +120,7 @@ contains
     end if
   end subroutine create_areas
 
-  !> Writes the contact points of one end time.
+  !> Adds the contact points of one end time, which wait in memory.
   subroutine append_contact(file, model, step, time, pairs, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
@@ -133,12 +134,12 @@ contains
       call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), error)
       if (allocated(error)) return
     end do
-    call write_block(file, '/contact/time', [time], at_end, error)
+    call hold_block(file, '/contact/time', [time], error)
     if (allocated(error)) return
-    call write_block(file, '/contact/step', [step], at_end, error)
+    call hold_block(file, '/contact/step', [step], error)
   end subroutine append_contact
 
-  !> Writes the points of one pair.
+  !> Adds the points of one pair.
   subroutine append_points(file, group, points, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
@@ -151,13 +152,13 @@ contains
       if (allocated(error)) return
     end do
     if (.not. allocated(points%node)) return
-    call write_block(file, group//'/node', points%node, at_end, error)
-    if (.not. allocated(error)) call write_block(file, group//'/weight', points%weight, at_end, &
+    call hold_block(file, group//'/node', points%node, error)
+    if (.not. allocated(error)) call hold_block(file, group//'/weight', points%weight, &
       error)
-    if (.not. allocated(error)) call write_block(file, group//'/area', points%cell, at_end, error)
+    if (.not. allocated(error)) call hold_block(file, group//'/area', points%cell, error)
   end subroutine append_points
 
-  !> Writes one field of them, if they have it.
+  !> Adds one field of them, if they have it.
   subroutine append_field(file, group, field, points, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
@@ -173,10 +174,10 @@ contains
     associate (n => field%components*size(points%host))
       if (field%stored == stored_real) then
         call c_f_pointer(address, reals, [n])
-        call write_block(file, group//'/'//trim(field%name), reals, at_end, error)
+        call hold_block(file, group//'/'//trim(field%name), reals, error)
       else
         call c_f_pointer(address, integers, [n])
-        call write_block(file, group//'/'//trim(field%name), integers, at_end, error)
+        call hold_block(file, group//'/'//trim(field%name), integers, error)
       end if
     end associate
   end subroutine append_field

@@ -15,6 +15,7 @@ module results_state
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group
+  use hdf5_index, only: blocks_in_chunk
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
@@ -37,14 +38,14 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: i
+    integer :: i, blocks
 
+    blocks = blocks_in_chunk(max(1, 3*model%mesh%nodes), states_of(model, file%end_times))
     call make_group(file, '/state', error)
     if (allocated(error)) return
     do i = 1, size(fields_of_state)
       if (.not. in_use(fields_of_state(i), model)) cycle
-      call create_field(file, root, fields_of_state(i), counts_of(model), &
-        states_of(model, file%end_times), error)
+      call create_field(file, root, fields_of_state(i), counts_of(model), blocks, error)
       if (allocated(error)) return
     end do
     call write_mesh(file, model, error)
@@ -52,7 +53,7 @@ contains
     call make_group(file, root//'contact', error)
     do i = 1, size(model%pairs)
       if (allocated(error)) return
-      call create_pair(file, model%pairs(i), states_of(model, file%end_times), error)
+      call create_pair(file, model%pairs(i), blocks, error)
     end do
   end subroutine create_state_part
 
@@ -101,10 +102,10 @@ contains
   end function defined_coordinates
 
   !> Makes the data sets of one pair, empty but for its nodes and facets.
-  subroutine create_pair(file, pair, states, error)
+  subroutine create_pair(file, pair, blocks, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: states !! places for states, foreseen
+    integer, intent(in) :: blocks !! states in a chunk
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: group
     integer :: i
@@ -115,7 +116,7 @@ contains
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
       call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0, 0, 0, 0], &
-        states, error)
+        blocks, error)
       if (allocated(error)) return
     end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &

@@ -9,11 +9,12 @@ module results_vtk
   use model_types, only: output_request_t
   use result_types, only: frame_t
   use hdf5_io, only: hdf5_file_t
+  use hdf5_data, only: stored_real, stored_single
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
-    write_field, end_frame, on_points, on_cells
+    add_values, on_points, on_cells
   implicit none
   private
-  public :: vtk_part_t, create_vtk_part, append_vtk_frame, end_vtk_frame
+  public :: vtk_part_t, create_vtk_part, append_vtk_frame
 
   !> What stands in the file, and the nodes and elements behind it.
   type :: vtk_part_t
@@ -119,7 +120,7 @@ contains
 
   !> Makes the fields that the deck asks for.
   subroutine make_fields(part, file, error)
-    type(vtk_part_t), intent(in) :: part !! what stands in the file
+    type(vtk_part_t), intent(inout) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: k
@@ -127,7 +128,8 @@ contains
     do k = 1, n_body_fields
       if (.not. part%field(k)) cycle
       associate (field => fields_of_bodies(k))
-        call add_field(part%grid, file, group_of(field), trim(field%name), field%components, &
+        call add_field(part%grid, file, group_of(field), trim(field%name), &
+          merge(stored_single, stored_real, field%of_elements), field%components, &
           trim(field%unit), trim(field%description), error)
       end associate
       if (allocated(error)) return
@@ -143,9 +145,9 @@ contains
     if (field%at_nodes) group = on_points
   end function group_of
 
-  !> Writes the fields of one end time; it counts only after end_vtk_frame.
+  !> Adds the fields of one end time, which wait in memory (vtk_grid: write_frames, count_frames).
   subroutine append_vtk_frame(part, file, time, frame, error)
-    type(vtk_part_t), intent(in) :: part !! what stands in the file
+    type(vtk_part_t), intent(inout) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! its time [time]
     type(frame_t), intent(in) :: frame !! the fields; those that are wanted are allocated
@@ -158,17 +160,16 @@ contains
       if (.not. part%field(k)) cycle
       associate (field => fields_of_bodies(k))
         if (field%at_nodes) then
-          call append_field(part%grid, file, field, part%nodes, frame%body(k)%values, error)
+          call append_field(file, field, part%nodes, frame%body(k)%values, error)
         else
-          call append_field(part%grid, file, field, part%elements, frame%body(k)%values, error)
+          call append_field(file, field, part%elements, frame%body(k)%values, error)
         end if
       end associate
     end do
   end subroutine append_vtk_frame
 
-  !> Writes one field of one end time.
-  subroutine append_field(grid, file, field, list, values, error)
-    type(vtk_grid_t), intent(in) :: grid !! the grid
+  !> Adds one field of one end time.
+  subroutine append_field(file, field, list, values, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(body_field_t), intent(in) :: field !! the field
     integer, intent(in) :: list(:) !! nodes or elements that are written
@@ -178,15 +179,6 @@ contains
 
     allocate (listed(size(values, 1), size(list)))
     listed(:, :) = values(:, list)
-    call write_field(grid, file, group_of(field), trim(field%name), listed, error)
+    call add_values(file, group_of(field), trim(field%name), listed, error)
   end subroutine append_field
-
-  !> Makes the end time count, when all of it is on disk.
-  subroutine end_vtk_frame(part, file, error)
-    type(vtk_part_t), intent(inout) :: part !! what stands in the file
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call end_frame(part%grid, file, error)
-  end subroutine end_vtk_frame
 end module results_vtk

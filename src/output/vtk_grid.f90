@@ -6,15 +6,16 @@
 module vtk_grid
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: string_t
+  use costs, only: wall_seconds
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_long, stored_integer, &
     stored_byte
+  use hdf5_held, only: hold_block, write_held
   implicit none
   private
-  public :: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
-    write_field, end_frame
+  public :: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, add_values, &
+    are_frames_due, write_frames, count_frames
   public :: on_points, on_cells
   public :: vtk_vertex, vtk_triangle, vtk_six_nodes
 
@@ -27,20 +28,24 @@ module vtk_grid
 
   !> Root of this part of the file.
   character(*), parameter :: root = '/VTKHDF/'
-  !> What VTK's offsets say where the geometry is the same at each end time.
-  character(*), parameter :: bookkeeping = &
-    'VTKHDF bookkeeping: the geometry is the same at each end time'
-
   !> End times whose offsets are written in one go: they are known beforehand, and writing one
   !! number costs as much as writing a field. Those behind the last end time mean nothing.
   integer, parameter :: ahead = 64
+  !> Fields wait in memory for at most this long while end times come [s], and not at all where one
+  !! takes so long that writing it, some ms, costs next to nothing [s].
+  real(wp), parameter :: patience = 1.0_wp, slow = 0.05_wp
 
   !> A grid that is being written.
   type :: vtk_grid_t
     integer :: points = 0 !! number of points
     integer :: cells = 0 !! number of cells
-    integer :: frames = 0 !! end times written
-    type(string_t), allocatable :: constants(:) !! offsets of what never changes
+    integer :: frames = 0 !! end times, those that wait in memory among them
+    integer :: counted = 0 !! end times that count
+    integer :: listed = 0 !! end times whose offsets are written
+    integer, allocatable :: known(:, :) !! (3, sets) data sets of numbers that are known beforehand:
+    !! place in the file, number of the first end time, how much more it is for each one
+    real(wp) :: written_at = 0.0_wp !! clock when all was written last [s]
+    real(wp) :: seen_at = 0.0_wp !! clock at the last end time [s]
   end type vtk_grid_t
 
 contains
@@ -57,7 +62,7 @@ contains
 
     grid%points = size(x, 2)
     grid%cells = size(types)
-    allocate (grid%constants(0))
+    allocate (grid%known(3, 0))
     call make_group(file, '/VTKHDF', error)
     if (allocated(error)) return
     call write_attribute(file, '/VTKHDF', 'Version', [2, 0], error)
@@ -103,17 +108,16 @@ contains
 
   !> Makes the groups, and the table of end times.
   subroutine make_steps(grid, file, error)
-    type(vtk_grid_t), intent(in) :: grid !! the grid
+    type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(22), parameter :: groups(5) = [character(22) :: 'Steps', on_points, on_cells, &
       'Steps/PointDataOffsets', 'Steps/CellDataOffsets']
-    character(13), parameter :: one_each(3) = [character(13) :: 'PartOffsets', 'NumberOfParts', &
-      'PointOffsets']
-    character(21), parameter :: by_topology(2) = [character(21) :: 'CellOffsets', &
-      'ConnectivityIdOffsets']
-    integer :: i
+    character(22), parameter :: known(5) = [character(22) :: 'PartOffsets', 'NumberOfParts', &
+      'PointOffsets', 'CellOffsets', 'ConnectivityIdOffsets']
+    integer :: i, one(1)
 
+    one = 1
     do i = 1, size(groups)
       call make_group(file, root//trim(groups(i)), error)
       if (allocated(error)) return
@@ -122,17 +126,28 @@ contains
     if (allocated(error)) return
     call make_series(file, root//'Steps/Values', stored_real, [integer ::], 1, 'time', &
       'times of the fields', error)
-    do i = 1, size(one_each)
+    do i = 1, size(known)
       if (allocated(error)) return
-      call make_series(file, root//'Steps/'//trim(one_each(i)), stored_long, [integer ::], 1, '1', &
-        bookkeeping, error)
-    end do
-    do i = 1, size(by_topology)
-      if (allocated(error)) return
-      call make_series(file, root//'Steps/'//trim(by_topology(i)), stored_long, [1], 1, '1', &
-        bookkeeping, error)
+      call add_known(grid, file, trim(known(i)), one(:merge(1, 0, i > 3)), &
+        merge(1, 0, i == 2), 0, &
+        'VTKHDF bookkeeping: the geometry is the same at each end time', error)
     end do
   end subroutine make_steps
+
+  !> Makes a data set of numbers that are known beforehand.
+  subroutine add_known(grid, file, name, leading, first, each, description, error)
+    type(vtk_grid_t), intent(inout) :: grid !! the grid
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: name !! data set of /VTKHDF/Steps
+    integer, intent(in) :: leading(:) !! dimensions before the last
+    integer, intent(in) :: first !! number of the first end time
+    integer, intent(in) :: each !! how much more it is for each one
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, root//'Steps/'//name, stored_long, leading, 1, '1', description, error)
+    grid%known = reshape([grid%known, file%n_open, first, each], [3, size(grid%known, 2) + 1])
+  end subroutine add_known
 
   !> Writes integers that are the same at each end time.
   subroutine add_constant(grid, file, group, name, values, description, error)
@@ -173,99 +188,103 @@ contains
     integer, intent(in), contiguous :: values(:) !! (points or cells) its values
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    type(string_t), allocatable :: longer(:)
-    integer :: n
 
     call make_series(file, root//group//'/'//name, stored, [integer ::], max(1, size(values)), &
       '1', description, error)
     if (allocated(error)) return
     call write_block(file, root//group//'/'//name, values, at_end, error)
     if (allocated(error)) return
-    n = size(grid%constants)
-    allocate (longer(n + 1))
-    longer(:n) = grid%constants
-    longer(n + 1)%s = root//'Steps/'//group//'Offsets/'//name
-    call move_alloc(longer, grid%constants)
-    call make_series(file, grid%constants(n + 1)%s, stored_long, [integer ::], 1, '1', &
+    call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, 0, &
       'first entry of each end time: always 0', error)
   end subroutine add_numbers
 
   !> Makes one field and its offsets.
-  subroutine add_field(grid, file, group, name, components, unit, description, error)
-    type(vtk_grid_t), intent(in) :: grid !! the grid
+  subroutine add_field(grid, file, group, name, stored, components, unit, description, error)
+    type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! on_points or on_cells
     character(*), intent(in) :: name !! name of the field
+    integer, intent(in) :: stored !! stored_real or stored_single
     integer, intent(in) :: components !! numbers a point or cell
     character(*), intent(in) :: unit !! unit
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: n
+    integer :: leading(1), n
 
-    n = max(1, merge(grid%points, grid%cells, group == on_points))
-    if (components == 1) then
-      call make_series(file, root//group//'/'//name, stored_real, [integer ::], n, unit, &
-        description, error, file%end_times)
-    else
-      call make_series(file, root//group//'/'//name, stored_real, [components], n, unit, &
-        description, error, file%end_times)
-    end if
+    leading = components
+    n = merge(grid%points, grid%cells, group == on_points)
+    call make_series(file, root//group//'/'//name, stored, leading(:merge(1, 0, components > 1)), &
+      max(1, n), unit, description, error, file%blocks)
     if (allocated(error)) return
-    call make_series(file, root//'Steps/'//group//'Offsets/'//name, stored_long, [integer ::], 1, &
-      '1', 'first entry of each end time', error)
+    call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, n, &
+      'first entry of each end time', error)
   end subroutine add_field
 
-  !> Lengthens the table of end times, and the offsets of what is always the same; the end time
-  !! counts only after end_frame.
+  !> Begins an end time: it waits in memory until write_frames, and counts after count_frames.
   subroutine begin_frame(grid, file, time, error)
-    type(vtk_grid_t), intent(in) :: grid !! the grid
+    type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! time of the fields [time]
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(21), parameter :: zeros(5) = [character(21) :: 'PartOffsets', 'PointOffsets', &
-      'CellOffsets', 'ConnectivityIdOffsets', 'NumberOfParts']
-    integer :: i, n
 
-    n = grid%frames + 1
-    call write_block(file, root//'Steps/Values', [time], n, error)
-    if (mod(grid%frames, ahead) > 0) return
-    do i = 1, size(zeros)
-      if (allocated(error)) return
-      call write_block(file, root//'Steps/'//trim(zeros(i)), &
-        spread(merge(1, 0, i == size(zeros)), 1, ahead), n, error)
-    end do
-    do i = 1, size(grid%constants)
-      if (allocated(error)) return
-      call write_block(file, grid%constants(i)%s, spread(0, 1, ahead), n, error)
-    end do
+    call hold_block(file, root//'Steps/Values', [time], error)
+    grid%frames = grid%frames + 1
   end subroutine begin_frame
 
-  !> Writes one field of the end time that has begun.
-  subroutine write_field(grid, file, group, name, values, error)
-    type(vtk_grid_t), intent(in) :: grid !! the grid
+  !> Adds one field to the end time that has begun.
+  subroutine add_values(file, group, name, values, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! on_points or on_cells
     character(*), intent(in) :: name !! name of the field
     real(wp), intent(in), contiguous :: values(:, :) !! (components, points or cells)
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer :: n, k
 
-    n = size(values, 2)
-    call write_block(file, root//group//'/'//name, values, grid%frames*n + 1, error)
-    if (allocated(error) .or. mod(grid%frames, ahead) > 0) return
-    call write_block(file, root//'Steps/'//group//'Offsets/'//name, &
-      [(k*n, k=grid%frames, grid%frames + ahead - 1)], grid%frames + 1, error)
-  end subroutine write_field
+    call hold_block(file, root//group//'/'//name, values, error)
+  end subroutine add_values
 
-  !> Makes the end time count, when all of it is on disk.
-  subroutine end_frame(grid, file, error)
+  !> It is time to write the end times that wait: they fill a chunk, or have waited for long, or the
+  !! last one took so long that writing does not count. Asked once at each end time.
+  logical function are_frames_due(grid, file) result(due)
+    type(vtk_grid_t), intent(inout) :: grid !! the grid; its clock
+    type(hdf5_file_t), intent(in) :: file !! its file
+    real(wp) :: now
+
+    now = wall_seconds()
+    due = grid%frames > grid%counted .and. (mod(grid%frames, file%blocks) == 0 .or. &
+      now > grid%written_at + patience .or. now > grid%seen_at + slow)
+    grid%seen_at = now
+    if (due .or. grid%frames == grid%counted) grid%written_at = now
+  end function are_frames_due
+
+  !> Writes the end times that wait.
+  subroutine write_frames(grid, file, error)
+    type(vtk_grid_t), intent(inout) :: grid !! the grid
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    character(:), allocatable :: path
+    integer :: i, k
+
+    do while (grid%listed < grid%frames)
+      do i = 1, size(grid%known, 2)
+        path = file%sets(grid%known(1, i))%path
+        call write_block(file, path, [(grid%known(2, i) + k*grid%known(3, i), k=grid%listed, &
+          grid%listed + ahead - 1)], grid%listed + 1, error)
+        if (allocated(error)) return
+      end do
+      grid%listed = grid%listed + ahead
+    end do
+    call write_held(file, error)
+  end subroutine write_frames
+
+  !> Makes the end times count that have been written, when all of them are on disk.
+  subroutine count_frames(grid, file, error)
     type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    grid%frames = grid%frames + 1
-    call write_attribute(file, root//'Steps', 'NSteps', grid%frames, error)
-  end subroutine end_frame
+    grid%counted = grid%frames
+    call write_attribute(file, root//'Steps', 'NSteps', grid%counted, error)
+  end subroutine count_frames
 
   !> Writes a list of integers with 64 bits, as VTK wants its lists.
   subroutine write_long(file, name, values, description, error)
