@@ -11,7 +11,7 @@ module costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
-    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells, cost_multigrid, &
+    cost_touch, cost_krylov, cost_bulk_krylov, cost_modified_newton, cost_cells, cost_multigrid, &
     cost_flush, cost_longest
 
   !> Kinds of work.
@@ -34,7 +34,7 @@ module costs
   integer, parameter :: cost_touch = 17
   integer, parameter :: cost_krylov = 18
   integer, parameter :: cost_bulk_krylov = 19
-  integer, parameter :: cost_chord = 20
+  integer, parameter :: cost_modified_newton = 20
   integer, parameter :: cost_cells = 21
   integer, parameter :: cost_multigrid = 22
   integer, parameter :: cost_flush = 23

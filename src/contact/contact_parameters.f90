@@ -37,7 +37,7 @@ contains
   pure function point_parameters(pair, p, facet) result(d)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: facet !! its host
+    integer, intent(in) :: facet !! its target
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp

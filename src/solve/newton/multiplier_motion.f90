@@ -183,7 +183,7 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
     type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
-    real(wp), intent(in) :: force(:, :) !! (3, n) in the hosts' frames [force]
+    real(wp), intent(in) :: force(:, :) !! (3, n) in the targets' frames [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
     real(wp), intent(in), optional :: share !! of the forces, may be wrong; else next to nothing
     real(wp), allocatable :: global(:, :), field(:, :)
