@@ -6,8 +6,8 @@ module contact_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
-  use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
-    direction_field
+  use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, &
+    direction_radial, direction_field
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, raise_along, is_stiff, &
@@ -104,13 +104,14 @@ contains
   end function raise_along
 
   !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "Stiff penalties",
-  !! eq. (7.12)); not at points of facets, which would be more than their nodes can follow.
+  !! eq. (7.13)). Points of facets would be more than their nodes can follow, but that AUTO's own
+  !! penalty is never far above the limit; those of cells move.
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_stiff = .not. pair%augmented .and. pair%points%n_slaves == 1 .and. &
-      pair%shrinking%shrink < 0 &
-      .and. pair%points%relative > stiffest_plain
+    is_stiff = .not. (pair%augmented .or. pair%segmented) .and. pair%shrinking%shrink < 0 .and. &
+      pair%points%relative > stiffest_plain .and. (pair%points%n_slaves == 1 .or. &
+      pair%penalty_kind == penalty_own)
   end function is_stiff
 
   !> Without help by multipliers the penalty would make forces of nothing but round-off.

@@ -6,8 +6,8 @@
 !! f, with shape functions at the tip, so that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
-!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian", eqs. (7.1),
-!! (7.2), (7.3)): g + kappa takes the place of g in the law, with components along t1 = a1/|a1|, t2
+!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian", eqs. (7.2),
+!! (7.3), (7.4)): g + kappa takes the place of g in the law, with components along t1 = a1/|a1|, t2
 !! = e x t1 and e.
 !!
 !! task_stress gives stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|, |f_T|].
@@ -218,7 +218,7 @@ contains
   end subroutine stick_tangent
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
-  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update", eq. (7.6)).
+  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update", eq. (7.7)).
   pure subroutine shift_tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(cone_t), intent(in) :: c !! cone at its new tip

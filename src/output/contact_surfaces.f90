@@ -59,8 +59,7 @@ contains
     type(point_fields_t), intent(in) :: points !! its points
     integer, intent(in) :: highest !! highest node number
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields; none if
-    !! they are not wanted
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields
     type(sums_t) :: nodes, facets
     integer :: place(highest), p, b, n
     real(wp) :: weight(3)
@@ -93,7 +92,7 @@ contains
     call fill_middles(surface, at_nodes)
     if (pair%form == form_quadrature_to_surface) then
       call to_fields(facets, surface%facet_area, at_facets(:, :size(surface%facets, 2)))
-    else if (size(at_facets, 2) > 0) then
+    else
       call average_corners(surface, nodes, at_nodes, at_facets)
     end if
     if (.not. has_lay(pair)) then
@@ -258,8 +257,7 @@ contains
     type(point_fields_t), intent(in) :: points !! its points
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields; none if they are not
-    !! wanted
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields
     type(sums_t) :: nodes, facets
     real(wp) :: shape(3)
     integer :: p, k
@@ -278,7 +276,7 @@ contains
     nodes%force(1, :) = -nodes%force(1, :)
     facets%force(1, :) = -facets%force(1, :)
     call to_fields(nodes, surface%node_area, at_nodes)
-    if (size(at_facets, 2) > 0) call to_fields(facets, surface%facet_area, at_facets)
+    call to_fields(facets, surface%facet_area, at_facets)
     at_nodes(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     at_facets(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     call take_master_lay(pair, surface, x, at_nodes, at_facets)
@@ -330,11 +328,11 @@ contains
     do i = 1, size(surface%nodes)
       at_nodes(at_lay:at_lay + 2, i) = unit_vector(lay(:, surface%nodes(i)))
     end do
-    do i = 1, size(at_facets, 2)
+    do i = 1, size(surface%facets, 2)
       v = 0.0_wp
       do k = 1, 3
-        associate (corner => lay(:, surface%nodes(surface%facets(k, i))))
-          v = v + sign(1.0_wp, dot_product(v, corner))*unit_vector(corner)
+        associate (corner => at_nodes(at_lay:at_lay + 2, surface%facets(k, i)))
+          v = v + sign(1.0_wp, dot_product(v, corner))*corner
         end associate
       end do
       at_facets(at_lay:at_lay + 2, i) = unit_vector(v)

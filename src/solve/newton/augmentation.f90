@@ -1,5 +1,5 @@
 !> Augmented Lagrangian: multipliers take over the contact forces from the penalty, until the gaps
-!! that a force needs are closed (doc/theory, "Uzawa iteration", eq. (7.7)).
+!! that a force needs are closed (doc/theory, "Uzawa iteration", eq. (7.8)).
 module augmentation
   use kinds, only: wp
   use text, only: to_text, count_noun

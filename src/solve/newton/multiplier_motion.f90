@@ -1,6 +1,6 @@
 !> Multipliers that come along with Newton's iteration: displacements u and multipliers lambda of
 !! one direction solve K du + G dlambda = -R and lambda + dlambda = P (f + df) together (doc/theory,
-!! "Simultaneous multiplier update", eqs. (7.4), (7.5)).
+!! "Simultaneous multiplier update", eqs. (7.5), (7.6)).
 module multiplier_motion
   use kinds, only: wp
   use vectors, only: product_of
