@@ -167,7 +167,7 @@ def test_study():
     """A row for each variant; each is what a run of its own gives."""
     table = mfec.study(BLOCK, {'mu': [0.1, np.float64(0.2)]}, set={'mu': 0.3})
     assert list(table['mu']) == [0.1, 0.2] and list(table['exit']) == [0, 0]
-    assert table['step'].dtype.kind == 'i'
+    assert [table[name].dtype.kind for name in ('step', 'exit', 'mu')] == ['i', 'i', 'f']
     alone = mfec.run(BLOCK, set={'mu': 0.2}).reactions
     name = next(column for column in table if column.startswith('R1:'))
     mine = alone[(alone['set'] == name[3:])]['R1'].iloc[-1]
