@@ -13,6 +13,8 @@ from .run import DeckLike, Progress, launch
 if TYPE_CHECKING:
     import pandas as pd
 
+COUNTS = ('variant', 'exit', 'step', 'iterations', 'cuts')
+
 
 def study(deck: DeckLike, vary: Mapping[str, Union[str, Iterable[Value]]], *,
           set: Optional[Mapping[str, Value]] = None,
@@ -49,5 +51,5 @@ def read_study(result: Result) -> pd.DataFrame:
     lines = result.path('.study').read_text(encoding='utf-8').split('\n')
     heads = [line[1:].split() for line in lines if line.startswith('#')]
     rows = [line.split() for line in lines if line.strip() and not line.startswith('#')]
-    return frame([[float(word) for word in row] for row in rows], heads[-1]).convert_dtypes(
-        convert_string=False, convert_boolean=False)
+    table = frame([[float(word) for word in row] for row in rows], heads[-1])
+    return table.astype(dict.fromkeys(COUNTS, 'int64'))

@@ -102,7 +102,7 @@ class Surfaces:
         start = points[0] if len(points) else 0
         facets = facets - start
         at_nodes = self._fields('PointData', index, points)
-        at_facets = self._fields('CellData', index, cells) or means(at_nodes, facets)
+        at_facets = means(at_nodes, facets) | self._fields('CellData', index, cells)
         return Surface(self.vtk['Points'][:][points], facets,
                        self.vtk['PointData/node_number'][:][points], at_nodes, at_facets)
 
@@ -121,7 +121,5 @@ class Surfaces:
 
 
 def means(at_nodes: dict[str, NDArray], facets: NDArray) -> dict[str, NDArray]:
-    """Fields of facets from those of their corners, where the file has these alone: the largest
-    status, the mean of all else."""
-    return {name: values[facets].max(axis=1) if name == 'status' else values[facets].mean(axis=1)
-            for name, values in at_nodes.items() if name not in ('force', 'displacement')}
+    """Fields of facets from those of their corners, where the file has these alone."""
+    return {name: values[facets].mean(axis=1) for name, values in at_nodes.items() if name not in ('force', 'displacement')}

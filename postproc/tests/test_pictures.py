@@ -165,7 +165,7 @@ def test_exports_hold_what_the_files_hold(runs, tmp_path):
     data = next(a for a in piece.iter('DataArray') if a.get('Name') == 'pressure')
     raw = base64.b64decode(data.text)
     assert int(np.frombuffer(raw[:8], dtype='<u8')[0]) == len(raw) - 8
-    np.testing.assert_array_equal(np.frombuffer(raw[8:], dtype='<f8'), wanted)
+    np.testing.assert_array_equal(np.frombuffer(raw[8:], dtype=wanted.dtype), wanted)
     table = read_table(runs['pairs'].replace('.vtkhdf', '.con'))
     with open(os.path.join(out, 'two_cubes_block.con.csv'), encoding='utf-8') as stream:
         rows = list(csv.DictReader(stream))

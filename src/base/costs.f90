@@ -11,8 +11,8 @@ module costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
-    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells, cost_multigrid, &
-    cost_longest, cost_flush
+    cost_touch, cost_krylov, cost_bulk_krylov, cost_modified_newton, cost_cells, cost_multigrid, &
+    cost_flush, cost_longest
 
   !> Kinds of work.
   integer, parameter :: cost_reading = 1
@@ -34,11 +34,11 @@ module costs
   integer, parameter :: cost_touch = 17
   integer, parameter :: cost_krylov = 18
   integer, parameter :: cost_bulk_krylov = 19
-  integer, parameter :: cost_chord = 20
+  integer, parameter :: cost_modified_newton = 20
   integer, parameter :: cost_cells = 21
   integer, parameter :: cost_multigrid = 22
-  integer, parameter :: cost_longest = 23
-  integer, parameter :: cost_flush = 24
+  integer, parameter :: cost_flush = 23
+  integer, parameter :: cost_longest = 24
   integer, parameter :: n_costs = 24
 
   !> Names of the rows, in the order of the constants.
@@ -48,7 +48,7 @@ module costs
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
     'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
     'the same, for the bulk', 'steps with the same factor', 'facets cut to cells', &
-    'set-ups of multigrid', 'most iterations of a solve', 'flushes of results']
+    'set-ups of multigrid', 'flushes of results', 'most iterations of a solve']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t

@@ -30,7 +30,7 @@ module cell_cutting
   type :: fresh_t
     integer :: n = 0 !! how many
     type(cell_t), allocatable :: cell(:) !! where they are
-    integer, allocatable :: host(:) !! their master facets
+    integer, allocatable :: target(:) !! their master facets
     integer, allocatable :: near(:) !! master facets close to the facet
     type(master_way_t) :: way !! of the master since the last converged state
   end type fresh_t
@@ -57,7 +57,7 @@ contains
     fresh%way = measure_way(pair, x_old, x)
     facets = size(pair%surface%facets, 2)
     allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
-              fresh%host(cell_points*(facets + 1)))
+              fresh%target(cell_points*(facets + 1)))
   end subroutine make_fresh
 
   !> The points of one slave facet over the master at x.
@@ -65,10 +65,10 @@ contains
     type(pair_t), intent(in) :: pair !! the pair, its tree fitted to x
     integer, intent(in) :: f !! the slave facet
     real(wp), intent(in) :: nodes(3, 6) !! its corners, and the middles of its edges if it has
-                                        !! them, or where the tips put them [length]
+                                        !! them, or where the apexes put them [length]
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    type(fresh_t), intent(inout) :: fresh !! gets n, cell, host
+    type(fresh_t), intent(inout) :: fresh !! gets n, cell, target
     type(view_t) :: view
     real(wp) :: center(3), reach, past, held
     integer :: k, n, last
@@ -91,14 +91,14 @@ contains
     end do
     if (fresh%n > 0) return
     fresh%n = 1
-    fresh%host(1) = 0
+    fresh%target(1) = 0
     fresh%cell(1) = cell_t(slave=f)
   end subroutine cut_facet
 
   !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, host, view, x_old, x, fresh)
+  pure subroutine add_cell(pair, target, view, x_old, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     type(view_t), intent(in) :: view !! of the slave facet
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -109,27 +109,27 @@ contains
     logical :: curved
 
     ! whichever costs less comes first
-    curved = is_bent(pair, view%f) .or. is_quadratic(pair, host)
-    if (curved) curved = is_turned_away(pair, host, view%normal, x)
+    curved = is_bent(pair, view%f) .or. is_quadratic(pair, target)
+    if (curved) curved = is_turned_away(pair, target, view%normal, x)
     if (curved) return
-    call find_outline(pair, view%f, host, view%nodes, view%plane, x, outline, n)
+    call find_outline(pair, view%f, target, view%nodes, view%plane, x, outline, n)
     if (lies_beside(outline(:, :n))) return
-    if (is_turned_away(pair, host, view%normal, x)) return
+    if (is_turned_away(pair, target, view%normal, x)) return
     call clip_outline(outline(:, :n), polygon, n)
     if (n == 0) return
     area = abs(polygon_area(polygon, n))
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
-    call place_on_host(pair, host, x, places_in(pair, view%f, view%nodes, points), place, gaps)
-    if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, host, gaps(k)), k=1, &
+    call place_on_target(pair, target, x, places_in(pair, view%f, view%nodes, points), place, gaps)
+    if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, target, gaps(k)), k=1, &
       cell_points)])) then
-      if (.not. is_below(pair, host, view, fresh%way, x_old, x, points)) return
-    else if (cell_through_body(pair, x, view%f, host, gaps)) then
-      if (.not. is_below(pair, host, view, fresh%way, x_old, x, points)) return
+      if (.not. is_below(pair, target, view, fresh%way, x_old, x, points)) return
+    else if (cell_through_body(pair, x, view%f, target, gaps)) then
+      if (.not. is_below(pair, target, view, fresh%way, x_old, x, points)) return
     end if
     do k = 1, cell_points
       associate (p => fresh%n + k)
-        fresh%host(p) = host
+        fresh%target(p) = target
         fresh%cell(p)%slave = view%f
         fresh%cell(p)%weight = [points(1, k), points(2, k), 1.0_wp - points(1, k) - points(2, k)]
         fresh%cell(p)%area = area*share_of_area(pair, view%f, points(:, k))/real(cell_points, wp)
@@ -157,9 +157,9 @@ contains
 
   !> What is too deep below a master facet, or too far above it, is below it all the same: one of
   !! the points was in contact there, or has gone through the surface since.
-  pure logical function is_below(pair, host, view, way, x_old, x, points) result(below)
+  pure logical function is_below(pair, target, view, way, x_old, x, points) result(below)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     type(view_t), intent(in) :: view !! of the slave facet
     type(master_way_t), intent(in) :: way !! of the master, from x_old to x
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -170,26 +170,26 @@ contains
 
     below = .false.
     y = places_in(pair, view%f, view%nodes, points)
-    call place_on_host(pair, host, x, y, place, gaps)
+    call place_on_target(pair, target, x, y, place, gaps)
     if (all(gaps > 0.0_wp)) return
-    below = was_held(pair, view%f, host)
+    below = was_held(pair, view%f, target)
     if (below) return
     y_old = places_in(pair, view%f, view%before, points)
     do k = 1, cell_points
       if (gaps(k) > 0.0_wp) cycle
-      below = has_entered(pair, way, host, x_old, x, y_old(:, k), y(:, k))
+      below = has_entered(pair, way, target, x_old, x, y_old(:, k), y(:, k))
       if (below) return
     end do
   end function is_below
 
   !> A master facet does not face a slave facet.
-  pure logical function is_turned_away(pair, host, normal, x) result(away)
+  pure logical function is_turned_away(pair, target, normal, x) result(away)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     real(wp), intent(in) :: normal(3) !! of the slave facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
 
-    away = dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, host)))) > facing
+    away = dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, target)))) > facing
   end function is_turned_away
 
   !> An outline lies behind one edge of the unit triangle.
@@ -212,10 +212,10 @@ contains
   !> The outline of a master facet in the (xi, eta) of a slave facet, seen along its normal: the
   !! corners, and if one of the two facets is curved the middles of the edges between them.
   !! Neighbours share the outline of an edge, so that nothing is covered twice.
-  pure subroutine find_outline(pair, f, host, slave, plane, x, outline, n)
+  pure subroutine find_outline(pair, f, target, slave, plane, x, outline, n)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     real(wp), intent(in) :: slave(3, 6) !! nodes of the slave facet [length]
     type(plane_t), intent(in) :: plane !! its plane
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -227,14 +227,14 @@ contains
       none, half, none, none, half, none], [2, most_outline])
     integer :: k
 
-    if (is_bent(pair, f) .or. is_quadratic(pair, host)) then
+    if (is_bent(pair, f) .or. is_quadratic(pair, target)) then
       n = most_outline
       do k = 1, n
-        y(:, k) = field_on_facet(pair, host, x, x, around(:, k))
+        y(:, k) = field_on_facet(pair, target, x, x, around(:, k))
       end do
     else
       n = 3
-      outline(:, :3) = project_corners(plane, corners_of(x, pair%surface%facets(:, host)))
+      outline(:, :3) = project_corners(plane, corners_of(x, pair%surface%facets(:, target)))
       return
     end if
     if (is_bent(pair, f)) then
@@ -245,27 +245,28 @@ contains
   end subroutine find_outline
 
   !> The projections of points on a master facet, and their distances.
-  pure subroutine place_on_host(pair, host, x, y, place, gaps)
+  pure subroutine place_on_target(pair, target, x, y, place, gaps)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3, cell_points) !! the points [length]
     real(wp), intent(out) :: place(2, cell_points) !! (xi, eta)
     real(wp), intent(out) :: gaps(cell_points) !! positive outside [length]
     integer :: k
 
-    if (is_quadratic(pair, host) .or. pair%smooth) then
+    if (is_quadratic(pair, target) .or. pair%smooth) then
       do k = 1, cell_points
-        call project_on_master(pair, host, x, y(:, k), place(:, k), gaps(k))
+        call project_on_master(pair, target, x, y(:, k), place(:, k), gaps(k))
       end do
     else
-      call project_points(corners_of(x, pair%surface%facets(:, host)), cell_points, y, place, gaps)
+      call project_points(corners_of(x, pair%surface%facets(:, target)), cell_points, y, place, &
+        gaps)
     end if
-  end subroutine place_on_host
+  end subroutine place_on_target
 
-  !> Fewer points where there is no room for all of them: a third of the cells' areas and hosts are
-  !! kept by one point in place of three, and if that is too many as well the largest cells share
-  !! the area of all.
+  !> Fewer points where there is no room for all of them: a third of the cells' areas and targets
+  !! are kept by one point in place of three, and if that is too many as well the largest cells
+  !! share the area of all.
   pure subroutine fit_in(room, fresh)
     integer, intent(in) :: room !! places left for this facet
     type(fresh_t), intent(inout) :: fresh !! n and cells may shrink
@@ -274,7 +275,7 @@ contains
     if (fresh%n <= room) return
     do k = 1, fresh%n/cell_points
       p = cell_points*(k - 1) + 1
-      fresh%host(k) = fresh%host(p)
+      fresh%target(k) = fresh%target(p)
       fresh%cell(k) = fresh%cell(p)
       fresh%cell(k)%weight = (fresh%cell(p)%weight + fresh%cell(p + 1)%weight &
         + fresh%cell(p + 2)%weight)/real(cell_points, wp)

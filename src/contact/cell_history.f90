@@ -3,7 +3,7 @@
 module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
-  use contact_tips, only: find_tip_from
+  use contact_apexes, only: find_apex_from
   use contact_ridges, only: pass_edge
   use facet_geometry, only: corners, project_on_facet, facet_frame, barycentric
   use master_facets, only: is_quadratic
@@ -12,7 +12,7 @@ module cell_history
   use linear_fields, only: linear_field_t, fit_field, field_at, bounded_field_at
   implicit none
   private
-  public :: fit_slip, fit_multipliers, place_tip, take_slip, multiplier_at
+  public :: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
 
   !> Facets that a point may pass in an increment with its slip turned at each edge; further away
   !! the plane of its new facet serves.
@@ -20,7 +20,7 @@ module cell_history
 
 contains
 
-  !> The elastic slip of the closed points of one slave facet, from tip to projection, as a field
+  !> The elastic slip of the closed points of one slave facet, from apex to projection, as a field
   !! over it, in the frame of the facet; then come their slip path and their slip.
   pure subroutine fit_slip(pair, f, cells, points, x, field)
     type(pair_t), intent(in) :: pair !! the pair
@@ -34,12 +34,12 @@ contains
     integer :: p
 
     frame = facet_frame(corners(x, pair%points%slave_facets(:, f)))
-    closed = points%host > 0 .and. points%status > status_open
+    closed = points%target > 0 .and. points%status > status_open
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
       if (.not. closed(p)) cycle
-      call project_on_master(pair, points(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
-      value(1:3, p) = matmul(way_between(pair, points(p)%host, x, points(p)%tip, xi), frame)
+      call project_on_master(pair, points(p)%target, x, cell_position(pair, cells(p), x), xi, gap)
+      value(1:3, p) = matmul(way_between(pair, points(p)%target, x, points(p)%apex, xi), frame)
       value(4, p) = points(p)%path
       value(5:7, p) = matmul(points(p)%way, frame)
     end do
@@ -47,19 +47,19 @@ contains
   end subroutine fit_slip
 
   !> The way over a master facet from one of its places to another.
-  pure function way_between(pair, host, x, from, to) result(way)
+  pure function way_between(pair, target, x, from, to) result(way)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: from(2) !! (xi, eta)
     real(wp), intent(in) :: to(2) !! (xi, eta)
     real(wp) :: way(3), xi(2)
 
-    if (is_quadratic(pair, host) .or. pair%smooth) then
-      way = place_on_master(pair, host, x, to) - place_on_master(pair, host, x, from)
+    if (is_quadratic(pair, target) .or. pair%smooth) then
+      way = place_on_master(pair, target, x, to) - place_on_master(pair, target, x, from)
     else
       xi = to - from
-      associate (nodes => pair%surface%facets(:, host))
+      associate (nodes => pair%surface%facets(:, target))
         way = xi(1)*(x(:, nodes(1)) - x(:, nodes(3))) &
           + xi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
       end associate
@@ -81,11 +81,11 @@ contains
     frame = facet_frame(corners(x, pair%points%slave_facets(:, f)))
     do p = 1, size(cells)
       value(:, p) = 0.0_wp
-      if (points(p)%host == 0) cycle
-      value(:, p) = matmul(matmul(facet_frame(corners(x, pair%surface%facets(:, points(p)%host))), &
-                                  points(p)%lambda/cells(p)%area), frame)
+      if (points(p)%target == 0) cycle
+      value(:, p) = matmul(matmul(facet_frame(corners(x, pair%surface%facets(:, &
+        points(p)%target))), points(p)%lambda/cells(p)%area), frame)
     end do
-    call fit_closed(cells, points%host > 0, value, field)
+    call fit_closed(cells, points%target > 0, value, field)
   end subroutine fit_multipliers
 
   !> A field through the values of those points that count.
@@ -109,18 +109,18 @@ contains
     call fit_field(xi(:, :n), area(:n), counted(:, :n), field)
   end subroutine fit_closed
 
-  !> Multiplier of a new point in the frame of its host.
-  pure function multiplier_at(pair, field, cell, host, x) result(lambda)
+  !> Multiplier of a new point in the frame of its target.
+  pure function multiplier_at(pair, field, cell, target, x) result(lambda)
     type(pair_t), intent(in) :: pair !! the pair
     type(linear_field_t), intent(in) :: field !! multipliers over areas
     type(cell_t), intent(in) :: cell !! where the point is
-    integer, intent(in) :: host !! its master facet
+    integer, intent(in) :: target !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
     real(wp) :: lambda(3)
 
     lambda = matmul(facet_frame(x(:, pair%points%slave_facets(:, cell%slave))), &
                     field_at(field, cell%weight(1:2)))
-    lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%surface%facets(:, host))))
+    lambda = cell%area*matmul(lambda, facet_frame(x(:, pair%surface%facets(:, target))))
   end function multiplier_at
 
   !> Slip path of a new point.
@@ -150,35 +150,35 @@ contains
     if (norm2(point%way) > point%path) point%way = point%way*(point%path/norm2(point%way))
   end subroutine take_slip
 
-  !> Start tip of a new point: its last converged projection less its elastic slip, as far as the
-  !! law allows that there. If that lies on another facet than its host, it is turned about the
+  !> Start apex of a new point: its last converged projection less its elastic slip, as far as the
+  !! law allows that there. If that lies on another facet than its target, it is turned about the
   !! edges in between.
-  function place_tip(pair, field, cell, host, x) result(tip)
+  function place_apex(pair, field, cell, target, x) result(apex)
     type(pair_t), intent(in) :: pair !! the pair
     type(linear_field_t), intent(in) :: field !! elastic slip
     type(cell_t), intent(in) :: cell !! where the point is
-    integer, intent(in) :: host !! its master facet
+    integer, intent(in) :: target !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
-    real(wp) :: tip(2), slip(7), gap, start(2)
+    real(wp) :: apex(2), slip(7), gap, start(2)
     integer :: path(longest_path), n, k, status
     type(contact_point_t) :: point
 
-    call find_path(pair, cell_position(pair, cell, x), host, x, path, n)
-    call project_on_master(pair, path(n), x, cell_position(pair, cell, x), tip, gap)
+    call find_path(pair, cell_position(pair, cell, x), target, x, path, n)
+    call project_on_master(pair, path(n), x, cell_position(pair, cell, x), apex, gap)
     slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
-    tip = step_back(pair, path(n), x, tip, matmul(facet_frame(corners(x, &
+    apex = step_back(pair, path(n), x, apex, matmul(facet_frame(corners(x, &
       pair%points%slave_facets(:, cell%slave))), slip(1:3)))
     if (.not. pair%augmented) then
-      point%host = path(n)
-      point%tip = tip
+      point%target = path(n)
+      point%apex = apex
       point%path = path_at(field, cell)
-      call find_tip_from(pair, 1, point, cell_position(pair, cell, x), x, tip, status)
+      call find_apex_from(pair, 1, point, cell_position(pair, cell, x), x, apex, status)
     end if
     do k = n, 2, -1
-      call pass_edge(pair, x, path(k), path(k - 1), tip, start)
-      tip = start
+      call pass_edge(pair, x, path(k), path(k - 1), apex, start)
+      apex = start
     end do
-  end function place_tip
+  end function place_apex
 
   !> The place on a master facet from which a way leads to another one.
   pure function step_back(pair, facet, x, to, way) result(from)
@@ -198,19 +198,19 @@ contains
     end if
   end function step_back
 
-  !> The facets from a host to the one that a point projects on, across edges; the host alone if
+  !> The facets from a target to the one that a point projects on, across edges; the target alone if
   !! there is no such way.
-  pure subroutine find_path(pair, y, host, x, path, n)
+  pure subroutine find_path(pair, y, target, x, path, n)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(in) :: host !! where the path begins
+    integer, intent(in) :: target !! where the path begins
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(out) :: path(longest_path) !! facets
     integer, intent(out) :: n !! how many
     real(wp) :: xi(2), gap
     integer :: corner, next
 
-    path = host
+    path = target
     n = 1
     do
       call project_on_master(pair, path(n), x, y, xi, gap)

@@ -1,10 +1,10 @@
-!> Where the tips of a segmented pair go, and whether its cells still fit (doc/theory,
+!> Where the apexes of a segmented pair go, and whether its cells still fit (doc/theory,
 !! "Segmentation").
 module cell_motion
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t
   use element_types, only: status_open, status_stick
-  use contact_tips, only: find_tip
+  use contact_apexes, only: find_apex
   use cell_history, only: fit_slip
   use linear_fields, only: linear_field_t, bounded_field_at
   use facet_geometry, only: facet_frame
@@ -12,7 +12,7 @@ module cell_motion
   use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: carry_tips, find_tips, have_stayed, lag_nodes
+  public :: carry_apexes, find_apexes, have_stayed, lag_nodes
 
   !> Points of cells that are cut anew are where they were, in shape functions.
   real(wp), parameter :: at_place = 1.0e-8_wp
@@ -23,56 +23,56 @@ contains
 
   !> Tips of closed points as they are expected: those that slip go with the projection, those that
   !! stick stay. A point without any elastic slip has not slipped yet.
-  pure subroutine carry_tips(pair, cells, points, x_old, x, moved)
+  pure subroutine carry_apexes(pair, cells, points, x_old, x, moved)
     type(pair_t), intent(in) :: pair !! the pair
     type(cell_t), intent(in) :: cells(:) !! (points) where the points are
     type(contact_point_t), intent(in) :: points(:) !! (points) last converged state
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) expected positions [length]
-    type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) state, tips at x
+    type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) state, apexes at x
     real(wp) :: before(2), xi(2), gap
     integer :: p
 
     moved = points
     do p = 1, size(points)
-      if (points(p)%host == 0 .or. points(p)%status <= status_stick) cycle
-      call project_on_master(pair, points(p)%host, x_old, cell_position(pair, cells(p), x_old), &
+      if (points(p)%target == 0 .or. points(p)%status <= status_stick) cycle
+      call project_on_master(pair, points(p)%target, x_old, cell_position(pair, cells(p), x_old), &
         before, gap)
-      if (all(abs(before - points(p)%tip) <= no_slip)) then
+      if (all(abs(before - points(p)%apex) <= no_slip)) then
         moved(p)%status = status_stick
         cycle
       end if
-      call project_on_master(pair, points(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
-      moved(p)%tip = points(p)%tip + xi - before
+      call project_on_master(pair, points(p)%target, x, cell_position(pair, cells(p), x), xi, gap)
+      moved(p)%apex = points(p)%apex + xi - before
     end do
-  end subroutine carry_tips
+  end subroutine carry_apexes
 
   !> Tips and status of all points at the positions x.
-  subroutine find_tips(pair, points, x, moved)
+  subroutine find_apexes(pair, points, x, moved)
     type(pair_t), intent(in) :: pair !! the pair
-    type(contact_point_t), intent(in) :: points(:) !! (points) working state with start tips
+    type(contact_point_t), intent(in) :: points(:) !! (points) working state with start apexes
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(contact_point_t), allocatable, intent(out) :: moved(:) !! (points) the state at x
     integer :: p
 
     moved = points
     do p = 1, size(points)
-      if (points(p)%host == 0) cycle
-      call find_tip(pair, p, points(p), x, moved(p)%tip, moved(p)%status)
+      if (points(p)%target == 0) cycle
+      call find_apex(pair, p, points(p), x, moved(p)%apex, moved(p)%status)
     end do
-  end subroutine find_tips
+  end subroutine find_apexes
 
-  !> The points of a facet may stay: their tips (the projections of open ones) have hardly moved
+  !> The points of a facet may stay: their apexes (the projections of open ones) have hardly moved
   !! over the master, and the master covers hardly more or less of the facet.
-  pure logical function have_stayed(pair, f, cells, moved, x, fresh, host, limits) &
+  pure logical function have_stayed(pair, f, cells, moved, x, fresh, target, limits) &
     result(stay)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points
-    type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
-    integer, intent(in) :: host(:) !! and their hosts
+    integer, intent(in) :: target(:) !! and their targets
     real(wp), intent(in) :: limits(3) !! for points that slip or are open, for those that stick
                                       !! [shape functions], and for the cover [share of the facet]
     real(wp) :: xi(2), gap
@@ -80,16 +80,16 @@ contains
 
     stay = size(cells) > 0
     if (.not. stay) return
-    if (would_stay(cells, moved, fresh, host, merge(limits(3), limits(:2), limits(3) &
+    if (would_stay(cells, moved, fresh, target, merge(limits(3), limits(:2), limits(3) &
       < minval(limits(:2))))) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(3))* &
-      pair%points%slave_area(f) .and. (any(moved%host > 0) .eqv. any(host > 0))
+      pair%points%slave_area(f) .and. (any(moved%target > 0) .eqv. any(target > 0))
     do p = 1, size(cells)
       if (.not. stay) return
-      if (moved(p)%host == 0) cycle
-      xi = moved(p)%tip
+      if (moved(p)%target == 0) cycle
+      xi = moved(p)%apex
       if (moved(p)%status <= status_open) then
-        call project_on_master(pair, moved(p)%host, x, cell_position(pair, cells(p), x), xi, gap)
+        call project_on_master(pair, moved(p)%target, x, cell_position(pair, cells(p), x), xi, gap)
       end if
       stay = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
                                                                == status_stick))
@@ -99,18 +99,18 @@ contains
   !> Cut anew, the cells would be the same: same facets below them, points where they are, as
   !! nearly as the limits say. (Tips may be further from where the cells were made than that: the
   !! elastic slip by which the slave is moved for the cut is a linear field, theirs is not.)
-  pure logical function would_stay(cells, moved, fresh, host, limits) result(same)
+  pure logical function would_stay(cells, moved, fresh, target, limits) result(same)
     type(cell_t), intent(in) :: cells(:) !! points of a facet
     type(contact_point_t), intent(in) :: moved(:) !! their state
     type(cell_t), intent(in) :: fresh(:) !! its points if it is cut anew
-    integer, intent(in) :: host(:) !! and their hosts
+    integer, intent(in) :: target(:) !! and their targets
     real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
                                       !! [shape functions]
     real(wp) :: limit
     integer :: p
 
     same = size(cells) == size(fresh)
-    if (same) same = all(moved%host == host)
+    if (same) same = all(moved%target == target)
     do p = 1, size(cells)
       if (.not. same) return
       limit = max(at_place, limits(merge(2, 1, moved(p)%status == status_stick)))
@@ -119,12 +119,13 @@ contains
     end do
   end function would_stay
 
-  !> The nodes of a slave facet less the elastic slip there: where its tips are integrated exactly.
+  !> The nodes of a slave facet less the elastic slip there: where its apexes are integrated
+  !! exactly.
   pure function lag_nodes(pair, f, cells, moved, x) result(nodes)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
     type(cell_t), intent(in) :: cells(:) !! its points
-    type(contact_point_t), intent(in) :: moved(:) !! their state, with the tips at x
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: nodes(3, 6), frame(3, 3), lag(7)
     real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp

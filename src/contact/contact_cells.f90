@@ -14,9 +14,9 @@ module contact_cells
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
-  use cell_history, only: fit_slip, fit_multipliers, place_tip, take_slip, multiplier_at
-  use cell_motion, only: carry_tips, find_tips, have_stayed, lag_nodes
-  use contact_tips, only: only_touches
+  use cell_history, only: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
+  use cell_motion, only: carry_apexes, find_apexes, have_stayed, lag_nodes
+  use contact_apexes, only: only_touches
   use linear_fields, only: linear_field_t
   use master_facets, only: is_plane
   use slave_places, only: slave_nodes, slave_positions, slave_weights, cell_position
@@ -26,11 +26,11 @@ module contact_cells
   public :: prepare_cells, clear_cells, begin_cells, follow_cells, cut_touched, settle_cells, &
     forget_first_cells
 
-  !> The cells of a facet stay while the tips have moved by less than this on the master since they
-  !! were made, in shape functions, and while the facet is covered to this share.
+  !> The cells of a facet stay while the apexes have moved by less than this on the master since
+  !! they were made, in shape functions, and while the facet is covered to this share.
   real(wp), parameter :: unmoved = 1.0e-3_wp
   !> The same for points that slip where none sticks and all facets below are in one plane: which
-  !! of them holds a tip changes neither its gap nor its normal.
+  !! of them holds an apex changes neither its gap nor its normal.
   real(wp), parameter :: followed = 1.0e-2_wp
   !> Facets are in one plane if the cosines of their normals are within this of 1.
   real(wp), parameter :: one_plane = 1.0e-12_wp
@@ -153,7 +153,7 @@ contains
     pair%history%begun = .false.
   end subroutine forget_first_cells
 
-  !> Cuts those facets anew whose tips have moved over the master, or whose cover has changed. New
+  !> Cuts those facets anew whose apexes have moved over the master, or whose cover has changed. New
   !! points get their history from the old ones of their facet. The first cells of an increment do
   !! not depend on where it starts from: they are cut once. After rough solves cells stay, and with
   !! them the points and the multipliers that these have got so far.
@@ -172,13 +172,13 @@ contains
       pair%history%new = pair%history%first
       call show_cells(pair)
     else if (tolerance <= 0.0_wp) then
-      call carry_tips(pair, pair%history%cells, pair%history%new, x_old, x, moved)
+      call carry_apexes(pair, pair%history%cells, pair%history%new, x_old, x, moved)
       call renew_cells(pair, at_start, moved, x_old, x, changes)
       pair%history%first_cells = pair%history%cells
       pair%history%first = pair%history%new
       pair%history%begun = .true.
     else
-      call find_tips(pair, pair%history%new, x, moved)
+      call find_apexes(pair, pair%history%new, x, moved)
       call renew_cells(pair, after_solve, moved, x_old, x, changes)
     end if
     pair%history%returned = .false.
@@ -187,7 +187,7 @@ contains
   !> Cuts the facets that have just touched anew, where their points have met the surface: that is
   !! where those stick that will. They have no history yet, and lose nothing.
   subroutine cut_touched(pair, touched, x_old, x, changes)
-    type(pair_t), intent(inout) :: pair !! start tips of the touched points known
+    type(pair_t), intent(inout) :: pair !! start apexes of the touched points known
     logical, intent(in) :: touched(:) !! (points) they were open, and where they touch is known
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
@@ -195,15 +195,15 @@ contains
     type(contact_point_t) :: moved(size(pair%history%new))
 
     moved = pair%history%new
-    moved%status = merge(status_stick, status_open, touched .and. moved%host > 0)
+    moved%status = merge(status_stick, status_open, touched .and. moved%target > 0)
     call renew_cells(pair, at_touch, moved, x_old, x, changes)
   end subroutine cut_touched
 
-  !> Cuts those facets anew whose tips have moved too far from where their cells were made.
+  !> Cuts those facets anew whose apexes have moved too far from where their cells were made.
   subroutine renew_cells(pair, when, moved, x_old, x, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     integer, intent(in) :: when !! at_start, at_touch or after_solve
-    type(contact_point_t), intent(in) :: moved(:) !! (points) state and tips at x
+    type(contact_point_t), intent(in) :: moved(:) !! (points) state and apexes at x
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
@@ -225,10 +225,10 @@ contains
       call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
         x_old, x, fresh)
       limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
-        merge(followed, unmoved, are_level(pair, x, [moved(first:last)%host, &
-        fresh%host(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
+        merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
+        fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                          fresh%cell(:fresh%n), fresh%host(:fresh%n), limits)
+                          fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
       if (when == after_solve) stays = stays .or. has_moved_enough(pair, f, fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
@@ -275,8 +275,9 @@ contains
     end associate
   end function has_moved_enough
 
-  !> How far the tips of a facet may have moved while its cells stay, in shape functions: those that
-  !! slip or are open, and those that stick; and by which share of it its cover may have changed.
+  !> How far the apexes of a facet may have moved while its cells stay, in shape functions: those
+  !! that slip or are open, and those that stick; and by which share of it its cover may have
+  !! changed.
   pure function ways_allowed(when, status, expected, least, forgets) result(limits)
     integer, intent(in) :: when !! at_start, at_touch or after_solve
     integer, intent(in) :: status(:) !! (points of the facet)
@@ -301,23 +302,23 @@ contains
 
   !> The facets of the master that hold points of a slave facet, before and after a cut, are in one
   !! plane.
-  pure logical function are_level(pair, x, hosts) result(level)
+  pure logical function are_level(pair, x, targets) result(level)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: hosts(:) !! master facets, 0 for none
+    integer, intent(in) :: targets(:) !! master facets, 0 for none
     real(wp) :: first(3), normal(3)
     integer :: k, last
 
     level = .true.
     first = 0.0_wp
     last = 0
-    do k = 1, size(hosts)
-      if (hosts(k) == 0 .or. hosts(k) == last) cycle
-      normal = facet_normal(corners(x, pair%surface%facets(:, hosts(k))))
+    do k = 1, size(targets)
+      if (targets(k) == 0 .or. targets(k) == last) cycle
+      normal = facet_normal(corners(x, pair%surface%facets(:, targets(k))))
       if (last == 0) first = normal
       level = level .and. dot_product(first, normal) > 1.0_wp - one_plane
-      if (level) level = is_plane(pair, x, hosts(k), normal, one_plane)
-      last = hosts(k)
+      if (level) level = is_plane(pair, x, targets(k), normal, one_plane)
+      last = targets(k)
     end do
   end function are_level
 
@@ -365,16 +366,16 @@ contains
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)
     area = sum(fresh%cell(:fresh%n)%area)
     do p = 1, fresh%n
-      associate (point => pair%history%new(n + p), cell => fresh%cell(p), host => fresh%host(p))
+      associate (point => pair%history%new(n + p), cell => fresh%cell(p), target => fresh%target(p))
         point = contact_point_t()
         point%dissipation = sum(points%dissipation)
         if (area > 0.0_wp) point%dissipation = point%dissipation*cell%area/area
-        if (host == 0) cycle
-        point%host = host
+        if (target == 0) cycle
+        point%target = target
         point%status = status_open
-        point%tip = place_tip(pair, slip, cell, host, x_old)
+        point%apex = place_apex(pair, slip, cell, target, x_old)
         call take_slip(pair, slip, cell, x_old, point)
-        if (pair%augmented) point%lambda = multiplier_at(pair, multiplier, cell, host, x_old)
+        if (pair%augmented) point%lambda = multiplier_at(pair, multiplier, cell, target, x_old)
       end associate
     end do
   end subroutine hand_on
@@ -388,13 +389,13 @@ contains
 
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (point%host == 0) point%status = status_off
-        if (point%host == 0) point%lambda = 0.0_wp
-        if (point%host == 0) cycle
+        if (point%target == 0) point%status = status_off
+        if (point%target == 0) point%lambda = 0.0_wp
+        if (point%target == 0) cycle
         y = cell_position(pair, pair%history%cells(p), x)
         if (only_touches(pair, p, point, y, x)) point%status = status_open
         if (point%status > status_open) cycle
-        call project_on_master(pair, point%host, x, y, point%tip, gap)
+        call project_on_master(pair, point%target, x, y, point%apex, gap)
       end associate
     end do
     pair%history%old = pair%history%new

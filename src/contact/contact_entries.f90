@@ -172,8 +172,8 @@ contains
     integer, intent(in) :: facet !! the master facet
     integer :: k
 
-    associate (hosts => closed_hosts(pair, f))
-      held = any([(meet(pair, facet, hosts(k)), k=1, size(hosts))])
+    associate (targets => closed_targets(pair, f))
+      held = any([(meet(pair, facet, targets(k)), k=1, size(targets))])
     end associate
   end function was_held
 
@@ -186,22 +186,22 @@ contains
     integer :: k
 
     reach = 0.0_wp
-    associate (hosts => closed_hosts(pair, f))
-      do k = 1, size(hosts)
-        reach = max(reach, norm2(y - x(:, pair%surface%facets(1, hosts(k)))))
+    associate (targets => closed_targets(pair, f))
+      do k = 1, size(targets)
+        reach = max(reach, norm2(y - x(:, pair%surface%facets(1, targets(k)))))
       end do
     end associate
   end function held_reach
 
   !> Master facets with which a slave facet of a segmented pair was in contact at the last converged
   !! state, one for each closed point.
-  pure function closed_hosts(pair, f) result(hosts)
+  pure function closed_targets(pair, f) result(targets)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! the slave facet
-    integer, allocatable :: hosts(:)
+    integer, allocatable :: targets(:)
     integer :: first, last
 
-    hosts = [integer ::]
+    targets = [integer ::]
     if (.not. allocated(pair%history%old_cells)) return
     first = first_cell(pair%history%old_cells, f)
     if (first == 0) return
@@ -211,25 +211,25 @@ contains
       last = last + 1
     end do
     associate (points => pair%history%old(first:last))
-      hosts = pack(points%host, points%host > 0 .and. points%status > status_open)
+      targets = pack(points%target, points%target > 0 .and. points%status > status_open)
     end associate
-  end function closed_hosts
+  end function closed_targets
 
   !> A place of the slave for which no facet counts has gone through the master in this increment.
   logical function has_gone_through(pair, x_old, x) result(through)
-    type(pair_t), intent(inout) :: pair !! the pair, with its hosts at x; its tree is fitted to x
+    type(pair_t), intent(inout) :: pair !! the pair, with its targets at x; its tree is fitted to x
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(master_way_t) :: way
     integer :: p, n
 
     through = .false.
-    if (all(pair%history%new%host > 0)) return
+    if (all(pair%history%new%target > 0)) return
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
     way = measure_way(pair, x_old, x)
     if (pair%segmented) then
       do p = 1, count(pair%history%cells%slave > 0)
-        if (pair%history%new(p)%host > 0) cycle
+        if (pair%history%new(p)%target > 0) cycle
         through = facet_is_through(pair, way, pair%history%cells(p)%slave, x_old, x)
         if (through) return
       end do
@@ -237,7 +237,7 @@ contains
     end if
     n = count_points(pair)/pair%points%slots
     do p = 1, n
-      if (any(pair%history%new(p::n)%host > 0)) cycle
+      if (any(pair%history%new(p::n)%target > 0)) cycle
       through = is_through(pair, way, x_old, x, point_position(pair, p, x_old), &
         point_position(pair, p, x), normal_at(pair, p, x))
       if (through) return

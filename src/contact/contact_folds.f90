@@ -1,8 +1,8 @@
 !> Concave folds: where a surface rises steeply from itself, a slave node can touch two or three
-!! facets at once, each with its own tip (doc/theory, "Concave feature edges").
+!! facets at once, each with its own apex (doc/theory, "Concave feature edges").
 !!
 !! A pair whose master has folds holds three slots for each slave node: point (slot - 1)*n + i is a
-!! slot of node i. The first follows the surface as ever, but no tip crosses a fold; the others are
+!! slot of node i. The first follows the surface as ever, but no apex crosses a fold; the others are
 !! used while the node is in contact with a further facet.
 module contact_folds
   use kinds, only: wp
@@ -94,9 +94,9 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     integer, intent(in) :: p !! the point, of a further slot
-    type(contact_point_t), intent(inout) :: point !! gets host, tip, status
+    type(contact_point_t), intent(inout) :: point !! gets target, apex, status
     integer :: found(most_facets), n, i
-    real(wp) :: xi(2), gap, gap_old, tip(2), best
+    real(wp) :: xi(2), gap, gap_old, apex(2), best
 
     best = -huge(1.0_wp)
     associate (y => point_position(pair, p, x), y_old => point_position(pair, p, x_old))
@@ -106,12 +106,12 @@ contains
           call project_on_master(pair, found(i), x, y, xi, gap)
           if (gap > 0.0_wp .or. is_too_deep(pair, found(i), gap) .or. gap <= best) cycle
           if (any(barycentric(xi) < 0.0_wp)) cycle
-          call project_on_master(pair, found(i), x_old, y_old, tip, gap_old)
+          call project_on_master(pair, found(i), x_old, y_old, apex, gap_old)
           if (gap_old < outside*pair%search_radius) cycle
           if (is_taken(pair, x, p, found(i))) cycle
           best = gap
-          point%host = found(i)
-          point%tip = tip
+          point%target = found(i)
+          point%apex = apex
           point%status = status_open
         end associate
       end do
@@ -131,10 +131,10 @@ contains
     do slot = 0, pair%points%slots - 1
       other = slot*n + mod(p - 1, n) + 1
       if (other == p) cycle
-      if (pair%history%new(other)%host == 0) cycle
+      if (pair%history%new(other)%target == 0) cycle
       associate (a => corners(x, pair%surface%facets(:, facet)), &
-                 b => corners(x, pair%surface%facets(:, pair%history%new(other)%host)))
-        taken = pair%history%new(other)%host == facet .or. is_convex(a, b) &
+                 b => corners(x, pair%surface%facets(:, pair%history%new(other)%target)))
+        taken = pair%history%new(other)%target == facet .or. is_convex(a, b) &
           .or. dot_product(facet_normal(a), facet_normal(b)) > same_face
       end associate
       if (taken) return
@@ -144,13 +144,13 @@ contains
   !> At the start of an increment further slots that have opened are free again, and first slots
   !! that are open look for the closest facet anew, for folds may have stopped their walk.
   subroutine close_open_slots(pair)
-    type(pair_t), intent(inout) :: pair !! new: hosts of open points are taken away
+    type(pair_t), intent(inout) :: pair !! new: targets of open points are taken away
     integer :: p
 
     if (pair%points%slots == 1) return
     do p = 1, size(pair%history%new)
       if (pair%history%new(p)%status > status_open) cycle
-      pair%history%new(p)%host = 0
+      pair%history%new(p)%target = 0
       pair%history%new(p)%status = status_off
       pair%history%new(p)%lambda = 0.0_wp
     end do

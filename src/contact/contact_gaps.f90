@@ -17,7 +17,7 @@ contains
   !> One line on the gaps of a pair; `penetrates` if a point that no SHRInk takes up
   !! starts below the surface.
   subroutine describe_gaps(pair, x, line, penetrates)
-    type(pair_t), intent(in) :: pair !! the pair with its first hosts
+    type(pair_t), intent(in) :: pair !! the pair with its first targets
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     character(:), allocatable, intent(out) :: line !! the description
     logical, intent(out) :: penetrates !! points start in penetration
@@ -31,8 +31,9 @@ contains
     least = huge(1.0_wp)
     largest = -huge(1.0_wp)
     do p = 1, n
-      if (pair%history%old(p)%host == 0) cycle
-      call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
+      if (pair%history%old(p)%target == 0) cycle
+      call project_on_master(pair, pair%history%old(p)%target, x, point_position(pair, p, x), xi, &
+        gap)
       over = over + 1
       if (gap < -touching*pair%search_radius) below = below + 1
       if (gap < least) deepest = p

@@ -20,7 +20,7 @@ contains
   !> Measures the overlap on the reference positions: at the points, or with SEGMent at the nodes
   !! of the slave facets.
   subroutine measure_overlap(pair, x)
-    type(pair_t), intent(inout) :: pair !! with its first hosts and tree; gets overlap
+    type(pair_t), intent(inout) :: pair !! with its first targets and tree; gets overlap
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: xi(2), gap
     integer, allocatable :: nodes(:)
@@ -43,8 +43,9 @@ contains
     end if
     allocate (pair%shrinking%overlap(1, size(pair%history%old)), source=0.0_wp)
     do p = 1, size(pair%history%old)
-      if (pair%history%old(p)%host == 0) cycle
-      call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), xi, gap)
+      if (pair%history%old(p)%target == 0) cycle
+      call project_on_master(pair, pair%history%old(p)%target, x, point_position(pair, p, x), xi, &
+        gap)
       pair%shrinking%overlap(1, p) = -gap
       if (allocated(pair%shrinking%excess)) pair%shrinking%overlap(1, p) = -gap &
         - pair%shrinking%excess(p)
@@ -54,7 +55,7 @@ contains
   !> Smooth surfaces that overlap at the start are taken for round: what their patches are off is
   !! no less than the overlap of a fit may be. So the way to it, with SHRInk or not, has one end.
   subroutine correct_smooth(pair, x)
-    type(pair_t), intent(inout) :: pair !! with its first hosts; gets excess of surface and side
+    type(pair_t), intent(inout) :: pair !! with its first targets; gets excess of surface and side
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: xi(2), gap, excess(size(pair%history%old))
     logical :: overlaps
@@ -67,10 +68,10 @@ contains
     overlaps = pair%shrinking%shrink >= 0
     excess = 0.0_wp
     do p = 1, size(excess)
-      associate (host => pair%history%old(p)%host)
-        if (host == 0) cycle
-        call project_on_master(pair, host, x, point_position(pair, p, x), xi, gap)
-        excess(p) = excess_at(pair, p, host, xi)
+      associate (target => pair%history%old(p)%target)
+        if (target == 0) cycle
+        call project_on_master(pair, target, x, point_position(pair, p, x), xi, gap)
+        excess(p) = excess_at(pair, p, target, xi)
         overlaps = overlaps .or. gap + excess(p) < -touching*pair%search_radius
       end associate
     end do
@@ -97,15 +98,15 @@ contains
   end function overlap_at
 
   !> What the patches of both sides at a point lie too far out.
-  pure real(wp) function excess_at(pair, p, host, xi) result(excess)
+  pure real(wp) function excess_at(pair, p, target, xi) result(excess)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: host !! its master facet
+    integer, intent(in) :: target !! its master facet
     real(wp), intent(in) :: xi(2) !! (xi, eta) in it
 
     excess = 0.0_wp
-    if (host == 0) return
-    excess = excess_of(pair%surface, host, barycentric(xi))
+    if (target == 0) return
+    excess = excess_of(pair%surface, target, barycentric(xi))
     if (.not. allocated(pair%points%side%excess) .or. point_facet(pair, p) == 0) return
     excess = excess + excess_of(pair%points%side, point_facet(pair, p), corner_weights(pair, p))
   end function excess_at
@@ -148,6 +149,6 @@ contains
     if (abs(pair%shrinking%withheld) > 0.0_wp) gap = pair%shrinking%withheld*overlap_of(pair, p)
     if (allocated(pair%shrinking%excess)) gap = gap + pair%shrinking%excess(p)
     if (allocated(pair%surface%excess)) gap = gap + excess_at(pair, p, &
-      pair%history%new(p)%host, pair%history%new(p)%tip)
+      pair%history%new(p)%target, pair%history%new(p)%apex)
   end function withheld_gap
 end module contact_overlap

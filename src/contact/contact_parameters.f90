@@ -37,7 +37,7 @@ contains
   pure function point_parameters(pair, p, facet) result(d)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: facet !! its host
+    integer, intent(in) :: facet !! its target
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp
@@ -104,7 +104,7 @@ contains
   end function raise_along
 
   !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "Stiff penalties",
-  !! eq. (7.12)). Points of facets would be more than their nodes can follow, but that AUTO's own
+  !! eq. (7.13)). Points of facets would be more than their nodes can follow, but that AUTO's own
   !! penalty is never far above the limit; those of cells move.
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair

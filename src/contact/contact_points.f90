@@ -186,15 +186,15 @@ contains
     end do
   end function smallest_facet
 
-  !> A number that tells which nodes the contact element of a point joins: its host, and where the
+  !> A number that tells which nodes the contact element of a point joins: its target, and where the
   !! slave nodes of a point change its slave facet as well.
-  pure integer function coupling(pair, p, host)
+  pure integer function coupling(pair, p, target)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: host !! its facet
+    integer, intent(in) :: target !! its facet
 
-    coupling = host
-    if (pair%segmented) coupling = host + (pair%history%cells(p)%slave - &
+    coupling = target
+    if (pair%segmented) coupling = target + (pair%history%cells(p)%slave - &
       1)*size(pair%surface%facets, 2)
   end function coupling
 
@@ -206,7 +206,7 @@ contains
     if (pair%segmented) most = most*size(pair%points%slave_facets, 2)
   end function most_coupled
 
-  !> The slave nodes of a point and the corners of its host, from the number that tells them.
+  !> The slave nodes of a point and the corners of its target, from the number that tells them.
   pure function coupled_nodes(pair, p, number) result(nodes)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point

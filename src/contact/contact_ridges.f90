@@ -1,4 +1,4 @@
-!> Ridges: sharp convex edges of a master, where the tip alone does not tell the facet
+!> Ridges: sharp convex edges of a master, where the apex alone does not tell the facet
 !! (doc/theory, "Convex feature edges").
 !!
 !! A point that is below both facets of a ridge of 90 degrees projects into both of them, however
@@ -20,11 +20,11 @@ module contact_ridges
   !> Steps of a walk on the far side of a ridge.
   integer, parameter :: longest_walk = 100
 
-  !> What the ridges around a host say of a point.
+  !> What the ridges around a target say of a point.
   type :: ridge_t
-    integer :: next = 0 !! the facet it belongs to, 0 if the tip may decide
-    integer :: via(most_between) = 0 !! facets in between if `next` is no neighbour of the host
-    logical :: barred(3) = .false. !! edges of the host that the tip must not cross
+    integer :: next = 0 !! the facet it belongs to, 0 if the apex may decide
+    integer :: via(most_between) = 0 !! facets in between if `next` is no neighbour of the target
+    logical :: barred(3) = .false. !! edges of the target that the apex must not cross
   end type ridge_t
 
   !> Share of a kink that patches leave of it at most.
@@ -107,12 +107,12 @@ contains
     end if
   end function slave_normal
 
-  !> What the ridges of a host, and of its neighbours, say of a point.
-  pure function look_at_ridges(pair, x, p, host) result(ridge)
+  !> What the ridges of a target, and of its neighbours, say of a point.
+  pure function look_at_ridges(pair, x, p, target) result(ridge)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: host !! its host
+    integer, intent(in) :: target !! its target
     type(ridge_t) :: ridge
     real(wp) :: y(3), n(3)
     integer :: k, j
@@ -121,40 +121,40 @@ contains
     y = point_position(pair, p, x)
     n = slave_normal(pair, p, x)
     do k = 1, 3
-      associate (across => pair%surface%neighbours(k, host))
-        if (.not. pair%surface%ridge(k, host)) cycle
-        if (belongs(pair, x, y, n, host, across)) then
+      associate (across => pair%surface%neighbours(k, target))
+        if (.not. pair%surface%ridge(k, target)) cycle
+        if (belongs(pair, x, y, n, target, across)) then
           ridge%next = across
           return
         end if
-        ridge%barred(k) = belongs(pair, x, y, n, across, host)
+        ridge%barred(k) = belongs(pair, x, y, n, across, target)
       end associate
     end do
     do k = 1, 3
       do j = 0, 1
-        call look_around(pair, x, y, n, host, [k, modulo(k + j, 3) + 1, modulo(k - j + 1, 3) + 1], &
-          ridge)
+        call look_around(pair, x, y, n, target, [k, modulo(k + j, 3) + 1, modulo(k - j + 1, &
+          3) + 1], ridge)
         if (ridge%next > 0) return
       end do
     end do
   end function look_at_ridges
 
-  !> Looks for a ridge around one corner of a host, over the edges that are none.
-  pure subroutine look_around(pair, x, y, n, host, turn, ridge)
+  !> Looks for a ridge around one corner of a target, over the edges that are none.
+  pure subroutine look_around(pair, x, y, n, target, turn, ridge)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(in) :: n(3) !! normal of the slave side
-    integer, intent(in) :: host !! the host of the point
-    integer, intent(in) :: turn(3) !! corners of the host: facing the first edge, pivot, the third
+    integer, intent(in) :: target !! the target of the point
+    integer, intent(in) :: turn(3) !! corners of the target: facing the first edge, pivot, the third
     type(ridge_t), intent(inout) :: ridge !! gets next and via if the point belongs behind a ridge
     integer :: via(most_between), i, edge, facet, pivot, far, behind
 
     via = 0
-    facet = host
+    facet = target
     edge = turn(1)
-    pivot = pair%surface%facets(turn(2), host)
-    far = pair%surface%facets(turn(3), host)
+    pivot = pair%surface%facets(turn(2), target)
+    far = pair%surface%facets(turn(3), target)
     do i = 1, most_between
       if (pair%surface%ridge(edge, facet) .or. pair%surface%fold(edge, facet)) return
       facet = pair%surface%neighbours(edge, facet)
@@ -164,7 +164,7 @@ contains
       far = sum(pair%surface%facets(:, facet)) - pivot - far
       if (.not. pair%surface%ridge(edge, facet)) cycle
       behind = pair%surface%neighbours(edge, facet)
-      if (.not. belongs(pair, x, y, n, host, behind)) return
+      if (.not. belongs(pair, x, y, n, target, behind)) return
       if (.not. lies_behind(pair, x, y, behind)) return
       ridge%next = behind
       ridge%via = via
@@ -216,42 +216,42 @@ contains
   end function lies_behind
 
   !> Two neighbouring facets are parts of one smooth surface.
-  pure logical function is_smooth(pair, host, across)
+  pure logical function is_smooth(pair, target, across)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: target !! a facet
     integer, intent(in) :: across !! its neighbour
 
     is_smooth = .false.
-    if (allocated(pair%surface%sharp)) is_smooth = any(pair%surface%neighbours(:, host) == across &
-                                     .and. .not. pair%surface%sharp(:, host))
+    if (allocated(pair%surface%sharp)) is_smooth = any(pair%surface%neighbours(:, target) == &
+      across .and. .not. pair%surface%sharp(:, target))
   end function is_smooth
 
-  !> Hands a place on the host on to its neighbour across an edge: unfolded, or where the surface
+  !> Hands a place on the target on to its neighbour across an edge: unfolded, or where the surface
   !! goes on smoothly as the nearest place there.
-  pure subroutine pass_edge(pair, x, host, next, xi, start)
+  pure subroutine pass_edge(pair, x, target, next, xi, start)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: target !! a facet
     integer, intent(in) :: next !! its neighbour
-    real(wp), intent(in) :: xi(2) !! (xi, eta) in the host
+    real(wp), intent(in) :: xi(2) !! (xi, eta) in the target
     real(wp), intent(out) :: start(2) !! (xi, eta) in the neighbour
 
-    if (is_smooth(pair, host, next)) then
-      call carry_over(pair, x, host, next, xi, start)
+    if (is_smooth(pair, target, next)) then
+      call carry_over(pair, x, target, next, xi, start)
     else
-      call unfold(pair%surface%facets(:, host), pair%surface%facets(:, next), x, xi, start)
+      call unfold(pair%surface%facets(:, target), pair%surface%facets(:, next), x, xi, start)
     end if
   end subroutine pass_edge
 
   !> Sine of the kink between two neighbouring facets, or what is left of it between their patches.
-  pure real(wp) function kink(pair, x, host, across)
+  pure real(wp) function kink(pair, x, target, across)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: host !! a facet
+    integer, intent(in) :: target !! a facet
     integer, intent(in) :: across !! its neighbour
 
-    kink = kink_sine(corners(x, pair%surface%facets(:, host)), corners(x, pair%surface%facets(:, &
+    kink = kink_sine(corners(x, pair%surface%facets(:, target)), corners(x, pair%surface%facets(:, &
       across)))
-    if (is_smooth(pair, host, across)) kink = left_by_patches*kink
+    if (is_smooth(pair, target, across)) kink = left_by_patches*kink
   end function kink
 end module contact_ridges

@@ -22,7 +22,7 @@ module contact_rims
   real(wp), parameter :: rim_tolerance = 1.0e-6_wp
   !> A projection that is not further outside lies on the edge: it belongs to the facet that it had.
   real(wp), parameter :: on_edge = 0.1_wp*rim_tolerance
-  !> A tip may stay outside its facet by this over the sine of the kink at the edge: so much the
+  !> An apex may stay outside its facet by this over the sine of the kink at the edge: so much the
   !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
   !! the facet, and with it the force, to the start of the iteration.
   real(wp), parameter :: departure = 1.0e-12_wp
@@ -83,11 +83,11 @@ contains
     way = inward*(middle/real(last - first + 1, wp) - point_position(pair, p, x))
   end function way_in
 
-  !> The facet across the edge behind which a point of facet `host` lies, 0 if it stays.
-  pure integer function facet_across(pair, x, host, xi, tolerance, barred) result(next)
+  !> The facet across the edge behind which a point of facet `target` lies, 0 if it stays.
+  pure integer function facet_across(pair, x, target, xi, tolerance, barred) result(next)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    integer, intent(in) :: host !! the facet
+    integer, intent(in) :: target !! the facet
     real(wp), intent(in) :: xi(2) !! (xi, eta) of the point
     real(wp), intent(in) :: tolerance !! most that is allowed outside, in shape functions
     logical, intent(in) :: barred(3) !! edges that are not crossed
@@ -99,12 +99,12 @@ contains
     do trial = 1, 3
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
-      across = pair%surface%neighbours(k, host)
-      if (pair%surface%fold(k, host) .or. barred(k)) across = 0
+      across = pair%surface%neighbours(k, target)
+      if (pair%surface%fold(k, target) .or. barred(k)) across = 0
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
-          kink(pair, x, host, across)))
+          kink(pair, x, target, across)))
         if (n(k) < -max(allowed, on_edge)) then
           next = across
           return
@@ -115,49 +115,49 @@ contains
   end function facet_across
 
   !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
-  pure subroutine walk(pair, x, y, host)
+  pure subroutine walk(pair, x, y, target)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
-    integer, intent(inout) :: host !! in: where to start; out: where it ended
+    integer, intent(inout) :: target !! in: where to start; out: where it ended
     real(wp) :: xi(2), gap
     integer :: step, next, before, first
 
     before = 0
-    first = host
+    first = target
     do step = 1, longest_walk
-      call project_on_master(pair, host, x, y, xi, gap)
-      next = facet_across(pair, x, host, xi, 0.0_wp, spread(.false., 1, 3))
+      call project_on_master(pair, target, x, y, xi, gap)
+      next = facet_across(pair, x, target, xi, 0.0_wp, spread(.false., 1, 3))
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) exit
-      before = host
-      host = next
+      before = target
+      target = next
     end do
   end subroutine walk
 
   !> A point that has a facet is over the surface no more: a node at the rim of its own surface may
   !! pass the rim by as much as the middle of its area lies within.
-  pure logical function has_left(pair, x, p, host) result(left)
+  pure logical function has_left(pair, x, p, target) result(left)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: host !! facet to start from
+    integer, intent(in) :: target !! facet to start from
 
-    left = beyond_rim(pair, x, point_position(pair, p, x), host, norm2(way_in(pair, p, x)))
+    left = beyond_rim(pair, x, point_position(pair, p, x), target, norm2(way_in(pair, p, x)))
   end function has_left
 
   !> The projection of a place lies outside every facet: it has passed the rim of the surface.
   !! A point below its facet is projected along a normal that may lean outwards, by less than its
   !! depth (doc/theory, "Boundary edges").
-  pure logical function beyond_rim(pair, x, y, host, zone) result(beyond)
+  pure logical function beyond_rim(pair, x, y, target, zone) result(beyond)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the place [length]
-    integer, intent(in) :: host !! facet to start from
+    integer, intent(in) :: target !! facet to start from
     real(wp), intent(in) :: zone !! what it may lie outside [length]
     integer :: facet, k
     real(wp) :: xi(2), gap, n(3), outside, allowed
 
-    facet = host
+    facet = target
     call walk(pair, x, y, facet)
     call project_on_master(pair, facet, x, y, xi, gap)
     n = barycentric(xi)

@@ -37,12 +37,13 @@ module contact_types
   !> History of one contact point (doc/theory, "Facet and gap"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
   type :: contact_point_t
-    integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
+    integer :: target = 0 !! facet of the pair that carries the apex, 0 for none
     integer :: status = status_off !! one of the status constants
-    real(wp) :: tip(2) = 0.0_wp !! (xi, eta) of the tip in the host facet
-    real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the host facet [force]
+    real(wp) :: apex(2) = 0.0_wp !! (xi, eta) of the apex in the target facet
+    real(wp) :: lambda(3) = 0.0_wp !! multiplier in the frame of the target facet [force]
     real(wp) :: path = 0.0_wp !! way slipped since the touch [length]
-    real(wp) :: way(3) = 0.0_wp !! the same with its directions: sum of the ways of the tip [length]
+    real(wp) :: way(3) = 0.0_wp !! the same with its directions: sum of the ways of the apex
+    !! [length]
     real(wp) :: dissipation = 0.0_wp !! energy that friction has taken so far [force length]
   end type contact_point_t
 
@@ -51,7 +52,7 @@ module contact_types
     integer :: slave = 0 !! slave facet, 0 while the point is not in use
     real(wp) :: weight(3) = 1.0_wp/3.0_wp !! where in it: shape functions of its corners alone
     real(wp) :: area = 0.0_wp !! reference area, 0 if the facet has no master under it
-    real(wp) :: place(2) = 0.0_wp !! projection on the host when the cell was made
+    real(wp) :: place(2) = 0.0_wp !! projection on the target when the cell was made
   end type cell_t
 
   !> The cells that a slave facet has left for others.
@@ -156,9 +157,9 @@ module contact_types
     type(cell_t), allocatable :: cells(:) !! (points) if segmented: where `new` is
     real(wp) :: raise = 1.0_wp !! with multipliers: factor on epsilon at present
     logical :: softened = .false. !! a stiff penalty that is solved for by multipliers
-    integer, allocatable :: left(:) !! (points) host left last in this increment
+    integer, allocatable :: left(:) !! (points) target left last in this increment
     type(cut_t), allocatable :: left_cells(:) !! (slave facets) if segmented: cells left last in it
-    integer, allocatable :: moves(:) !! (points) changes of host in this increment
+    integer, allocatable :: moves(:) !! (points) changes of target in this increment
     logical :: begun = .false. !! if segmented: the first cells of this increment are known
     type(cell_t), allocatable :: first_cells(:) !! (points) these
     type(contact_point_t), allocatable :: first(:) !! (points) `new` with them
@@ -199,7 +200,7 @@ module contact_types
 
 contains
 
-  !> Points forget the hosts that they have left in this increment, and may go back to them.
+  !> Points forget the targets that they have left in this increment, and may go back to them.
   pure subroutine forget_moves(pair)
     type(pair_t), intent(inout) :: pair !! gets left, moves, left_cells
 

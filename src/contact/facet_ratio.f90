@@ -14,7 +14,7 @@ contains
   !! their areas, in the mean over the slave's area; 0 if no point has a master below it, or the
   !! master is exact.
   pure real(wp) function slave_over_master(pair, x) result(ratio)
-    type(pair_t), intent(in) :: pair !! the pair with its first hosts
+    type(pair_t), intent(in) :: pair !! the pair with its first targets
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: sums(2)
     integer :: p, f, k
@@ -23,7 +23,7 @@ contains
     sums = 0.0_wp
     if (pair%points%n_slaves > 1) then
       do p = 1, used_points(pair)
-        call compare(pair, x, pair%points%point_nodes(:3, p), pair%history%old(p)%host, sums)
+        call compare(pair, x, pair%points%point_nodes(:3, p), pair%history%old(p)%target, sums)
       end do
     else if (allocated(pair%points%slave_facets)) then
       allocate (point(maxval(pair%points%slave_facets)), source=0)
@@ -34,7 +34,7 @@ contains
         do k = 1, 3
           p = point(pair%points%slave_facets(k, f))
           if (p > 0) call compare(pair, x, pair%points%slave_facets(:, f), &
-            pair%history%old(p)%host, sums)
+            pair%history%old(p)%target, sums)
         end do
       end do
     end if
@@ -43,18 +43,18 @@ contains
   end function slave_over_master
 
   !> Adds one slave facet over one of the master.
-  pure subroutine compare(pair, x, nodes, host, sums)
+  pure subroutine compare(pair, x, nodes, target, sums)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: nodes(3) !! corners of the slave facet
-    integer, intent(in) :: host !! facet of the master below it, 0 for none
+    integer, intent(in) :: target !! facet of the master below it, 0 for none
     real(wp), intent(inout) :: sums(2) !! areas, and areas times ratios [length^2]
     real(wp) :: area
 
-    if (host == 0 .or. pair%surface%exact) return
+    if (target == 0 .or. pair%surface%exact) return
     area = facet_area(corners(x, nodes))
     if (area > 0.0_wp) sums = sums + area*[1.0_wp, &
-      sqrt(area/facet_area(corners(x, pair%surface%facets(:, host))))]
+      sqrt(area/facet_area(corners(x, pair%surface%facets(:, target))))]
   end subroutine compare
 
   !> Mean of the longest edges of the master facets of a pair; of an exact surface, whose facets

@@ -1,4 +1,4 @@
-!> What the contact elements have in common: the friction cone at its new tip, what becomes of an
+!> What the contact elements have in common: the friction cone at its new apex, what becomes of an
 !! open point, and how the state of a point is reported (doc/theory, "Facet and gap").
 module contact_cone
   use kinds, only: wp
@@ -16,7 +16,7 @@ module contact_cone
     real(wp) :: slave(3) !! current position of the slave point [length]
     real(wp) :: xi(2) !! (xi, eta) of its projection
     real(wp) :: g_n !! normal gap [length]
-    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    real(wp) :: g(3) !! gap to the old apex, with the shift [length]
     logical :: shifted !! there is a shift
     real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
     real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
@@ -24,21 +24,21 @@ module contact_cone
     real(wp) :: h_n !! normal gap with the shift, what the pressure is made of [length]
     real(wp) :: p(3, 2) !! principal axes of friction
     type(return_t) :: back !! state mapped onto the cone
-    real(wp) :: g_new(3) !! gap to the new tip, with the shift [length]
-    real(wp) :: tip(2) !! new tip
+    real(wp) :: g_new(3) !! gap to the new apex, with the shift [length]
+    real(wp) :: apex(2) !! new apex
   end type contact_cone_t
 
 contains
 
-  !> No contact: no force; the tip is the projection.
+  !> No contact: no force; the apex is the projection.
   pure subroutine leave_open(c, e)
-    type(contact_cone_t), intent(inout) :: c !! gap; gets g_new, tip
+    type(contact_cone_t), intent(inout) :: c !! gap; gets g_new, apex
     type(element_t), intent(inout) :: e !! gets status, h2, slip
 
     e%status = status_open
     c%g_new = 0.0_wp
-    c%tip = c%xi
-    e%h2 = c%tip
+    c%apex = c%xi
+    e%h2 = c%apex
     e%slip = 0.0_wp
     e%path2 = 0.0_wp
   end subroutine leave_open
@@ -60,7 +60,7 @@ contains
   !! |f_N|, |f_T|].
   pure subroutine report_point(d, c, normal, e)
     real(wp), intent(in) :: d(:) !! parameters, the first as those of element 3
-    type(contact_cone_t), intent(in) :: c !! cone at its new tip
+    type(contact_cone_t), intent(in) :: c !! cone at its new apex
     real(wp), intent(in) :: normal(3) !! outward unit normal at the projection
     type(element_t), intent(inout) :: e !! gets stress
     real(wp) :: ratio(2)

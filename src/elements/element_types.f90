@@ -32,7 +32,7 @@ module element_types
   integer, parameter :: max_nodes = 12 !! most nodes of a contact element
   integer, parameter :: max_slaves = 6 !! of these, most slave nodes of a contact element
   integer, parameter :: max_dofs = 3*max_nodes !! most degrees of freedom of a contact element
-  integer, parameter :: n_element_history = 2 !! history variables: the tip of a contact element
+  integer, parameter :: n_element_history = 2 !! history variables: the apex of a contact element
   integer, parameter :: n_element_stress = 14 !! values of task_stress
 
   !> Everything an element routine gets and gives.

@@ -2,12 +2,12 @@
 !!
 !! Nodes: those of S (one, or the three of a slave facet with weights), then the facet's 1, 2, 3
 !! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "Facet and gap",
-!! eqs. (3.1), (3.2), (3.3), (3.4), (3.8)): g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip)
-!! f, with shape functions at the tip, so that force and moment balance exactly.
-!! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
+!! eqs. (3.1), (3.2), (3.3), (3.4), (3.8)): g = x_S - x_m(apex), f = eps g, r_S = f, r_a =
+!! -N_a(apex) f, with shape functions at the apex, so that force and moment balance exactly.
+!! History h1, h2: (xi, eta) of the apex at the last converged and at the current state.
 !!
-!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian", eqs. (7.1),
-!! (7.2), (7.3)): g + kappa takes the place of g in the law, with components along t1 = a1/|a1|, t2
+!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian", eqs. (7.2),
+!! (7.3), (7.4)): g + kappa takes the place of g in the law, with components along t1 = a1/|a1|, t2
 !! = e x t1 and e.
 !!
 !! task_stress gives stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|, |f_T|].
@@ -66,7 +66,7 @@ contains
       call tangent(d, c, e)
     case (task_stick_tangent)
       c%g_new = c%g
-      c%tip = e%h1
+      c%apex = e%h1
       call residual(d(d03_epsilon), c, e)
       call stick_tangent(d(d03_epsilon), c, e)
     case (task_residual)
@@ -78,7 +78,7 @@ contains
       call shift_tangent(d(d03_epsilon), c, e%status == status_slip, e)
     case (task_stick_shift_tangent)
       c%g_new = c%g
-      c%tip = e%h1
+      c%apex = e%h1
       call shift_tangent(d(d03_epsilon), c, .false., e)
     case default
       ! The other tasks need no more than the cone.
@@ -86,10 +86,10 @@ contains
     call spread_element(task, e)
   end subroutine elmt03_mfec
 
-  !> Facet, normal gap, projection and the gap vector to the old tip.
-  pure subroutine facet_and_gap(x, tip, c)
+  !> Facet, normal gap, projection and the gap vector to the old apex.
+  pure subroutine facet_and_gap(x, apex, c)
     real(wp), intent(in) :: x(3, 4) !! current positions of S, 1, 2, 3 from 3 [length]
-    real(wp), intent(in) :: tip(2) !! (xi, eta) of the old tip
+    real(wp), intent(in) :: apex(2) !! (xi, eta) of the old apex
     type(cone_t), intent(out) :: c !! facet and gap
     real(wp) :: n(3), size_n, y(3)
 
@@ -103,7 +103,7 @@ contains
     y = x(:, 1) - x(:, 4)
     c%g_n = dot_product(y, c%e)
     c%xi = [dot_product(c%d1, y), dot_product(c%d2, y)]
-    c%g = y - tip(1)*c%a1 - tip(2)*c%a2
+    c%g = y - apex(1)*c%a1 - apex(2)*c%a2
   end subroutine facet_and_gap
 
   !> The gap vector with the shift, which turns with the facet.
@@ -131,10 +131,10 @@ contains
     c%p = c%axes%p
   end subroutine principal_axes
 
-  !> Stick or slip: the mapped gap and the new tip.
+  !> Stick or slip: the mapped gap and the new apex.
   pure subroutine move_cone(d, c, e)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, tip
+    type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, apex
     type(element_t), intent(inout) :: e !! gets status, h2, slip
     real(wp) :: s(2), s_new(3)
 
@@ -145,59 +145,59 @@ contains
       s_new = c%back%s(1)*c%p(:, 1) + c%back%s(2)*c%p(:, 2)
       c%g_new = c%h_n*c%e + s_new
       s_new = s_new - c%k
-      c%tip = c%xi - [dot_product(c%d1, s_new), dot_product(c%d2, s_new)]
+      c%apex = c%xi - [dot_product(c%d1, s_new), dot_product(c%d2, s_new)]
     else
       e%status = status_stick
       c%g_new = c%g
-      c%tip = e%h1
+      c%apex = e%h1
     end if
-    e%h2 = c%tip
+    e%h2 = c%apex
     e%slip = c%g_new - c%h_n*c%e
   end subroutine move_cone
 
-  !> r_S = eps g, r_a = -N_a(tip) eps g.
+  !> r_S = eps g, r_a = -N_a(apex) eps g.
   pure subroutine residual(epsilon, c, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(cone_t), intent(in) :: c !! cone at its new apex
     type(element_t), intent(inout) :: e !! gets r
     real(wp) :: f(3)
 
     f = epsilon*c%g_new
     e%r(1:3) = f
-    e%r(4:6) = -c%tip(1)*f
-    e%r(7:9) = -c%tip(2)*f
-    e%r(10:12) = -(1.0_wp - c%tip(1) - c%tip(2))*f
+    e%r(4:6) = -c%apex(1)*f
+    e%r(7:9) = -c%apex(2)*f
+    e%r(10:12) = -(1.0_wp - c%apex(1) - c%apex(2))*f
   end subroutine residual
 
   !> Consistent tangent: symmetric in stick, unsymmetric in slip.
   pure subroutine tangent(d, c, e)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
-    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(cone_t), intent(in) :: c !! cone at its new apex
     type(element_t), intent(inout) :: e !! gets s
-    real(wp) :: b(3, 12), dg(3, 12), g(3, 12), tip(2), ways(3)
+    real(wp) :: b(3, 12), dg(3, 12), g(3, 12), apex(2), ways(3)
     integer :: j
 
     if (e%status /= status_slip) then
       call stick_tangent(d(d03_epsilon), c, e)
       return
     end if
-    b = gap_operator(c%tip)
+    b = gap_operator(c%apex)
     g = gap_derivative(c, e%h1)
     dg = g
     if (c%shifted) dg = dg - shift_derivative(c)
     b = b - dg
-    ! B^T is I and shares of I, three rows each, and how the tip moves changes the shares
-    ways = [-c%tip(1), -c%tip(2), -(1.0_wp - c%tip(1) - c%tip(2))]
+    ! B^T is I and shares of I, three rows each, and how the apex moves changes the shares
+    ways = [-c%apex(1), -c%apex(2), -(1.0_wp - c%apex(1) - c%apex(2))]
     do j = 1, 12
-      tip = [dot_product(c%d1, b(:, j)), dot_product(c%d2, b(:, j))]
+      apex = [dot_product(c%d1, b(:, j)), dot_product(c%d2, b(:, j))]
       e%s(1:3, j) = d(d03_epsilon)*g(:, j)
-      e%s(4:6, j) = d(d03_epsilon)*(ways(1)*g(:, j) - c%g_new*tip(1))
-      e%s(7:9, j) = d(d03_epsilon)*(ways(2)*g(:, j) - c%g_new*tip(2))
-      e%s(10:12, j) = d(d03_epsilon)*(ways(3)*g(:, j) + c%g_new*tip(1) + c%g_new*tip(2))
+      e%s(4:6, j) = d(d03_epsilon)*(ways(1)*g(:, j) - c%g_new*apex(1))
+      e%s(7:9, j) = d(d03_epsilon)*(ways(2)*g(:, j) - c%g_new*apex(2))
+      e%s(10:12, j) = d(d03_epsilon)*(ways(3)*g(:, j) + c%g_new*apex(1) + c%g_new*apex(2))
     end do
   end subroutine tangent
 
-  !> K = eps B^T (B + dkappa/du) at the old tip; zero for an open point.
+  !> K = eps B^T (B + dkappa/du) at the old apex; zero for an open point.
   pure subroutine stick_tangent(epsilon, c, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(cone_t), intent(in) :: c !! facet and shift
@@ -218,11 +218,11 @@ contains
   end subroutine stick_tangent
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
-  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update", eq. (7.6)).
+  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update", eq. (7.7)).
   pure subroutine shift_tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    logical, intent(in) :: slides !! the tip moves
+    type(cone_t), intent(in) :: c !! cone at its new apex
+    logical, intent(in) :: slides !! the apex moves
     type(element_t), intent(inout) :: e !! gets s, stress
     type(cone_t) :: carried
     real(wp) :: frame(3, 3), dg(3, 12), mapped(3, 3), b(3, 12), rest(3, 3), dtip(2, 3)
@@ -249,7 +249,7 @@ contains
     e%stress(1:3) = epsilon*carried%kappa
     e%s(1:3, 1:12) = epsilon*matmul(transpose(frame), dg - shift_derivative(carried))
     e%s(7:9, 1:3) = epsilon*matmul(transpose(frame), mapped)
-    b = gap_operator(c%tip)
+    b = gap_operator(c%apex)
     e%s(4:6, 1:12) = matmul(transpose(mapped), b)
     rest = frame - mapped
     dtip(1, :) = matmul(c%d1, rest)
@@ -264,7 +264,7 @@ contains
 
   !> Derivative of the mapped gap by the gap, in slip.
   pure function mapped_change(c) result(change)
-    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(cone_t), intent(in) :: c !! cone at its new apex
     real(wp) :: change(3, 3)
 
     change = dyad(c%e - matmul(c%p, c%back%r), c%e) &
@@ -272,14 +272,14 @@ contains
   end function mapped_change
 
   !> dg/du of the mapped gap in slip: G of doc/theory, "Slip", eqs. (5.1), (5.2), (5.3).
-  pure function gap_derivative(c, tip_old) result(dg)
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
+  pure function gap_derivative(c, apex_old) result(dg)
+    type(cone_t), intent(in) :: c !! cone at its new apex
+    real(wp), intent(in) :: apex_old(2) !! (xi, eta) of the old apex
     real(wp) :: dg(3, 12)
     real(wp) :: b_old(3, 12), dgn(12), de(3, 12), w(12), dp1(3, 12), dp2(3, 12)
     real(wp) :: ds(2, 12), ds_new(2, 12)
 
-    b_old = gap_operator(tip_old)
+    b_old = gap_operator(apex_old)
     if (c%shifted) b_old = b_old + shift_derivative(c)
     dgn = matmul(c%e, gap_operator(c%xi))
     de = normal_derivative(c)

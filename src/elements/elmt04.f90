@@ -2,7 +2,7 @@
 !! normals (doc/theory, "Surface smoothing", eqs. (6.11), (6.12)).
 !!
 !! Nodes, history, shift and task_stress are as those of element 3; its parameters come first in d,
-!! then the patch. The gap vector g = x_S - x_m(tip) begins on the patch, and x_m carries the
+!! then the patch. The gap vector g = x_S - x_m(apex) begins on the patch, and x_m carries the
 !! forces to the facet's nodes, so that force and moment balance exactly.
 module elmt04
   use kinds, only: wp
@@ -16,7 +16,7 @@ module elmt04
   use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch, &
     normal_curvature
   use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative, &
-    hold_tip, solve_ways, ways_of_tip, frame_of, mapped_ways
+    hold_apex, solve_ways, ways_of_apex, frame_of, mapped_ways
   implicit none
   private
   public :: elmt04_smooth, d04_patch, d04_size
@@ -41,7 +41,7 @@ contains
       c%patch = flat_patch()
       call place_cone(d, e, c, found)
     end if
-    call hold_tip(task, c, e, stays)
+    call hold_apex(task, c, e, stays)
     select case (task)
     case (task_tangent, task_stick_tangent)
       call residual(d(d03_epsilon), c, e)
@@ -59,14 +59,14 @@ contains
     call spread_element(task, e)
   end subroutine elmt04_smooth
 
-  !> r = eps B^T g', with B at the new tip.
+  !> r = eps B^T g', with B at the new apex.
   pure subroutine residual(epsilon, c, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(cone_t), intent(in) :: c !! cone at its new apex
     type(element_t), intent(inout) :: e !! gets r
     type(patch_point_t) :: point
 
-    point = patch_at(c%patch, c%tip)
+    point = patch_at(c%patch, c%apex)
     e%r(4:12) = -facet_force(c, point%x, epsilon*c%g_new)
     e%r(1:3) = epsilon*c%g_new
     e%r(10:12) = e%r(10:12) - epsilon*c%g_new
@@ -88,8 +88,8 @@ contains
   !> Consistent tangent; zero for an open point.
   pure subroutine tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    logical, intent(in) :: slides !! the tip moves
+    type(cone_t), intent(in) :: c !! cone at its new apex
+    logical, intent(in) :: slides !! the apex moves
     type(element_t), intent(inout) :: e !! gets s
     type(patch_point_t) :: point
     real(wp) :: b(3, 12), dg(3, 12), dtip(2, 12), k(12, 12)
@@ -97,14 +97,14 @@ contains
 
     e%s(1:12, 1:12) = 0.0_wp
     if (e%status == status_open) return
-    point = patch_at(c%patch, c%tip)
+    point = patch_at(c%patch, c%apex)
     b = gap_operator(c, point%x)
     dg = b
     if (c%shifted) dg = b + shift_derivative(c)
     k = 0.0_wp
     k(4:12, 4:12) = -point%x(3)*normal_curvature(c%f, c%dual, c%g_new)
     if (slides) then
-      call tip_derivative(c, e%h1, dg, point, dtip)
+      call apex_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)
       do j = 1, 2
         k(4:12, :) = k(4:12, :) - dyad(facet_force(c, point%dx(:, j), c%g_new), dtip(j, :))
@@ -113,12 +113,12 @@ contains
     e%s(1:12, 1:12) = epsilon*(matmul(transpose(b), dg) + k)
   end subroutine tangent
 
-  !> Derivative of the new tip by the displacements, in slip.
-  pure subroutine tip_derivative(c, tip_old, dg, point, dtip)
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
-    real(wp), intent(in) :: dg(3, 12) !! derivative of the gap to a tip that stays
-    type(patch_point_t), intent(in) :: point !! the patch at the new tip
+  !> Derivative of the new apex by the displacements, in slip.
+  pure subroutine apex_derivative(c, apex_old, dg, point, dtip)
+    type(cone_t), intent(in) :: c !! cone at its new apex
+    real(wp), intent(in) :: apex_old(2) !! (xi, eta) of the old apex
+    real(wp), intent(in) :: dg(3, 12) !! derivative of the gap to an apex that stays
+    type(patch_point_t), intent(in) :: point !! the patch at the new apex
     real(wp), intent(out) :: dtip(2, 12) !! the derivative
     type(patch_point_t) :: old
     real(wp) :: dn(3, 12), dgn(12), dk(3, 12), dxi(2, 12)
@@ -126,14 +126,14 @@ contains
     call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
     if (c%shifted) dk = shift_derivative(c)
-    old = patch_at(c%patch, tip_old)
-    dtip = along_patch(c, point, ways_of_tip(c, dn, dgn, axis_turn(c, dn, dxi), &
+    old = patch_at(c%patch, apex_old)
+    dtip = along_patch(c, point, ways_of_apex(c, dn, dgn, axis_turn(c, dn, dxi), &
       gap_operator(c, old%x), dk, dg))
-  end subroutine tip_derivative
+  end subroutine apex_derivative
 
-  !> Ways of the tip in (xi, eta) whose components along the axes of friction are given.
+  !> Ways of the apex in (xi, eta) whose components along the axes of friction are given.
   pure function along_patch(c, point, way) result(dtip)
-    type(cone_t), intent(in) :: c !! cone at its new tip
+    type(cone_t), intent(in) :: c !! cone at its new apex
     type(patch_point_t), intent(in) :: point !! the patch there
     real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
     real(wp) :: dtip(2, size(way, 2))
@@ -145,8 +145,8 @@ contains
   !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update").
   pure subroutine shift_tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(cone_t), intent(in) :: c !! cone at its new tip
-    logical, intent(in) :: slides !! the tip moves
+    type(cone_t), intent(in) :: c !! cone at its new apex
+    logical, intent(in) :: slides !! the apex moves
     type(element_t), intent(inout) :: e !! gets s, stress
     type(cone_t) :: carried
     type(patch_point_t) :: point
@@ -159,12 +159,12 @@ contains
     frame = frame_of(c)
     mapped = frame
     turn = 0.0_wp
-    point = patch_at(c%patch, c%tip)
+    point = patch_at(c%patch, c%apex)
     b = gap_operator(c, point%x)
     dg = b
     if (c%shifted) dg = b + shift_derivative(c)
     if (slides) then
-      call tip_derivative(c, e%h1, dg, point, dtip)
+      call apex_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)
       turn = along_patch(c, point, mapped_ways(c, frame))
       mapped = frame - matmul(matmul(c%f, point%dx), turn)

@@ -14,7 +14,7 @@ module elmt06
   use contact_cone, only: report_point
   use friction_axes, only: d03_epsilon, axis_convected, axis_circumferential, axis_radial
   use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_flat
-  use patch_cone, only: shift_derivative, hold_tip, ways_of_tip, frame_of, mapped_ways
+  use patch_cone, only: shift_derivative, hold_apex, ways_of_apex, frame_of, mapped_ways
   use facet_cone, only: facet_cone_t, place_on_facet, place_axes, along_facet
   implicit none
   private
@@ -40,7 +40,7 @@ contains
       c%shape = facet_flat
       call place_on_facet(d, e, c, found)
     end if
-    call hold_tip(task, c, e, stays)
+    call hold_apex(task, c, e, stays)
     select case (task)
     case (task_tangent, task_stick_tangent)
       call residual(d(d03_epsilon), c, e)
@@ -58,15 +58,15 @@ contains
     call spread_element(task, e)
   end subroutine elmt06_quadratic
 
-  !> r = eps B^T g', with B at the new tip.
+  !> r = eps B^T g', with B at the new apex.
   pure subroutine residual(epsilon, c, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(facet_cone_t), intent(in) :: c !! cone at its new tip
+    type(facet_cone_t), intent(in) :: c !! cone at its new apex
     type(element_t), intent(inout) :: e !! gets r
     type(facet_shapes_t) :: s
     integer :: a
 
-    s = facet_shapes(c%tip, c%shape, c%x)
+    s = facet_shapes(c%apex, c%shape, c%x)
     e%r(1:3) = epsilon*c%g_new
     do a = 1, 6
       e%r(3*a + 1:3*a + 3) = -s%n(a)*epsilon*c%g_new
@@ -76,8 +76,8 @@ contains
   !> Consistent tangent; zero for an open point.
   pure subroutine tangent(epsilon, c, stays, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(facet_cone_t), intent(in) :: c !! cone at its new tip
-    logical, intent(in) :: stays !! the tip stays where it is
+    type(facet_cone_t), intent(in) :: c !! cone at its new apex
+    logical, intent(in) :: stays !! the apex stays where it is
     type(element_t), intent(inout) :: e !! gets s
     type(facet_shapes_t) :: s
     real(wp) :: b(3, n_dofs), dg(3, n_dofs), dtip(2, n_dofs)
@@ -85,12 +85,12 @@ contains
 
     e%s(1:n_dofs, 1:n_dofs) = 0.0_wp
     if (e%status == status_open) return
-    s = facet_shapes(c%tip, c%shape, c%x)
+    s = facet_shapes(c%apex, c%shape, c%x)
     b = nodal(1.0_wp, -s%n)
     dg = b
     if (c%shifted) dg = b + shift_way(c)
     if (.not. stays) then
-      call tip_derivative(c, e%h1, dg, dtip)
+      call apex_derivative(c, e%h1, dg, dtip)
       dg = dg - matmul(matmul(c%x, s%d), dtip)
     end if
     e%s(1:n_dofs, 1:n_dofs) = epsilon*matmul(transpose(b), dg)
@@ -126,11 +126,11 @@ contains
     dk(:, 1:12) = shift_derivative(c%cone_t)
   end function shift_way
 
-  !> Derivative of the new tip by the displacements, in slip.
-  pure subroutine tip_derivative(c, tip_old, dg, dtip)
-    type(facet_cone_t), intent(in) :: c !! cone at its new tip
-    real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip
-    real(wp), intent(in) :: dg(3, n_dofs) !! derivative of the gap to a tip that stays
+  !> Derivative of the new apex by the displacements, in slip.
+  pure subroutine apex_derivative(c, apex_old, dg, dtip)
+    type(facet_cone_t), intent(in) :: c !! cone at its new apex
+    real(wp), intent(in) :: apex_old(2) !! (xi, eta) of the old apex
+    real(wp), intent(in) :: dg(3, n_dofs) !! derivative of the gap to an apex that stays
     real(wp), intent(out) :: dtip(2, n_dofs) !! the derivative
     type(facet_shapes_t) :: old
     real(wp) :: dn(3, n_dofs), dgn(n_dofs), dk(3, n_dofs), dxi(2, n_dofs)
@@ -138,10 +138,10 @@ contains
     call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
     if (c%shifted) dk = shift_way(c)
-    old = facet_shapes(tip_old, c%shape, c%x)
-    dtip = along_facet(c, ways_of_tip(c, dn, dgn, axis_turn(c, dn, dxi), &
+    old = facet_shapes(apex_old, c%shape, c%x)
+    dtip = along_facet(c, ways_of_apex(c, dn, dgn, axis_turn(c, dn, dxi), &
       nodal(1.0_wp, -old%n), dk, dg))
-  end subroutine tip_derivative
+  end subroutine apex_derivative
 
   !> Derivatives of the unit normal at the projection, of the normal gap, and of the projection.
   pure subroutine projection_derivative(c, dn, dgn, dxi)
@@ -210,8 +210,8 @@ contains
   !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update").
   pure subroutine shift_tangent(epsilon, c, stays, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
-    type(facet_cone_t), intent(in) :: c !! cone at its new tip
-    logical, intent(in) :: stays !! the tip stays where it is
+    type(facet_cone_t), intent(in) :: c !! cone at its new apex
+    logical, intent(in) :: stays !! the apex stays where it is
     type(element_t), intent(inout) :: e !! gets s, stress
     type(facet_cone_t) :: carried
     type(facet_shapes_t) :: s
@@ -225,12 +225,12 @@ contains
     frame = frame_of(c)
     mapped = frame
     turn = 0.0_wp
-    s = facet_shapes(c%tip, c%shape, c%x)
+    s = facet_shapes(c%apex, c%shape, c%x)
     b = nodal(1.0_wp, -s%n)
     dg = b
     if (c%shifted) dg = b + shift_way(c)
     if (.not. stays) then
-      call tip_derivative(c, e%h1, dg, dtip)
+      call apex_derivative(c, e%h1, dg, dtip)
       dg = dg - matmul(matmul(c%x, s%d), dtip)
       turn = along_facet(c, mapped_ways(c, frame))
       mapped = frame - matmul(matmul(c%x, s%d), turn)

@@ -1,4 +1,4 @@
-!> The friction cone on a facet of six nodes: projection, gap, stick or slip, new tip (doc/theory,
+!> The friction cone on a facet of six nodes: projection, gap, stick or slip, new apex (doc/theory,
 !! "Six-node facets"). Element 6 makes forces and tangent of it.
 module facet_cone
   use kinds, only: wp
@@ -13,10 +13,10 @@ module facet_cone
   private
   public :: facet_cone_t, place_on_facet, place_axes, along_facet
 
-  !> A step of the new tip below this is its last; and the most steps.
+  !> A step of the new apex below this is its last; and the most steps.
   real(wp), parameter :: last_step = 1.0e-9_wp
   integer, parameter :: most_steps = 30
-  !> The new tip is not looked for where the facet is steeper than this against the projection.
+  !> The new apex is not looked for where the facet is steeper than this against the projection.
   real(wp), parameter :: least_determinant = 0.05_wp
 
   !> The facet, and the cone on it.
@@ -57,8 +57,8 @@ contains
     if (c%h_n <= 0.0_wp) then
       call place_axes(d, c)
       call map_trial(d, c, e)
-      if (c%back%slip) call find_tip(c, found)
-      e%h2 = c%tip
+      if (c%back%slip) call find_apex(c, found)
+      e%h2 = c%apex
     else
       call leave_open(c%contact_cone_t, e)
     end if
@@ -89,45 +89,45 @@ contains
   end function gap_to
 
   !> The place from which the gap has the tangential part s' (Newton's method).
-  pure subroutine find_tip(c, found)
-    type(facet_cone_t), intent(inout) :: c !! gets tip, g_new
+  pure subroutine find_apex(c, found)
+    type(facet_cone_t), intent(inout) :: c !! gets apex, g_new
     logical, intent(out) :: found !! there is one
     real(wp) :: m(2, 2), det, det_flat, step(2, 1)
     integer :: i
 
     m = matmul(transpose(c%p), c%f(:, 1:2))
     det_flat = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
-    c%tip = c%xi
+    c%apex = c%xi
     found = .false.
     do i = 1, most_steps
-      m = tip_matrix(c)
+      m = apex_matrix(c)
       det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
       if (.not. det > least_determinant*abs(det_flat)) exit
-      step = solve_ways(m, reshape(matmul(gap_to(c, c%tip), c%p) - c%back%s, [2, 1]))
-      c%tip = c%tip + step(:, 1)
+      step = solve_ways(m, reshape(matmul(gap_to(c, c%apex), c%p) - c%back%s, [2, 1]))
+      c%apex = c%apex + step(:, 1)
       if (maxval(abs(step)) > last_step) cycle
       found = .true.
       exit
     end do
-    c%g_new = gap_to(c, c%tip)
-  end subroutine find_tip
+    c%g_new = gap_to(c, c%apex)
+  end subroutine find_apex
 
-  !> p_i . t_j at the tip.
-  pure function tip_matrix(c) result(m)
-    type(facet_cone_t), intent(in) :: c !! cone with its tip
+  !> p_i . t_j at the apex.
+  pure function apex_matrix(c) result(m)
+    type(facet_cone_t), intent(in) :: c !! cone with its apex
     real(wp) :: m(2, 2)
     type(facet_shapes_t) :: s
 
-    s = facet_shapes(c%tip, c%shape, c%x)
+    s = facet_shapes(c%apex, c%shape, c%x)
     m = matmul(transpose(c%p), matmul(c%x, s%d))
-  end function tip_matrix
+  end function apex_matrix
 
-  !> Ways of the tip in (xi, eta) whose components along the axes of friction are given.
+  !> Ways of the apex in (xi, eta) whose components along the axes of friction are given.
   pure function along_facet(c, way) result(dtip)
-    type(facet_cone_t), intent(in) :: c !! cone with its tip
+    type(facet_cone_t), intent(in) :: c !! cone with its apex
     real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
     real(wp) :: dtip(2, size(way, 2))
 
-    dtip = solve_ways(tip_matrix(c), way)
+    dtip = solve_ways(apex_matrix(c), way)
   end function along_facet
 end module facet_cone

@@ -1,4 +1,4 @@
-!> The friction cone on a curved patch: projection, gap, stick or slip, new tip (doc/theory,
+!> The friction cone on a curved patch: projection, gap, stick or slip, new apex (doc/theory,
 !! "Surface smoothing", eq. (6.10)). Element 4 makes forces and tangent of it.
 module patch_cone
   use kinds, only: wp
@@ -14,14 +14,14 @@ module patch_cone
   implicit none
   private
   public :: cone_t, place_cone, place_shift, principal_axes, frame_operator, shift_derivative, &
-    map_trial, hold_tip, solve_ways, ways_of_tip, frame_of, mapped_ways
+    map_trial, hold_apex, solve_ways, ways_of_apex, frame_of, mapped_ways
 
   !> Projected vectors shorter than this share of the vector count as normal to the patch.
   real(wp), parameter :: shortest_projection = 1.0e-8_wp
-  !> A step of the new tip below this is its last; and the most steps.
+  !> A step of the new apex below this is its last; and the most steps.
   real(wp), parameter :: last_step = 1.0e-9_wp
   integer, parameter :: most_steps = 30
-  !> The new tip is not looked for where the patch is steeper than this against the projection.
+  !> The new apex is not looked for where the patch is steeper than this against the projection.
   real(wp), parameter :: least_determinant = 0.05_wp
 
   !> The facet, the patch and the gap at the current positions.
@@ -70,8 +70,8 @@ contains
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
       call map_trial(d, c, e)
-      if (c%back%slip) call find_tip(c, found)
-      e%h2 = c%tip
+      if (c%back%slip) call find_apex(c, found)
+      e%h2 = c%apex
     else
       call leave_open(c%contact_cone_t, e)
     end if
@@ -142,8 +142,8 @@ contains
   end subroutine principal_axes
 
   !> The point of the patch from which the gap has the tangential part s' (Newton's method).
-  pure subroutine find_tip(c, found)
-    type(cone_t), intent(inout) :: c !! gets tip, g_new
+  pure subroutine find_apex(c, found)
+    type(cone_t), intent(inout) :: c !! gets apex, g_new
     logical, intent(out) :: found !! there is one
     type(patch_point_t) :: point
     real(wp) :: missing(2), m(2, 2), det, det_flat, step(2)
@@ -151,22 +151,22 @@ contains
 
     m = matmul(transpose(c%p), c%f(:, 1:2))
     det_flat = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
-    c%tip = c%xi
+    c%apex = c%xi
     found = .false.
     do i = 1, most_steps
-      point = patch_at(c%patch, c%tip)
+      point = patch_at(c%patch, c%apex)
       missing = matmul(matmul(c%f, c%y - point%x) + c%k, c%p) - c%back%s
       m = matmul(transpose(c%p), matmul(c%f, point%dx))
       det = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
       if (.not. det > least_determinant*abs(det_flat)) exit
       step = reshape(solve_ways(m, reshape(missing, [2, 1])), [2])
-      c%tip = c%tip + step
+      c%apex = c%apex + step
       if (maxval(abs(step)) > last_step) cycle
       found = .true.
       exit
     end do
-    c%g_new = gap_to(c, c%tip)
-  end subroutine find_tip
+    c%g_new = gap_to(c, c%apex)
+  end subroutine find_apex
 
   !> Derivative of w1 a1 + w2 a2 + w3 e with fixed components.
   pure function frame_operator(c, w) result(a)
@@ -192,10 +192,11 @@ contains
       - dyad(c%f(:, 3), matmul(matmul(c%t, c%kappa(1:2)), de))
   end function shift_derivative
 
-  !> Stick or slip: the trial mapped onto the cone. Where it slips the new tip is still to be found.
+  !> Stick or slip: the trial mapped onto the cone. Where it slips the new apex is still to be
+  !! found.
   pure subroutine map_trial(d, c, e)
     real(wp), intent(in) :: d(:) !! parameters, the first as those of element 3
-    class(cone_t), intent(inout) :: c !! gap and axes; gets back, and g_new, tip in stick
+    class(cone_t), intent(inout) :: c !! gap and axes; gets back, and g_new, apex in stick
     type(element_t), intent(inout) :: e !! gets status, slip
 
     call map_friction(d, matmul(c%g, c%p), c%contact_cone_t, e)
@@ -204,27 +205,27 @@ contains
     if (c%back%slip) return
     e%status = status_stick
     c%g_new = c%g
-    c%tip = e%h1
+    c%apex = e%h1
   end subroutine map_trial
 
-  !> Whether the tip stays where it is in a task; told to stick, a closed point keeps its old tip.
-  pure subroutine hold_tip(task, c, e, stays)
+  !> Whether the apex stays where it is in a task; told to stick, a closed point keeps its old apex.
+  pure subroutine hold_apex(task, c, e, stays)
     integer, intent(in) :: task !! one of the tasks of element_types
-    class(cone_t), intent(inout) :: c !! may get g_new, tip
-    type(element_t), intent(in) :: e !! status, old tip
+    class(cone_t), intent(inout) :: c !! may get g_new, apex
+    type(element_t), intent(in) :: e !! status, old apex
     logical, intent(out) :: stays !! it does
 
     stays = task == task_stick_tangent .or. task == task_stick_shift_tangent
     if (stays .and. e%status /= status_open) then
       c%g_new = c%g
-      c%tip = e%h1
+      c%apex = e%h1
     end if
     stays = stays .or. e%status /= status_slip
-  end subroutine hold_tip
+  end subroutine hold_apex
 
-  !> Ways of the tip in (xi, eta) with given components along the axes of friction.
+  !> Ways of the apex in (xi, eta) with given components along the axes of friction.
   pure function solve_ways(m, way) result(dtip)
-    real(wp), intent(in) :: m(2, 2) !! p_i . t_j at the tip [length]
+    real(wp), intent(in) :: m(2, 2) !! p_i . t_j at the apex [length]
     real(wp), intent(in) :: way(:, :) !! (2, any) along p1 and p2
     real(wp) :: dtip(2, size(way, 2))
 
@@ -233,16 +234,16 @@ contains
     dtip = dtip/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
   end function solve_ways
 
-  !> Components along p1 and p2 of what the new tip has to follow, in slip: p_i.dg + g'.dp_i - ds'_i
-  !! with ds' = M ds - r dh_n (doc/theory, "Slip").
-  pure function ways_of_tip(c, dn, dgn, w, dg_old, dk, dg) result(way)
-    class(cone_t), intent(in) :: c !! cone at its new tip
+  !> Components along p1 and p2 of what the new apex has to follow, in slip: p_i.dg + g'.dp_i -
+  !! ds'_i with ds' = M ds - r dh_n (doc/theory, "Slip").
+  pure function ways_of_apex(c, dn, dgn, w, dg_old, dk, dg) result(way)
+    class(cone_t), intent(in) :: c !! cone at its new apex
     real(wp), intent(in) :: dn(:, :) !! (3, dofs) derivative of the unit normal
     real(wp), intent(in) :: dgn(:) !! (dofs) of the normal gap
     real(wp), intent(in) :: w(:) !! (dofs) turn of the axes
-    real(wp), intent(in) :: dg_old(:, :) !! (3, dofs) of the gap to the old tip, without the shift
+    real(wp), intent(in) :: dg_old(:, :) !! (3, dofs) of the gap to the old apex, without the shift
     real(wp), intent(in) :: dk(:, :) !! (3, dofs) of the shift
-    real(wp), intent(in) :: dg(:, :) !! (3, dofs) of the gap to the new tip if that stays
+    real(wp), intent(in) :: dg(:, :) !! (3, dofs) of the gap to the new apex if that stays
     real(wp) :: way(2, size(w))
     real(wp) :: dp1(3, size(w)), dp2(3, size(w)), ds(2, size(w)), dhn(size(w))
 
@@ -256,7 +257,7 @@ contains
     way = matmul(transpose(c%p), dg) - matmul(c%back%m, ds) + dyad(c%back%r, dhn)
     way(1, :) = way(1, :) + matmul(c%g_new, dp1)
     way(2, :) = way(2, :) + matmul(c%g_new, dp2)
-  end function ways_of_tip
+  end function ways_of_apex
 
   !> t1, t2, e of the facet: the frame that multipliers are given in.
   pure function frame_of(c) result(frame)
@@ -268,10 +269,10 @@ contains
     frame(:, 3) = c%f(:, 3)
   end function frame_of
 
-  !> What the mapped gap does when the trial one moves along the frame of the facet, before the tip
+  !> What the mapped gap does when the trial one moves along the frame of the facet, before the apex
   !! has followed.
   pure function mapped_ways(c, frame) result(way)
-    class(cone_t), intent(in) :: c !! cone at its new tip
+    class(cone_t), intent(in) :: c !! cone at its new apex
     real(wp), intent(in) :: frame(3, 3) !! t1, t2, e
     real(wp) :: way(2, 3)
 

@@ -58,7 +58,7 @@ contains
     type(around_t) :: around
     real(wp), allocatable :: before(:, :)
     real(wp) :: longest, way(3), limit(2, size(slave)), sag(size(facets, 2))
-    integer :: f, i, sweep, moved, element, host
+    integer :: f, i, sweep, moved, element, target
 
     longest = 0.0_wp
     do f = 1, size(facets, 2)
@@ -77,9 +77,9 @@ contains
       moved = 0
       done%left = 0
       do i = 1, size(slave)
-        call way_to_master(tree, facets, neighbours, mesh%x, mesh%x(:, slave(i)), host, way)
-        if (host == 0 .or. norm2(way) <= on_surface*longest) cycle
-        if (norm2(way) > allowed(limit(:, i), sag(host), tolerance)) cycle
+        call way_to_master(tree, facets, neighbours, mesh%x, mesh%x(:, slave(i)), target, way)
+        if (target == 0 .or. norm2(way) <= on_surface*longest) cycle
+        if (norm2(way) > allowed(limit(:, i), sag(target), tolerance)) cycle
         call try_move(slave(i), way, around, before, mesh, element)
         if (element == 0) then
           moved = moved + 1

@@ -117,7 +117,7 @@ module model_types
     integer :: every = 1 !! fields and state at each n-th end time
     integer :: state = state_last !! states kept for restarts
     integer :: kept_states = default_states !! how many, of state_last
-    integer :: slopes(3) = 0 !! with SENSitivity: derivatives of tips and of contact nodes in a
+    integer :: slopes(3) = 0 !! with SENSitivity: derivatives of apexes and of contact nodes in a
     !! state, contact nodes
     integer, allocatable :: points(:) !! indices of the pairs in the table of points
     type(history_request_t), allocatable :: history(:) !! dofs of the history table

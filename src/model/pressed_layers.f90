@@ -1,5 +1,5 @@
 !> The stiffness of the layer of elements that a pair presses: what the penalty of AUTO is a
-!! multiple of (doc/theory, "Penalty").
+!! multiple of (doc/theory, "Penalty", eq. (7.1)).
 module pressed_layers
   use kinds, only: wp
   use bodies, only: find_bodies

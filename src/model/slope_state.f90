@@ -9,7 +9,7 @@ module slope_state
   !> Derivatives of a state, parameter after parameter.
   type :: kept_slopes_t
     integer :: mark(2) = 0 !! sum over the names of the parameters
-    real(wp), allocatable :: tip(:, :) !! (2, points*parameters) of tips
+    real(wp), allocatable :: apex(:, :) !! (2, points*parameters) of apexes
     real(wp), allocatable :: place(:, :) !! (3, contact nodes*parameters) of displacements [length]
     real(wp), allocatable :: force(:, :) !! (3, contact nodes*parameters) of contact forces [force]
     integer, allocatable :: late(:) !! (contact nodes) 1, 2, 4 added up: directions in which the

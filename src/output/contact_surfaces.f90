@@ -59,8 +59,7 @@ contains
     type(point_fields_t), intent(in) :: points !! its points
     integer, intent(in) :: highest !! highest node number
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields; none if
-    !! they are not wanted
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields
     type(sums_t) :: nodes, facets
     integer :: place(highest), p, b, n
     real(wp) :: weight(3)
@@ -93,7 +92,7 @@ contains
     call fill_middles(surface, at_nodes)
     if (pair%form == form_quadrature_to_surface) then
       call to_fields(facets, surface%facet_area, at_facets(:, :size(surface%facets, 2)))
-    else if (size(at_facets, 2) > 0) then
+    else
       call average_corners(surface, nodes, at_nodes, at_facets)
     end if
     if (.not. has_lay(pair)) then
@@ -110,9 +109,9 @@ contains
     integer :: q
 
     nearest = p
-    do q = p + n, size(points%host), n
-      if (points%host(q) == 0) cycle
-      if (points%host(nearest) > 0) then
+    do q = p + n, size(points%target), n
+      if (points%target(q) == 0) cycle
+      if (points%target(nearest) > 0) then
         if (points%gap(q) >= points%gap(nearest)) cycle
       end if
       nearest = q
@@ -131,7 +130,7 @@ contains
       sums%force(:, i) = sums%force(:, i) + share*[normal, f, f - normal*points%normal(:, p), &
         points%dissipation(p)]
     end associate
-    if (points%host(p) > 0) sums%status(i) = max(sums%status(i), points%status(p))
+    if (points%target(p) > 0) sums%status(i) = max(sums%status(i), points%status(p))
   end subroutine add_force
 
   !> Adds what a point says of the area around it: of its slots the nearest to the master counts,
@@ -149,7 +148,7 @@ contains
     p = nearest_slot(points, first, n)
     weight = share*points%area(p)
     sums%share(1, i) = sums%share(1, i) + weight
-    if (points%host(p) == 0) return
+    if (points%target(p) == 0) return
     if (points%status(p) == status_stick) sums%share(2, i) = sums%share(2, i) + weight
     if (points%status(p) == status_slip) sums%share(3, i) = sums%share(3, i) + weight
     sums%weight(i) = sums%weight(i) + weight
@@ -251,34 +250,33 @@ contains
   end subroutine average_corners
 
   !> What the master side of a pair feels at nodes and facets: the opposite of the forces on the
-  !! slave points, which act at the tips of their cones.
+  !! slave points, which act at the apexes of their cones.
   pure subroutine find_master_fields(pair, surface, points, x, at_nodes, at_facets)
     type(pair_t), intent(in) :: pair !! the pair
     type(contact_surface_t), intent(in) :: surface !! its master side
     type(point_fields_t), intent(in) :: points !! its points
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(out) :: at_nodes(:, :) !! (n_columns, nodes) fields
-    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields; none if they are not
-    !! wanted
+    real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets) fields
     type(sums_t) :: nodes, facets
     real(wp) :: shape(3)
     integer :: p, k
 
     nodes = empty_sums(size(surface%nodes))
     facets = empty_sums(size(surface%facets, 2))
-    do p = 1, size(points%host)
-      if (points%host(p) == 0) cycle
-      shape = [points%tip(:, p), 1.0_wp - sum(points%tip(:, p))]
+    do p = 1, size(points%target)
+      if (points%target(p) == 0) cycle
+      shape = [points%apex(:, p), 1.0_wp - sum(points%apex(:, p))]
       do k = 1, 3
-        call add_force(points, p, -shape(k), nodes, surface%facets(k, points%host(p)))
+        call add_force(points, p, -shape(k), nodes, surface%facets(k, points%target(p)))
       end do
       call add_nodal(pair, surface, points, p, x, nodes)
-      call add_force(points, p, -1.0_wp, facets, points%host(p))
+      call add_force(points, p, -1.0_wp, facets, points%target(p))
     end do
     nodes%force(1, :) = -nodes%force(1, :)
     facets%force(1, :) = -facets%force(1, :)
     call to_fields(nodes, surface%node_area, at_nodes)
-    if (size(at_facets, 2) > 0) call to_fields(facets, surface%facet_area, at_facets)
+    call to_fields(facets, surface%facet_area, at_facets)
     at_nodes(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     at_facets(at_energy, :) = ieee_value(1.0_wp, ieee_quiet_nan)
     call take_master_lay(pair, surface, x, at_nodes, at_facets)
@@ -286,26 +284,26 @@ contains
   end subroutine find_master_fields
 
   !> Adds the force of a point to the nodes of its master facet, by their shape functions at the
-  !! tip.
+  !! apex.
   pure subroutine add_nodal(pair, surface, points, p, x, nodes)
     type(pair_t), intent(in) :: pair !! the pair
     type(contact_surface_t), intent(in) :: surface !! its master side
     type(point_fields_t), intent(in) :: points !! its points
-    integer, intent(in) :: p !! a point with a host
+    integer, intent(in) :: p !! a point with a target
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     type(sums_t), intent(inout) :: nodes !! gets nodal
     real(wp) :: shape(6)
     integer :: list(6), n, k
     type(facet_shapes_t) :: s
 
-    associate (f => points%host(p), tip => points%tip(:, p))
+    associate (f => points%target(p), apex => points%apex(:, p))
       n = 3
       list(:3) = surface%facets(:, f)
-      shape(:3) = [tip, 1.0_wp - sum(tip)]
+      shape(:3) = [apex, 1.0_wp - sum(apex)]
       if (surface%middles(1, f) > 0) then
         n = 6
         list(4:) = surface%middles(:, f)
-        s = facet_shapes(tip, facet_kind(pair, f), x(:, surface%nodes(list)))
+        s = facet_shapes(apex, facet_kind(pair, f), x(:, surface%nodes(list)))
         shape = s%n
       end if
       do k = 1, n
@@ -330,11 +328,11 @@ contains
     do i = 1, size(surface%nodes)
       at_nodes(at_lay:at_lay + 2, i) = unit_vector(lay(:, surface%nodes(i)))
     end do
-    do i = 1, size(at_facets, 2)
+    do i = 1, size(surface%facets, 2)
       v = 0.0_wp
       do k = 1, 3
-        associate (corner => lay(:, surface%nodes(surface%facets(k, i))))
-          v = v + sign(1.0_wp, dot_product(v, corner))*unit_vector(corner)
+        associate (corner => at_nodes(at_lay:at_lay + 2, surface%facets(k, i)))
+          v = v + sign(1.0_wp, dot_product(v, corner))*corner
         end associate
       end do
       at_facets(at_lay:at_lay + 2, i) = unit_vector(v)

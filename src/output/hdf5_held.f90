@@ -2,6 +2,7 @@
 !! have is written in one go, for a call of HDF5 costs more than a thousand numbers.
 module hdf5_held
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int32, real32
   use hdf5, only: hid_t, h5t_native_integer, h5t_native_real, h5t_native_double
   use kinds, only: wp
@@ -116,8 +117,11 @@ contains
   elemental integer(int32) function single_word(x) result(word)
     real(wp), intent(in) :: x !! the real
     real(wp), parameter :: largest = real(huge(1.0_real32), wp)
+    real(wp) :: y
 
-    word = transfer(real(merge(sign(largest, x), x, abs(x) > largest), real32), word)
+    y = x
+    if (.not. ieee_is_nan(x)) y = sign(min(abs(x), largest), x)
+    word = transfer(real(y, real32), word)
   end function single_word
 
   !> Writes all that waits in memory.

@@ -11,11 +11,11 @@ module point_fields
 
   !> The contact points of one pair at one time.
   type :: point_fields_t
-    integer, allocatable :: host(:) !! (points) facet of the pair that holds the tip, 0 for none
+    integer, allocatable :: target(:) !! (points) facet of the pair that holds the apex, 0 for none
     integer, allocatable :: status(:) !! (points) one of the status constants
     real(wp), allocatable :: traction(:, :) !! (3, points) contact force on the slave [force]
     real(wp), allocatable :: gap(:) !! (points) normal gap g_N [length]
-    real(wp), allocatable :: tip(:, :) !! (2, points) (xi, eta) of the tip in the host facet
+    real(wp), allocatable :: apex(:, :) !! (2, points) (xi, eta) of the apex in the target facet
     real(wp), allocatable :: lay(:, :) !! (3, points) unit principal axis of mu1 in the facet
     real(wp), allocatable :: lay_traction(:, :) !! (3, points) along p1, p2 and the normal [force]
     real(wp), allocatable :: elastic_slip(:) !! (points) tangential part of the gap [length]
@@ -38,7 +38,7 @@ module point_fields
   !> What is written of each point at each end time.
   type(field_t), parameter :: contact_fields(*) = [ &
     field_t('host', stored_integer, 1, over_points, '1', &
-    'master facet that holds the tip, from 1, 0 for none', part_always), &
+    'master facet that holds the apex, from 1, 0 for none', part_always), &
     field_t('status', stored_integer, 1, over_points, '1', '-1 off, 0 open, 1 stick, 2 slip', &
     part_always), &
     field_t('traction', stored_real, 3, over_points, 'force', &
@@ -46,7 +46,7 @@ module point_fields
     field_t('gap', stored_real, 1, over_points, 'length', 'normal gap g_N, negative in contact', &
     part_always), &
     field_t('tip', stored_real, 2, over_points, '1', &
-    '(xi, eta) of the tip of the friction cone in its facet', part_always), &
+    '(xi, eta) of the apex of the friction cone in its facet', part_always), &
     field_t('lay', stored_real, 3, over_points, '1', &
     'unit principal axis of mu1 in the current facet', part_always), &
     field_t('lay_traction', stored_real, 3, over_points, 'force', &
@@ -71,7 +71,7 @@ contains
     address = c_null_ptr
     select case (name)
     case ('host')
-      address = c_loc(points%host)
+      address = c_loc(points%target)
     case ('status')
       address = c_loc(points%status)
     case ('traction')
@@ -79,7 +79,7 @@ contains
     case ('gap')
       address = c_loc(points%gap)
     case ('tip')
-      address = c_loc(points%tip)
+      address = c_loc(points%apex)
     case ('lay')
       address = c_loc(points%lay)
     case ('lay_traction')

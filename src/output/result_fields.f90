@@ -7,7 +7,7 @@ module result_fields
   implicit none
   private
   public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, over_tip_slopes, over_node_slopes, over_contact_nodes
+    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
@@ -16,7 +16,7 @@ module result_fields
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
   integer, parameter :: over_bodies = 3
-  integer, parameter :: over_tip_slopes = 4
+  integer, parameter :: over_apex_slopes = 4
   integer, parameter :: over_node_slopes = 5
   integer, parameter :: over_contact_nodes = 6
 

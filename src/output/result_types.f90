@@ -82,7 +82,7 @@ module result_types
   !> The contact history of one pair.
   type :: pair_history_t
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
-    integer, allocatable :: coupled(:) !! (points) host when the matrix pattern was built, 0 idle
+    integer, allocatable :: coupled(:) !! (points) target when the matrix pattern was built, 0 idle
     type(cell_t), allocatable :: cells(:) !! (points) of a segmented pair: where they are
   end type pair_history_t
 
@@ -102,7 +102,7 @@ module result_types
     integer :: scene(4) = 0 !! sums over the scene and over the time, 0 if not known
     real(wp) :: residual = 0.0_wp !! residual over the force scale
     ! Of the condensed form, if it is in use
-    real(wp) :: factor_wear(2) = 0.0_wp !! passes that the factors of a nonlinear bulk have cost,
+    real(wp) :: factor_aging(2) = 0.0_wp !! passes that the factors of a nonlinear bulk have cost,
     !! tangents in a row that were not positive definite
     real(wp), allocatable :: factor_displacement(:, :) !! (3, nodes) at which they were made; not
     !! allocated if at rest [length]

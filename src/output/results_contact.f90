@@ -62,8 +62,8 @@ module results_contact
     integer, allocatable :: nodes(:) !! (points) node numbers of the deck
     integer, allocatable :: first_point(:) !! (surfaces + 1) first point of each
     integer, allocatable :: first_cell(:) !! (surfaces + 1) first cell of each
-    logical :: on_facets = .false. !! fields stand on the facets, too: where points lie in facets;
-    !! those of nodes are means of what stands there
+    logical :: on_facets = .false. !! all fields stand on the facets, too: where points lie in
+    !! these. Of points at nodes, those of the slave alone would be the means of corners
   end type contact_file_t
 
 contains
@@ -257,7 +257,7 @@ contains
 
     call add_field(contact%grid, contact%file, on_points, trim(column%name), stored_single, &
       column%components, trim(column%unit), trim(column%description), error)
-    if (allocated(error) .or. column%at == at_force .or. .not. contact%on_facets) return
+    if (allocated(error) .or. .not. is_on_facets(contact, column)) return
     call add_field(contact%grid, contact%file, on_cells, trim(column%name), stored_single, &
       column%components, trim(column%unit), trim(column%description), error)
   end subroutine make_column
@@ -307,14 +307,14 @@ contains
     real(wp), allocatable, intent(out) :: at_nodes(:, :) !! (n_columns, points)
     real(wp), allocatable, intent(out) :: at_cells(:, :) !! (n_columns, cells)
     real(wp), allocatable :: x(:, :)
-    integer :: k, c(3)
+    integer :: k
 
     allocate (at_nodes(n_columns, size(contact%nodes)))
-    allocate (at_cells(n_columns, merge(n_cells(contact), 0, contact%on_facets)))
+    allocate (at_cells(n_columns, n_cells(contact)))
     x = model%mesh%x(:, :size(frame%motion, 2)) + frame%motion
     do k = 1, size(model%pairs)
-      c = merge(contact%first_cell(2*k - 1:2*k + 1), 1, contact%on_facets)
-      associate (p => contact%first_point(2*k - 1:2*k + 1))
+      associate (p => contact%first_point(2*k - 1:2*k + 1), &
+                 c => contact%first_cell(2*k - 1:2*k + 1))
         call find_slave_fields(model%pairs(k), contact%surfaces(2*k - 1), frame%pairs(k), &
           size(x, 2), at_nodes(:, p(1):p(2) - 1), at_cells(:, c(1):c(2) - 1))
         call find_master_fields(model%pairs(k), contact%surfaces(2*k), frame%pairs(k), x, &
@@ -322,6 +322,15 @@ contains
       end associate
     end do
   end subroutine find_fields
+
+  !> A field stands on the facets, too.
+  pure logical function is_on_facets(contact, column) result(yes)
+    type(contact_file_t), intent(in) :: contact !! the file
+    type(column_t), intent(in) :: column !! the field
+
+    yes = any(column%at == [at_pressure, at_traction, at_shear, at_status]) .or. &
+      (contact%on_facets .and. column%at /= at_force)
+  end function is_on_facets
 
   !> Adds one field.
   subroutine add_column(contact, column, at_nodes, at_cells, error)
@@ -333,7 +342,7 @@ contains
 
     call add_values(contact%file, on_points, trim(column%name), &
       part_of(at_nodes, column), error)
-    if (allocated(error) .or. column%at == at_force .or. .not. contact%on_facets) return
+    if (allocated(error) .or. .not. is_on_facets(contact, column)) return
     call add_values(contact%file, on_cells, trim(column%name), &
       part_of(at_cells, column), error)
   end subroutine add_column

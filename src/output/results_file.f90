@@ -129,13 +129,14 @@ contains
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer(long) :: bytes
-    logical :: with_frames
+    logical :: with_frames, with_state
 
     if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
     if (allocated(error)) return
+    with_state = present(state) .and. model%output%state /= state_none
     with_frames = are_frames_due(results%vtk%grid, results%file)
     bytes = bytes_of_rows
-    if (with_frames .or. present(state)) bytes = bytes + results%bytes
+    if (with_frames .or. with_state) bytes = bytes + results%bytes
     if (allocated(row%derivatives)) bytes = bytes + bytes_of_derivative*size( &
       row%derivatives%kinks, kind=long)
     call reserve_room(results%file, bytes, error)
@@ -146,14 +147,14 @@ contains
       results%file, row%step, row%time, row%derivatives, error)
     if (.not. allocated(error)) call append_audit(results%file, audit, error)
     if (allocated(error)) return
-    if (present(state)) call write_state(results%file, model, results%states, state, error)
+    if (with_state) call write_state(results%file, model, results%states, state, error)
     if (allocated(error)) return
     if (with_frames) call write_frames(results%vtk%grid, results%file, error)
     if (.not. allocated(error)) call flush_hdf5(results%file, error)
-    if (allocated(error) .or. .not. (with_frames .or. present(state))) return
+    if (allocated(error) .or. .not. (with_frames .or. with_state)) return
     call reserve_room(results%file, bytes, error)
     if (allocated(error)) return
-    if (present(state)) then
+    if (with_state) then
       call complete_state(results%file, model, results%states, row%step, error)
       if (allocated(error)) return
       results%states = results%states + 1

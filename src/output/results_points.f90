@@ -171,7 +171,7 @@ contains
 
     address = address_of(points, field%name)
     if (.not. c_associated(address)) return
-    associate (n => field%components*size(points%host))
+    associate (n => field%components*size(points%target))
       if (field%stored == stored_real) then
         call c_f_pointer(address, reals, [n])
         call hold_block(file, group//'/'//trim(field%name), reals, error)

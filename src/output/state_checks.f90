@@ -13,7 +13,7 @@ module state_checks
   private
   public :: check_state
 
-  !> A tip lies in its host, or beside it by this share of it at most: at a rim.
+  !> An apex lies in its target, or beside it by this share of it at most: at a rim.
   real(wp), parameter :: beside = 0.5_wp
 
 contains
@@ -52,11 +52,11 @@ contains
       end if
     end if
     if (len(why) == 0 .and. allocated(state%factor_displacement)) then
-      if (.not. all_finite([state%factor_wear, reshape(state%factor_displacement, &
+      if (.not. all_finite([state%factor_aging, reshape(state%factor_displacement, &
         [size(state%factor_displacement)])])) why = 'that of its factors holds what is not a number'
     end if
-    if (len(why) == 0 .and. allocated(state%slopes%tip)) then
-      if (.not. all_finite([reshape(state%slopes%tip, [size(state%slopes%tip)]), &
+    if (len(why) == 0 .and. allocated(state%slopes%apex)) then
+      if (.not. all_finite([reshape(state%slopes%apex, [size(state%slopes%apex)]), &
         reshape(state%slopes%place, [size(state%slopes%place)]), reshape(state%slopes%force, &
         [size(state%slopes%force)])])) why = 'a derivative is not a number'
     end if
@@ -102,17 +102,17 @@ contains
     why = ''
     if (point%status < status_off .or. point%status > status_slip) then
       why = 'its status is '//to_text(point%status)
-    else if (point%host < 0 .or. point%host > facets) then
-      why = 'its facet is '//to_text(point%host)
-    else if (point%status > status_open .and. point%host == 0) then
+    else if (point%target < 0 .or. point%target > facets) then
+      why = 'its facet is '//to_text(point%target)
+    else if (point%status > status_open .and. point%target == 0) then
       why = 'it is closed and has no facet'
-    else if (.not. all_finite([point%tip, point%lambda, point%way, &
+    else if (.not. all_finite([point%apex, point%lambda, point%way, &
       point%dissipation, point%path])) then
       why = 'its history holds what is not a number'
     else if (point%status > status_open) then
-      least = min(point%tip(1), point%tip(2), 1.0_wp - point%tip(1) - point%tip(2))
-      if (least < -beside) why = 'its tip ('//to_text(point%tip(1))//', '// &
-        to_text(point%tip(2))//') lies outside of its facet'
+      least = min(point%apex(1), point%apex(2), 1.0_wp - point%apex(1) - point%apex(2))
+      if (least < -beside) why = 'its apex ('//to_text(point%apex(1))//', '// &
+        to_text(point%apex(2))//') lies outside of its facet'
     end if
   end function fault_of
 

@@ -11,7 +11,7 @@ module state_fields
   use rigid_paths, only: count_rigid
   use result_types, only: saved_state_t, pair_history_t
   use result_fields, only: field_t, over_one, over_nodes, over_points, over_bodies, &
-    over_tip_slopes, over_node_slopes, over_contact_nodes
+    over_apex_slopes, over_node_slopes, over_contact_nodes
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
@@ -68,8 +68,8 @@ module state_fields
     'contact forces of the condensed solver; empty if it was not in use', part_condensed), &
     field_t('slope_mark', stored_integer, 2, over_one, '1', &
     'sum over the names of the parameters of derivatives', part_slopes), &
-    field_t('tip_slope', stored_real, 2, over_tip_slopes, '1/parameter', &
-    'derivatives of the tips, parameter after parameter', part_slopes), &
+    field_t('tip_slope', stored_real, 2, over_apex_slopes, '1/parameter', &
+    'derivatives of the apexes, parameter after parameter', part_slopes), &
     field_t('place_slope', stored_real, 3, over_node_slopes, 'length/parameter', &
     'derivatives of the displacements, parameter after parameter', part_slopes), &
     field_t('force_slope', stored_real, 3, over_node_slopes, 'force/parameter', &
@@ -81,15 +81,15 @@ module state_fields
   !> Fields of each contact pair.
   type(field_t), parameter :: fields_of_pair(*) = [ &
     field_t('host', stored_integer, 1, over_points, '1', &
-    'facet of the pair that holds the tip, from 1, 0 for none', part_always), &
+    'facet of the pair that holds the apex, from 1, 0 for none', part_always), &
     field_t('status', stored_integer, 1, over_points, '1', '-1 off, 0 open, 1 stick, 2 slip', &
     part_always), &
-    field_t('tip', stored_real, 2, over_points, '1', '(xi, eta) of the tip in its facet', &
+    field_t('tip', stored_real, 2, over_points, '1', '(xi, eta) of the apex in its facet', &
     part_always), &
     field_t('dissipation', stored_real, 1, over_points, 'force length', &
     'work that friction has taken up to now', part_always), &
     field_t('coupled', stored_integer, 1, over_points, '1', &
-    'host when the pattern of the matrix was built, 0 for none', part_always), &
+    'target when the pattern of the matrix was built, 0 for none', part_always), &
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_path), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
@@ -103,7 +103,7 @@ module state_fields
     field_t('area', stored_real, 1, over_points, 'length^2', 'reference area of the point', &
     part_cells), &
     field_t('place', stored_real, 2, over_points, '1', &
-    '(xi, eta) of the point in its host when its cell was made', part_cells)]
+    '(xi, eta) of the point in its target when its cell was made', part_cells)]
 
   !> Whether a deck or one of its pairs has use for a field.
   interface in_use
@@ -162,11 +162,11 @@ contains
     case (part_before)
       kept = allocated(state%displacement_before)
     case (part_factor)
-      kept = allocated(state%factor_displacement) .or. any(state%factor_wear > 0.0_wp)
+      kept = allocated(state%factor_displacement) .or. any(state%factor_aging > 0.0_wp)
     case (part_condensed)
       kept = allocated(state%candidate)
     case (part_slopes)
-      kept = allocated(state%slopes%tip)
+      kept = allocated(state%slopes%apex)
     case default
       kept = .true.
     end select
@@ -208,7 +208,7 @@ contains
     case ('displacement_before')
       call find_array(state%displacement_before, dims, make, address)
     case ('factor_wear')
-      address = c_loc(state%factor_wear)
+      address = c_loc(state%factor_aging)
     case ('factor_displacement')
       call find_array(state%factor_displacement, dims, make, address)
     case ('scene')
@@ -225,7 +225,7 @@ contains
     case ('slope_mark')
       address = c_loc(state%slopes%mark)
     case ('tip_slope')
-      call find_array(state%slopes%tip, dims, make, address)
+      call find_array(state%slopes%apex, dims, make, address)
     case ('place_slope')
       call find_array(state%slopes%place, dims, make, address)
     case ('force_slope')
@@ -257,7 +257,7 @@ contains
     nullify (values)
     select case (name)
     case ('tip')
-      values => history%points%tip(k)
+      values => history%points%apex(k)
     case ('dissipation')
       values => history%points%dissipation
     case (slip_path%name)
@@ -284,7 +284,7 @@ contains
     nullify (values)
     select case (name)
     case ('host')
-      values => history%points%host
+      values => history%points%target
     case ('status')
       values => history%points%status
     case ('coupled')

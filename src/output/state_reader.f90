@@ -354,8 +354,8 @@ contains
         if (allocated(error)) return
       end associate
     end do
-    if (any(history%points%host < 0 .or. history%points%host > size(pair%surface%facets, 2)) .or. &
-      any(history%coupled < 0 .or. history%coupled > most_coupled(pair))) then
+    if (any(history%points%target < 0 .or. history%points%target > size(pair%surface%facets, &
+      2)) .or. any(history%coupled < 0 .or. history%coupled > most_coupled(pair))) then
       call raise(error, exit_deck, 'facet out of range')
     else if (pair%segmented) then
       associate (slave => history%cells%slave)

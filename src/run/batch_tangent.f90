@@ -7,7 +7,7 @@ module batch_tangent
   use parallel, only: any_rank
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
   use increment_start, only: take_overlaps, begin_at, choose_start
-  use host_passes, only: follow_solution, settle_touches
+  use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
   use contact_coupling, only: couple
   use residuals, only: estimate_round_off, form_residual, residual_norm
@@ -23,7 +23,7 @@ module batch_tangent
   private
   public :: prepare, run_tangent, run_form, run_back
 
-  !> Times that hosts follow an iterate in balance before another iteration is asked for.
+  !> Times that targets follow an iterate in balance before another iteration is asked for.
   integer, parameter :: most_passes = 10
 
 contains
@@ -94,13 +94,13 @@ contains
       call estimate_round_off(system, model%mesh%x)
       run%converged = is_converged(system, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
-      call settle_hosts(run, context)
+      call settle_targets(run, context)
     end associate
   end subroutine run_tangent
 
   !> Hosts and first touches follow an iterate in balance. Where that changes them, it has converged
   !! all the same if nothing is left of the residual then.
-  subroutine settle_hosts(run, context)
+  subroutine settle_targets(run, context)
     type(run_state_t), intent(inout) :: run !! the pending increment; gets converged
     type(context_t), target, intent(inout) :: context !! what the run works on
     integer :: pass
@@ -120,7 +120,7 @@ contains
         if (.not. is_converged(system, run%settings, run%progress)) return
       end do
     end associate
-  end subroutine settle_hosts
+  end subroutine settle_targets
 
   !> FORM: forms the residual of the pending increment, and tells its norm.
   subroutine run_form(run, context, error)

@@ -23,7 +23,7 @@ contains
   subroutine write_check_files(base, folder, model, origin, error)
     character(*), intent(in) :: base !! path without extension
     character(*), intent(in) :: folder !! folder to make first, empty for none
-    type(model_t), intent(inout) :: model !! the problem, its pairs with their first hosts
+    type(model_t), intent(inout) :: model !! the problem, its pairs with their first targets
     type(origin_t), intent(in) :: origin !! what makes them
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(results_t) :: results

@@ -60,7 +60,8 @@ contains
 
   !> Tells the gaps of all pairs at the start; penetrations are worth a warning.
   subroutine report_gaps(context, to_terminal)
-    type(context_t), target, intent(inout) :: context !! pairs with their first hosts; log, terminal
+    type(context_t), target, intent(inout) :: context !! pairs with their first targets; log,
+    !! terminal
     logical, intent(in) :: to_terminal !! gaps go to the terminal, else to the log
     character(:), allocatable :: line
     logical :: penetrates

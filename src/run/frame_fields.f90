@@ -107,12 +107,13 @@ contains
     integer :: n, p
 
     n = count_points(pair)
-    points%host = pair%history%old%host
+    points%target = pair%history%old%target
     points%status = pair%history%old%status
     points%dissipation = pair%history%old%dissipation
     points%path = pair%history%old%path
     points%way = reshape([(pair%history%old(p)%way, p=1, n)], [3, n])
-    points%tip = reshape([pair%history%old%tip(1), pair%history%old%tip(2)], [2, n], order=[2, 1])
+    points%apex = reshape([pair%history%old%apex(1), pair%history%old%apex(2)], [2, n], order=[2, &
+      1])
     points%area = spread(1.0_wp, 1, n)
     points%facet = spread(0, 1, n)
     if (pair%segmented) then
@@ -132,7 +133,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(point_fields_t), intent(inout) :: points !! host and normal given; gets slip
+    type(point_fields_t), intent(inout) :: points !! target and normal given; gets slip
     real(wp) :: y(3), xi(2), gap
     real(wp), allocatable :: moved(:, :)
     integer :: p
@@ -140,10 +141,11 @@ contains
     allocate (points%slip(3, count_points(pair)), source=0.0_wp)
     moved = x(:, :size(u, 2)) + u
     do p = 1, count_points(pair)
-      if (points%host(p) == 0) cycle
+      if (points%target(p) == 0) cycle
       associate (e => points%normal(:, p))
-        call project_on_master(pair, points%host(p), moved, point_position(pair, p, moved), xi, gap)
-        y = point_field(pair, p, u) - field_on_facet(pair, points%host(p), x, u, xi)
+        call project_on_master(pair, points%target(p), moved, point_position(pair, p, moved), xi, &
+          gap)
+        y = point_field(pair, p, u) - field_on_facet(pair, points%target(p), x, u, xi)
         points%slip(:, p) = y - dot_product(y, e)*e
       end associate
     end do
@@ -151,7 +153,7 @@ contains
 
   !> What there is to see before the first increment: gaps and the lay.
   subroutine fill_first_frame(model, frame)
-    type(model_t), intent(in) :: model !! pairs with their first hosts
+    type(model_t), intent(in) :: model !! pairs with their first targets
     type(frame_t), intent(out) :: frame !! fields at rest
     integer :: k, n
 
@@ -170,7 +172,7 @@ contains
 
   !> Gaps, normals and lay of the points of a pair at rest.
   subroutine find_first_gaps(pair, x, points)
-    type(pair_t), intent(in) :: pair !! the pair with its first hosts
+    type(pair_t), intent(in) :: pair !! the pair with its first targets
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(point_fields_t), intent(inout) :: points !! gets gap, normal and lay
     type(axes_t) :: axes
@@ -178,12 +180,13 @@ contains
     integer :: p
 
     do p = 1, count_points(pair)
-      if (points%host(p) == 0) cycle
-      associate (corners => pair%surface%facets(:, points%host(p)), y => point_position(pair, p, x))
-        call project_on_master(pair, points%host(p), x, y, xi, points%gap(p))
+      if (points%target(p) == 0) cycle
+      associate (corners => pair%surface%facets(:, points%target(p)), y => point_position(pair, &
+        p, x))
+        call project_on_master(pair, points%target(p), x, y, xi, points%gap(p))
         frame = facet_frame(x(:, corners))
         points%normal(:, p) = frame(:, 3)
-        call find_axes(point_parameters(pair, p, points%host(p)), &
+        call find_axes(point_parameters(pair, p, points%target(p)), &
           x(:, corners(1)) - x(:, corners(3)), x(:, corners(2)) - x(:, corners(3)), frame(:, 3), &
           xi, y, axes)
         points%lay(:, p) = axes%p(:, 1)
@@ -208,8 +211,8 @@ contains
   end subroutine fill_lay
 
   !> Forces on the slave side along p1, p2 = e x p1 and e, as the law of friction has them: on a
-  !! curved facet the force of a point at its tip is by s^2/(2 R) of the penalty longer along e than
-  !! the depth from which the cone has its radius.
+  !! curved facet the force of a point at its apex is by s^2/(2 R) of the penalty longer along e
+  !! than the depth from which the cone has its radius.
   pure function in_lay_frame(points) result(f)
     real(wp), intent(in) :: points(:, :) !! (n_element_stress, points) of elmt03
     real(wp) :: f(3, size(points, 2))

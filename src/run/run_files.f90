@@ -328,7 +328,7 @@ contains
     else if (system%condensed%preconditions) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = 0.0_wp*state%u
-      saved%factor_wear = [system%condensed%wear, real(system%condensed%refusals, wp)]
+      saved%factor_aging = [system%condensed%aging, real(system%condensed%refusals, wp)]
       if (allocated(system%condensed%made_at)) saved%factor_displacement = &
         system%condensed%made_at
     end if
@@ -341,7 +341,7 @@ contains
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%history%old
       if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%history%old_cells
-      saved%pairs(k)%coupled = system%place%coupled_hosts(system%place%first_point(k): &
+      saved%pairs(k)%coupled = system%place%coupled_targets(system%place%first_point(k): &
         system%place%first_point(k + 1) - 1)
     end do
   end subroutine fill_state

@@ -85,7 +85,7 @@ contains
     type(model_t), intent(inout) :: model !! gets its contact history
     type(system_t), intent(inout) :: system !! gets the pattern of its matrix
     type(state_t), intent(inout) :: state !! becomes the state
-    integer :: hosts(system%contact%n), k
+    integer :: targets(system%contact%n), k
 
     state%time = saved%time
     state%u = saved%displacement
@@ -102,12 +102,12 @@ contains
         model%pairs(k)%history%old_cells = saved%pairs(k)%cells
         call begin_cells(model%pairs(k))
       end if
-      hosts(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
+      targets(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
         saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
     if (.not. (system%condensed%active .or. system%condensed%preconditions)) &
-      call couple_as_saved(model, system, hosts)
+      call couple_as_saved(model, system, targets)
   end subroutine take_state
 
   !> Forces and candidates of the condensed form; other candidates than the present ones mean that
@@ -133,8 +133,8 @@ contains
     if (.not. allocated(saved%candidate)) return
     system%condensed%candidate = saved%candidate > 0
     system%condensed%outer%kept = saved%contact_force
-    system%condensed%wear = saved%factor_wear(1)
-    system%condensed%refusals = nint(saved%factor_wear(2))
+    system%condensed%aging = saved%factor_aging(1)
+    system%condensed%refusals = nint(saved%factor_aging(2))
     if (allocated(saved%factor_displacement)) system%condensed%made_at = saved%factor_displacement
   end subroutine take_condensed_state
 

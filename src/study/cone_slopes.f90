@@ -1,4 +1,4 @@
-!> Derivatives of one contact element by what is not a position: old tip, coefficients of friction,
+!> Derivatives of one contact element by what is not a position: old apex, coefficients of friction,
 !! slip rule, lay, shift; and of its stick, slip and gap criteria (doc/theory, "Derivatives of the
 !! contact element").
 !!
@@ -15,10 +15,10 @@ module cone_slopes
   use contact_cone, only: gap_operator
   implicit none
   private
-  public :: cone_slopes_t, find_slopes, cause_tip, cause_mu, cause_rule, cause_angle, &
+  public :: cone_slopes_t, find_slopes, cause_apex, cause_mu, cause_rule, cause_angle, &
     cause_shift, causes, slope_by_causes, slope_by_motion, force_slope, turn_of_vector
 
-  integer, parameter :: cause_tip = 1 !! old tip (2)
+  integer, parameter :: cause_apex = 1 !! old apex (2)
   integer, parameter :: cause_mu = 3 !! mu1, mu2
   integer, parameter :: cause_rule = 5 !! m of the slip rule, as a real number
   integer, parameter :: cause_angle = 6 !! turn of the lay [radian]
@@ -28,16 +28,16 @@ module cone_slopes
   !> A point of the element and all its slopes.
   type :: cone_slopes_t
     integer :: status = status_open !! open, stick or slip
-    real(wp) :: g(3) = 0.0_wp !! gap to the new tip, with the shift [length]
-    real(wp) :: tip(2) = 0.0_wp !! new tip
+    real(wp) :: g(3) = 0.0_wp !! gap to the new apex, with the shift [length]
+    real(wp) :: apex(2) = 0.0_wp !! new apex
     real(wp) :: rho = 0.0_wp !! depth that friction knows [length]
     real(wp) :: over = 0.0_wp !! trial slip over its cone: |s|_A - rho [length]
     real(wp) :: dg(3, causes) = 0.0_wp !! of g
-    real(wp) :: dtip(2, causes) = 0.0_wp !! of tip
+    real(wp) :: dtip(2, causes) = 0.0_wp !! of apex
     real(wp) :: dover(causes) = 0.0_wp !! of over
     real(wp) :: drho(causes) = 0.0_wp !! of rho
     real(wp) :: dg_x(3, 12) = 0.0_wp !! of g, by S, 1, 2, 3
-    real(wp) :: dtip_x(2, 12) = 0.0_wp !! of tip [1/length]
+    real(wp) :: dtip_x(2, 12) = 0.0_wp !! of apex [1/length]
     real(wp) :: dover_x(12) = 0.0_wp !! of over
     real(wp) :: drho_x(12) = 0.0_wp !! of rho
   end type cone_slopes_t
@@ -49,7 +49,7 @@ module cone_slopes
     real(wp) :: e(3) !! outward unit normal
     real(wp) :: xi(2) !! projection of S
     real(wp) :: gap !! normal gap [length]
-    real(wp) :: g(3) !! gap to the old tip, with the shift [length]
+    real(wp) :: g(3) !! gap to the old apex, with the shift [length]
     real(wp) :: t(3, 3) !! frame of the shift: t1, t2, e
     real(wp) :: k(3) !! tangential part of the shift [length]
     real(wp) :: s(2) !! trial components [length]
@@ -76,7 +76,7 @@ contains
     slopes%drho(cause_shift + 2) = -1.0_wp
     slopes%drho_x = -f%dgap
     if (slopes%rho < 0.0_wp) then
-      slopes%tip = f%xi
+      slopes%apex = f%xi
       slopes%dtip_x = matmul(transpose(f%dual), gap_operator(f%xi) - dyad(f%e, f%dgap) &
         - f%gap*f%de)
       return
@@ -88,11 +88,11 @@ contains
     else
       slopes%status = status_stick
       slopes%g = f%g
-      slopes%tip = e%h1
-      slopes%dg(:, cause_tip:cause_tip + 1) = -f%a
+      slopes%apex = e%h1
+      slopes%dg(:, cause_apex:cause_apex + 1) = -f%a
       slopes%dg(:, cause_shift:) = f%t
-      slopes%dtip(1, cause_tip) = 1.0_wp
-      slopes%dtip(2, cause_tip + 1) = 1.0_wp
+      slopes%dtip(1, cause_apex) = 1.0_wp
+      slopes%dtip(2, cause_apex + 1) = 1.0_wp
       slopes%dg_x = gap_operator(e%h1) + f%dk
     end if
     call compare_with_cone(d(d03_mu:d03_mu + 1), f, slopes)
@@ -178,21 +178,21 @@ contains
     dv = turn_with_frame(frame, norm2(a(:, 1)), de, matmul(v, frame))
   end subroutine turn_of_vector
 
-  !> Slip: g' = -rho e + P s', and the tip A (x_S - x_3 - s' + k).
+  !> Slip: g' = -rho e + P s', and the apex A (x_S - x_3 - s' + k).
   pure subroutine slide(d, e, f, slopes)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     type(element_t), intent(in) :: e !! local data
     type(facet_t), intent(in) :: f !! facet, mapped state
-    type(cone_slopes_t), intent(inout) :: slopes !! gets g, tip and their slopes
+    type(cone_slopes_t), intent(inout) :: slopes !! gets g, apex and their slopes
     real(wp) :: ds_new(2, 12), s_mu(2, 2), s_rule(2), turn
 
     associate (p => f%axes%p, m => f%back%m, s_new => f%back%s)
       slopes%g = matmul(p, s_new) - slopes%rho*f%e
-      slopes%tip = f%xi - matmul(matmul(p, s_new) - f%k, f%dual)
+      slopes%apex = f%xi - matmul(matmul(p, s_new) - f%k, f%dual)
       call slope_of_cone(f%s, slopes%rho, d(d03_mu:d03_mu + 1), nint(d(d03_rule)), f%back, s_mu, &
         s_rule)
       turn = turn_by_angle(d, e, f)
-      slopes%dg(:, cause_tip:cause_tip + 1) = -matmul(p, matmul(m, matmul(transpose(p), f%a)))
+      slopes%dg(:, cause_apex:cause_apex + 1) = -matmul(p, matmul(m, matmul(transpose(p), f%a)))
       slopes%dg(:, cause_mu:cause_mu + 1) = matmul(p, s_mu)
       slopes%dg(:, cause_rule) = matmul(p, s_rule)
       slopes%dg(:, cause_angle) = turn*(matmul(p, matmul(m, [f%s(2), -f%s(1)])) &
@@ -207,7 +207,7 @@ contains
       slopes%dg_x = dyad(f%e, f%dgap) - slopes%rho*f%de + matmul(p, ds_new) &
         + s_new(1)*f%dp(:, :, 1) + s_new(2)*f%dp(:, :, 2)
     end associate
-    slopes%dtip_x = matmul(transpose(f%dual), gap_operator(slopes%tip) - slopes%dg_x + f%dk)
+    slopes%dtip_x = matmul(transpose(f%dual), gap_operator(slopes%apex) - slopes%dg_x + f%dk)
   end subroutine slide
 
   !> How far the axes turn for a unit of the lay's angle: an axis that is carried with the facet was
@@ -249,7 +249,7 @@ contains
     if (size_s <= 0.0_wp) return
     v = f%s/mu**2/size_s
     associate (p => f%axes%p)
-      slopes%dover(cause_tip:cause_tip + 1) = -matmul(v, matmul(transpose(p), f%a))
+      slopes%dover(cause_apex:cause_apex + 1) = -matmul(v, matmul(transpose(p), f%a))
       slopes%dover(cause_mu:cause_mu + 1) = -v*f%s/mu
       slopes%dover(cause_angle) = v(1)*f%s(2) - v(2)*f%s(1)
       slopes%dover(cause_shift:cause_shift + 1) = matmul(v, matmul(transpose(p), f%t(:, 1:2)))
@@ -257,7 +257,7 @@ contains
     slopes%dover_x = slopes%dover_x + matmul(v, f%ds)
   end subroutine compare_with_cone
 
-  !> Change of g (3) and of the tip (2) for a change of the causes.
+  !> Change of g (3) and of the apex (2) for a change of the causes.
   pure function slope_by_causes(slopes, by) result(change)
     type(cone_slopes_t), intent(in) :: slopes !! of the element
     real(wp), intent(in) :: by(causes) !! change of the causes
@@ -267,7 +267,7 @@ contains
     change(4:5) = matmul(slopes%dtip, by)
   end function slope_by_causes
 
-  !> Change of g (3) and of the tip (2) for a motion of S, 1, 2, 3.
+  !> Change of g (3) and of the apex (2) for a motion of S, 1, 2, 3.
   pure function slope_by_motion(slopes, dx) result(change)
     type(cone_slopes_t), intent(in) :: slopes !! of the element
     real(wp), intent(in) :: dx(12) !! motion [length]
@@ -277,13 +277,13 @@ contains
     change(4:5) = matmul(slopes%dtip_x, dx)
   end function slope_by_motion
 
-  !> Change of the nodal forces of S, 1, 2, 3 for a change of g, of the tip and of the penalty:
-  !! r_S = f, r_a = -N_a(tip) f.
+  !> Change of the nodal forces of S, 1, 2, 3 for a change of g, of the apex and of the penalty:
+  !! r_S = f, r_a = -N_a(apex) f.
   pure function force_slope(slopes, epsilon, depsilon, change) result(dr)
     type(cone_slopes_t), intent(in) :: slopes !! of the element
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     real(wp), intent(in) :: depsilon !! its change
-    real(wp), intent(in) :: change(5) !! of g and of the tip
+    real(wp), intent(in) :: change(5) !! of g and of the apex
     real(wp) :: dr(12)
     real(wp) :: f(3), df(3)
 
@@ -293,11 +293,11 @@ contains
     end if
     f = epsilon*slopes%g
     df = epsilon*change(1:3) + depsilon*slopes%g
-    associate (tip => slopes%tip, dtip => change(4:5))
+    associate (apex => slopes%apex, dtip => change(4:5))
       dr(1:3) = df
-      dr(4:6) = -tip(1)*df - dtip(1)*f
-      dr(7:9) = -tip(2)*df - dtip(2)*f
-      dr(10:12) = -(1.0_wp - tip(1) - tip(2))*df + (dtip(1) + dtip(2))*f
+      dr(4:6) = -apex(1)*df - dtip(1)*f
+      dr(7:9) = -apex(2)*df - dtip(2)*f
+      dr(10:12) = -(1.0_wp - apex(1) - apex(2))*df + (dtip(1) + dtip(2))*f
     end associate
   end function force_slope
 end module cone_slopes

@@ -9,9 +9,9 @@ module increment_elements
   use contact_points, only: count_points
   use touch_path, only: touch_known
   use cone_slopes, only: cone_slopes_t, find_slopes, slope_by_causes, slope_by_motion, &
-    force_slope, causes, cause_tip, cause_mu, cause_rule, cause_angle
+    force_slope, causes, cause_apex, cause_mu, cause_rule, cause_angle
   use contact_types, only: pair_t
-  use host_slopes, only: way_t, find_way, carry_slope, projection_slope
+  use target_slopes, only: way_t, find_way, carry_slope, projection_slope
   use late_displacements, only: complete_nodes
   use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t
@@ -36,11 +36,12 @@ module increment_elements
     type(cone_slopes_t), allocatable :: slopes(:) !! (elements) at the converged state
     type(element_t), allocatable :: elements(:) !! (elements) their data
     real(wp), allocatable :: by(:, :, :) !! (causes, elements, n) changes of the causes
-    real(wp), allocatable :: change(:, :, :) !! (5, elements, n) changes of gap and tip by these
+    real(wp), allocatable :: change(:, :, :) !! (5, elements, n) changes of gap and apex by these
     real(wp), allocatable :: stiffer(:, :) !! (elements, n) changes of the penalty, over itself
-    type(way_t), allocatable :: ways(:) !! of start tips to their hosts
-    integer, allocatable :: way(:) !! (elements) which of them, 0 for none: the host is the old one
-    logical, allocatable :: anew(:) !! (elements) the tip starts at its projection
+    type(way_t), allocatable :: ways(:) !! of start apexes to their targets
+    integer, allocatable :: way(:) !! (elements) which of them, 0 for none: the target is the old
+    !! one
+    logical, allocatable :: anew(:) !! (elements) the apex starts at its projection
     type(shifted_t) :: shifted !! those with multipliers
   end type work_t
 
@@ -108,7 +109,7 @@ contains
     end do
   end subroutine find_causes
 
-  !> How the tips of closed elements have come to their hosts, and the displacements there.
+  !> How the apexes of closed elements have come to their targets, and the displacements there.
   subroutine find_ways(model, system, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, last positions
@@ -126,11 +127,11 @@ contains
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
         if (.not. is_closed(system, work, e)) cycle
-        associate (pair => model%pairs(k), host => model%pairs(k)%history%old(p)%host)
+        associate (pair => model%pairs(k), target => model%pairs(k)%history%old(p)%target)
           work%anew(e) = starts_anew(pair, p, e, k, system, s)
-          if (.not. work%anew(e) .and. s%host(e) /= host) then
+          if (.not. work%anew(e) .and. s%target(e) /= target) then
             n = n + 1
-            call find_way(pair, system%position%x_old, s%host(e), s%tip(:, e), host, &
+            call find_way(pair, system%position%x_old, s%target(e), s%apex(:, e), target, &
               system%contact%h1(:, e), work%ways(n), exact)
             if (.not. exact) s%lost = s%lost + 1
             work%anew(e) = work%ways(n)%n == 0
@@ -139,7 +140,7 @@ contains
               wanted(pair%surface%facets(:, work%ways(n)%facet(i))) = .true.
             end do
           end if
-          if (work%anew(e)) wanted(pair%surface%facets(:, host)) = .true.
+          if (work%anew(e)) wanted(pair%surface%facets(:, target)) = .true.
           if (work%anew(e)) wanted(work%elements(e)%ix(:work%elements(e)%slaves)) = .true.
         end associate
       end do
@@ -147,11 +148,11 @@ contains
     call complete_nodes(system, wanted, s)
   end subroutine find_ways
 
-  !> Closed elements whose host is another one than before.
+  !> Closed elements whose target is another one than before.
   integer function count_moves(model, system, s, work) result(n)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(sensitivity_t), intent(in) :: s !! hosts before
+    type(sensitivity_t), intent(in) :: s !! targets before
     type(work_t), intent(in) :: work !! slopes
     integer :: k, p, e
 
@@ -159,7 +160,7 @@ contains
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
-        if (is_closed(system, work, e) .and. s%host(e) /= model%pairs(k)%history%old(p)%host) &
+        if (is_closed(system, work, e) .and. s%target(e) /= model%pairs(k)%history%old(p)%target) &
           n = n + 1
       end do
     end do
@@ -175,7 +176,7 @@ contains
     if (is_closed) is_closed = work%slopes(e)%status /= status_open
   end function is_closed
 
-  !> A tip starts at its projection, whatever was before.
+  !> An apex starts at its projection, whatever was before.
   logical function starts_anew(pair, p, e, k, system, s) result(anew)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -184,14 +185,14 @@ contains
     type(system_t), intent(in) :: system !! bodies and what they touch
     type(sensitivity_t), intent(inout) :: s !! state before; gets touched
 
-    anew = s%host(e) == 0
+    anew = s%target(e) == 0
     if (s%status(e) > status_open .or. system%touch%stage /= touch_known) return
     if (.not. system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) return
     anew = .true.
     s%touched = s%touched + 1
   end function starts_anew
 
-  !> Derivatives of the start tip of one point in its present host.
+  !> Derivatives of the start apex of one point in its present target.
   subroutine start_slopes(pair, p, e, system, s, work)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -203,13 +204,13 @@ contains
 
     associate (x => system%position%x_old)
       do j = 1, size(s%slopes)
-        associate (dtip => work%by(cause_tip:cause_tip + 1, e, j))
+        associate (dtip => work%by(cause_apex:cause_apex + 1, e, j))
           if (work%anew(e)) then
-            dtip = projection_slope(pair, p, pair%history%old(p)%host, x, s%du(:, :, j))
+            dtip = projection_slope(pair, p, pair%history%old(p)%target, x, s%du(:, :, j))
           else
             dtip = s%dtip(:, e, j)
             if (work%way(e) > 0) call carry_slope(pair, x, s%du(:, :, j), &
-              work%ways(work%way(e)), s%tip(:, e), dtip)
+              work%ways(work%way(e)), s%apex(:, e), dtip)
           end if
         end associate
       end do
@@ -234,7 +235,7 @@ contains
     dr = force_slope(work%slopes(e), epsilon, epsilon*work%stiffer(e, j), change)
   end function element_change
 
-  !> Adds the change of the gap and of the tip that the motion of the element's nodes makes.
+  !> Adds the change of the gap and of the apex that the motion of the element's nodes makes.
   pure subroutine add_motion(work, e, j, dx)
     type(work_t), intent(inout) :: work !! slopes; gets change
     integer, intent(in) :: e !! the element

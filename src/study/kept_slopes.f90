@@ -51,7 +51,7 @@ contains
     associate (nodes => contact_nodes(model), slopes => state%slopes)
       n = size(nodes)
       slopes%mark = mark_of(s)
-      slopes%tip = reshape(s%dtip, [2, size(s%dtip, 2)*size(s%dtip, 3)])
+      slopes%apex = reshape(s%dtip, [2, size(s%dtip, 2)*size(s%dtip, 3)])
       slopes%place = reshape(s%du(:, nodes, :), [3, n*size(s%slopes)])
       slopes%force = reshape(s%force(:, nodes, :), [3, n*size(s%slopes)])
       if (.not. allocated(slopes%late)) allocate (slopes%late(n))
@@ -77,7 +77,7 @@ contains
     integer :: j, n
     logical :: fits
 
-    if (.not. allocated(state%slopes%tip)) then
+    if (.not. allocated(state%slopes%apex)) then
       call raise(error, exit_deck, 'error: the state in '//path//' holds no derivatives, and '// &
         'SENSitivity wants those of the whole path'//new_line('a')// &
         '  give the run that writes it the same SENSitivity (or --sens), or leave it out here')
@@ -85,7 +85,7 @@ contains
     end if
     n = size(s%slopes)
     associate (slopes => state%slopes, nodes => contact_nodes(model))
-      fits = all(slopes%mark == mark_of(s)) .and. size(slopes%tip, 2) == size(s%dtip, 2)*n &
+      fits = all(slopes%mark == mark_of(s)) .and. size(slopes%apex, 2) == size(s%dtip, 2)*n &
         .and. size(slopes%late) == size(nodes)
       if (.not. fits) then
         call raise(error, exit_deck, 'error: the state in '//path//' holds derivatives by '// &
@@ -93,7 +93,7 @@ contains
           '  ask for the same ones in the same order as the run that wrote it')
         return
       end if
-      s%dtip = reshape(slopes%tip, shape(s%dtip))
+      s%dtip = reshape(slopes%apex, shape(s%dtip))
       s%du(:, nodes, :) = reshape(slopes%place, [3, size(nodes), n])
       s%force(:, nodes, :) = reshape(slopes%force, [3, size(nodes), n])
       s%answers = none

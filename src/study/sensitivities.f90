@@ -1,4 +1,4 @@
-!> Direct differentiation of an increment that has been accepted: derivatives of tips,
+!> Direct differentiation of an increment that has been accepted: derivatives of apexes,
 !! displacements, contact forces and reactions by all parameters (doc/theory, "Sensitivities along
 !! the path", eq. (14.1)).
 module sensitivities
@@ -10,7 +10,7 @@ module sensitivities
   use model_types, only: model_t
   use contact_points, only: count_points
   use facet_geometry, only: facet_size
-  use host_slopes, only: projection_slope
+  use target_slopes, only: projection_slope
   use late_displacements, only: complete_nodes
   use increment_elements, only: work_t, load_elements, find_causes, element_change, add_motion, &
     element_motion, add_forces
@@ -164,8 +164,8 @@ contains
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
         associate (pair => model%pairs(k), point => model%pairs(k)%history%old(p))
-          if (point%host > 0 .and. point%status <= status_open) then
-            wanted(pair%surface%facets(:, point%host)) = .true.
+          if (point%target > 0 .and. point%status <= status_open) then
+            wanted(pair%surface%facets(:, point%target)) = .true.
             wanted(pair%points%point_nodes(:, p)) = .true.
           end if
         end associate
@@ -235,11 +235,11 @@ contains
     if (nearer) range = abs(value/slope)
   end subroutine narrow
 
-  !> Derivatives of the new tips; open points follow their projection.
+  !> Derivatives of the new apexes; open points follow their projection.
   subroutine settle(model, system, s, work)
     type(model_t), intent(in) :: model !! pairs, settled
     type(system_t), intent(in) :: system !! contact elements, positions
-    type(sensitivity_t), intent(inout) :: s !! du given; gets dtip, host, tip, status
+    type(sensitivity_t), intent(inout) :: s !! du given; gets dtip, target, apex, status
     type(work_t), intent(in) :: work !! elements, causes
     integer :: k, p, e, j
 
@@ -248,10 +248,10 @@ contains
         e = system%place%first_point(k) + p - 1
         associate (point => model%pairs(k)%history%old(p))
           do j = 1, size(s%slopes)
-            if (point%host == 0) then
+            if (point%target == 0) then
               s%dtip(:, e, j) = 0.0_wp
             else if (point%status <= status_open) then
-              s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%host, &
+              s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%target, &
                 system%position%x_now, &
                 s%du(:, :, j))
             else
@@ -269,18 +269,19 @@ contains
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
     type(state_t), intent(in) :: state !! time, displacements
-    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
+    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, pseudo_step
 
     if (s%full) then
       call full_reactions(model, system, state, s)
     else
       call sum_supports(model, system, state, s)
     end if
-    associate (euler => s%euler)
-      euler%error = 0.0_wp
-      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs( &
-        euler%factor(1)*s%reaction(:, :, euler%slope(1)) &
-        + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - s%total))/maxval(abs(s%total))
+    associate (pseudo_step => s%pseudo_step)
+      pseudo_step%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) pseudo_step%error = maxval(abs( &
+        pseudo_step%factor(1)*s%reaction(:, :, pseudo_step%slope(1)) &
+        + pseudo_step%factor(2)*s%reaction(:, :, &
+        pseudo_step%slope(2)) - s%total))/maxval(abs(s%total))
     end associate
   end subroutine add_reactions
 

@@ -48,8 +48,8 @@ contains
 
     n = size(s%slopes)
     points = system%contact%n
-    allocate (s%host(points), s%status(points), source=0)
-    allocate (s%tip(2, points), s%dtip(2, points, n), source=0.0_wp)
+    allocate (s%target(points), s%status(points), source=0)
+    allocate (s%apex(2, points), s%dtip(2, points, n), source=0.0_wp)
     allocate (s%du(3, model%mesh%nodes, n), s%force(3, model%mesh%nodes, n), source=0.0_wp)
     s%sets = model%output%reactions
     allocate (s%reaction(3, size(s%sets), n), s%contact(3, size(model%pairs), n), &
@@ -59,19 +59,19 @@ contains
     call remember_points(model, system, s)
   end subroutine begin_sensitivities
 
-  !> Hosts, tips and status of the last state.
+  !> Hosts, apexes and status of the last state.
   subroutine remember_points(model, system, s)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! where each pair begins
-    type(sensitivity_t), intent(inout) :: s !! gets host, status, tip
+    type(sensitivity_t), intent(inout) :: s !! gets target, status, apex
     integer :: k, p
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         associate (e => system%place%first_point(k) + p - 1, point => model%pairs(k)%history%old(p))
-          s%host(e) = point%host
+          s%target(e) = point%target
           s%status(e) = point%status
-          s%tip(:, e) = point%tip
+          s%apex(:, e) = point%apex
         end associate
       end do
     end do
@@ -106,7 +106,7 @@ contains
     if (allocated(system%loads%pressed)) call refuse('a pressure that follows its faces')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
     if (system%tools%border%n > 0) call refuse('a rigid body with free motions')
-    if (any(system%body%weak)) call refuse('a body that contact alone holds')
+    if (any(system%body%floating)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 
   contains

@@ -33,11 +33,11 @@ module sensitivity_types
   end type slope_t
 
   !> Euler's sum: derivatives by all penalties, and by all moduli and forces, make the reactions.
-  type :: euler_t
+  type :: pseudo_step_t
     integer :: slope(2) = 0 !! columns that they are multiples of
     real(wp) :: factor(2) = 0.0_wp !! and by what
     real(wp) :: error = 0.0_wp !! of the sum, over the reactions
-  end type euler_t
+  end type pseudo_step_t
 
   !> Parameters, and the derivatives of the state by them.
   type :: sensitivity_t
@@ -46,9 +46,9 @@ module sensitivity_types
     logical :: full = .false. !! with the matrix of all nodes, not with the condensed form
     integer :: shown = 0 !! parameters in the table; others check them
     type(slope_t), allocatable :: slopes(:) !! (n) what they change
-    integer, allocatable :: host(:) !! (points of all pairs) facet at the last state, 0 for none
+    integer, allocatable :: target(:) !! (points of all pairs) facet at the last state, 0 for none
     integer, allocatable :: status(:) !! (points) at the last state
-    real(wp), allocatable :: tip(:, :) !! (2, points) tips there
+    real(wp), allocatable :: apex(:, :) !! (2, points) apexes there
     real(wp), allocatable :: dtip(:, :, :) !! (2, points, n) their derivatives
     real(wp), allocatable :: du(:, :, :) !! (3, nodes, n) of displacements, where contact may be
     real(wp), allocatable :: force(:, :, :) !! (3, nodes, n) of contact forces
@@ -60,9 +60,9 @@ module sensitivity_types
     real(wp), allocatable :: total(:, :) !! (3, sets) the reactions themselves [force]
     real(wp), allocatable :: range(:, :) !! (n, pairs) change after which a point changes status
     integer, allocatable :: kinks(:) !! (pairs) points whose status is at its border
-    integer :: lost = 0 !! points whose way to their host has not been found again
+    integer :: lost = 0 !! points whose way to their target has not been found again
     integer :: touched = 0 !! points that have touched first within an increment
-    type(euler_t) :: euler !! check of all of them
+    type(pseudo_step_t) :: pseudo_step !! check of all of them
     type(answers_t) :: answers !! what the last ones have left
   end type sensitivity_t
 contains

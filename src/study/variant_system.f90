@@ -7,7 +7,7 @@ module variant_system
   use model_types, only: model_t
   use loads, only: conditions_at
   use contact_overlap, only: measure_overlap
-  use contact_hosts, only: start_pair
+  use contact_targets, only: start_pair
   use condensed_bodies, only: begin_influence
   use touch_path, only: touch_t
   use multiplier_types, only: multiplier_motion_t
@@ -20,9 +20,9 @@ module variant_system
 
 contains
 
-  !> The state before the first increment, and contact points at their first hosts.
+  !> The state before the first increment, and contact points at their first targets.
   subroutine set_back(model, system, state)
-    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! factors stay, all else is at rest
     type(state_t), intent(inout) :: state !! at rest
     integer :: k
@@ -42,7 +42,7 @@ contains
     system%inner%bulk_force = 0.0_wp
     system%right = 0.0_wp
     system%body%told = .false.
-    system%place%hosts = 0
+    system%place%targets = 0
     associate (list => system%contact)
       list%routine = routine_none
       list%status = status_off

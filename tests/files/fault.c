@@ -1,6 +1,7 @@
 /* Preloaded by tests/files/run: lets the FAULT_AT-th write to a file whose name holds FAULT_FILE go
  * wrong: FAULT_MODE once (this write fails), full (this and all later ones fail), torn (only a part,
- * FAULT_SHARE percent, is written, then kill -9), count (nothing; the number goes to FAULT_COUNT). */
+ * FAULT_SHARE percent, is written, then kill -9), count (nothing). The number of
+ * the write goes to FAULT_COUNT: that of the last one, or of the one that goes wrong. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -29,11 +30,11 @@ static ssize_t allowed(int fd, size_t count, int *last) {
   *last = 0;
   if (!mode || !chosen(fd)) return count;
   writes++;
-  if (!strcmp(mode, "count")) {
+  if (!strcmp(mode, "count") || writes == atol(at ? at : "0")) {
     FILE *out = fopen(getenv("FAULT_COUNT"), "w");
     if (out) { fprintf(out, "%ld\n", writes); fclose(out); }
-    return count;
   }
+  if (!strcmp(mode, "count")) return count;
   if (writes < atol(at ? at : "0")) return count;
   if (!strcmp(mode, "full")) return -1;
   if (writes > atol(at ? at : "0")) return count;

@@ -31,8 +31,8 @@ module petsc_solver
   integer(c_int), parameter :: most_iterations = 120_c_int
   !> Multigrid of a bulk that is not linear is made anew after a solve that took this many
   !! iterations, and this many times those of the first solve with it.
-  real(wp), parameter :: worn_share = 1.5_wp
-  integer, parameter :: worn_least = 10
+  real(wp), parameter :: aged_share = 1.5_wp
+  integer, parameter :: aged_least = 10
 
   !> Memory of the matrix, multigrid and the vectors of GMRES for one row [byte].
   real(wp), parameter :: row_bytes = 1800.0_wp
@@ -54,7 +54,7 @@ module petsc_solver
     logical :: loose = .false. !! the bulk alone is singular
     integer :: way = way_kept !! one of the ways of preconditioning
     integer :: first_count = 0 !! iterations of the first solve with this multigrid, 0: none yet
-    logical :: worn = .false. !! it is to be made anew
+    logical :: aged = .false. !! it is to be made anew
     integer(c_int) :: fault = 0_c_int !! first error of PETSc
   contains
     procedure :: describe
@@ -96,7 +96,7 @@ contains
     if (.not. nodes%apart) call make_matrix(solver%layout, matrix, equation, .false., &
       solver%tangent, solver%fault)
     if (nodes%loose) solver%way = max(solver%way, way_renewed)
-    if (solver%fault == 0_c_int .and. (.not. c_associated(solver%bulk) .or. (solver%worn .and. &
+    if (solver%fault == 0_c_int .and. (.not. c_associated(solver%bulk) .or. (solver%aged .and. &
       .not. nodes%linear)) .and. (solver%way == way_kept .or. nodes%apart)) then
       call free_whole(solver%precon)
       call make_matrix(solver%layout, bulk, equation, .false., solver%bulk, solver%fault)
@@ -244,7 +244,7 @@ contains
       call tell_modes(solver%layout, matrix, .false., solver%fault)
       call end_cost(costs, cost_multigrid)
       solver%first_count = 0
-      solver%worn = .false.
+      solver%aged = .false.
       if (.not. failed) return
       solver%way = solver%way + 1
     end do
@@ -331,7 +331,7 @@ contains
     call keep_largest(costs, cost_longest, int(n))
     arrived = reason > 0_c_int
     if (solver%first_count == 0) solver%first_count = int(n)
-    solver%worn = solver%worn .or. n > max(worn_least, int(worn_share*real(solver%first_count, wp)))
+    solver%aged = solver%aged .or. n > max(aged_least, int(aged_share*real(solver%first_count, wp)))
   end subroutine iterate
 
   !> Another pattern needs nothing here: it comes with the values.

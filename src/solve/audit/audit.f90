@@ -39,7 +39,7 @@ contains
 
   !> What stays the same in a run, and what the first end time is compared with.
   subroutine begin_audit(model, system, state, audit)
-    type(model_t), intent(in) :: model !! the problem, its pairs with their first hosts
+    type(model_t), intent(in) :: model !! the problem, its pairs with their first targets
     type(system_t), intent(inout) :: system !! just built; u and external are set anew
     type(state_t), intent(in) :: state !! at rest, or the state restarted from
     type(audit_t), intent(out) :: audit !! ready for the first end time
@@ -77,7 +77,7 @@ contains
 
   !> Energy that the penalty of a pair holds in what overlaps at the start.
   real(wp) function overlap_energy(model, k) result(energy)
-    type(model_t), intent(in) :: model !! pairs with their first hosts
+    type(model_t), intent(in) :: model !! pairs with their first targets
     integer, intent(in) :: k !! the pair
     real(wp) :: xi(2), gap
     integer :: p
@@ -86,8 +86,8 @@ contains
     associate (pair => model%pairs(k), x => model%mesh%x)
       if (pair%augmented .or. pair%shrinking%shrink >= 0) return
       do p = 1, used_points(pair)
-        if (pair%history%old(p)%host == 0) cycle
-        call project_on_master(pair, pair%history%old(p)%host, x, point_position(pair, p, x), &
+        if (pair%history%old(p)%target == 0) cycle
+        call project_on_master(pair, pair%history%old(p)%target, x, point_position(pair, p, x), &
           xi, gap)
         if (gap < 0.0_wp) energy = energy + 0.5_wp*pair%points%epsilon(p)*gap**2
       end do

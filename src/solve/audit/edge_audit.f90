@@ -23,30 +23,30 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(out) :: deepest !! below the surface of the other body [length]
-    integer :: p, f, host, last(2)
+    integer :: p, f, target, last(2)
 
     deepest = 0.0_wp
     if (pair%form /= form_quadrature_to_surface) return
     if (pair%shrinking%withheld > 0.0_wp) return
     last = 0
     do p = 1, count_points(pair)
-      host = pair%history%old(p)%host
-      if (host == 0) cycle
+      target = pair%history%old(p)%target
+      if (target == 0) cycle
       f = point_facet(pair, p)
-      if (f == 0 .or. all(last == [f, host])) cycle
-      last = [f, host]
+      if (f == 0 .or. all(last == [f, target])) cycle
+      last = [f, target]
       associate (c => corners(x, pair%points%point_nodes(:3, p)))
-        call look_below(pair, host, x, c, deepest)
+        call look_below(pair, target, x, c, deepest)
         if (pair%surface%exact) cycle
-        call look_into(c, corners(x, pair%surface%facets(:, host)), deepest)
+        call look_into(c, corners(x, pair%surface%facets(:, target)), deepest)
       end associate
     end do
   end subroutine deepest_edge
 
   !> Corners of a slave facet and middles of its edges that lie over a master facet, or below it.
-  subroutine look_below(pair, host, x, c, deepest)
+  subroutine look_below(pair, target, x, c, deepest)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the master facet
+    integer, intent(in) :: target !! the master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: c(3, 3) !! corners of the slave facet [length]
     real(wp), intent(inout) :: deepest !! deepest place so far [length]
@@ -55,13 +55,13 @@ contains
 
     do k = 1, 6
       if (k <= 3) then
-        call project_on_master(pair, host, x, c(:, k), xi, gap)
+        call project_on_master(pair, target, x, c(:, k), xi, gap)
       else
-        call project_on_master(pair, host, x, 0.5_wp*(c(:, k - 3) + c(:, 1 + mod(k - 3, 3))), xi, &
-          gap)
+        call project_on_master(pair, target, x, 0.5_wp*(c(:, k - 3) + c(:, 1 + mod(k - 3, 3))), &
+          xi, gap)
       end if
       if (min(xi(1), xi(2), 1.0_wp - sum(xi)) < 0.0_wp) cycle
-      if (is_too_deep(pair, host, gap)) cycle
+      if (is_too_deep(pair, target, gap)) cycle
       deepest = max(deepest, -gap)
     end do
   end subroutine look_below

@@ -77,7 +77,7 @@ contains
       definite = outcome /= solver_not_definite
       condensed%refusals = merge(0, condensed%refusals + 1, definite)
       if (.not. definite) call condense_at_rest(system, all_bodies, outcome)
-      condensed%wear = 0.0_wp
+      condensed%aging = 0.0_wp
       condensed%failed = outcome
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
     end associate
@@ -86,17 +86,17 @@ contains
   !> The passes that would pay for new factors: a count, no clock. What passes have reduced with
   !! older factors goes.
   subroutine finish_factors(condensed, costs)
-    type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn, reduced goes
+    type(condensed_t), intent(inout) :: condensed !! refusals given; gets aged, reduced goes
     type(cost_t), intent(inout) :: costs !! cost table
     integer :: b
 
-    condensed%worn = 0.0_wp
+    condensed%aged = 0.0_wp
     do b = 1, size(condensed%bodies)
       if (.not. allocated(condensed%bodies(b)%node)) cycle
       if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
-      condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
+      condensed%aged = max(condensed%aged, body_work(condensed%bodies(b)))
       call halve_body(condensed%bodies(b), costs)
     end do
-    condensed%worn = condensed%worn*2.0_wp**min(most_doublings, 2*condensed%refusals)
+    condensed%aged = condensed%aged*2.0_wp**min(most_doublings, 2*condensed%refusals)
   end subroutine finish_factors
 end module bulk_factors

@@ -47,7 +47,7 @@ contains
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
     if (.not. system%condensed%near) call form_bulk_tangent(x, system)
-    renewed = system%condensed%wear > system%condensed%worn .and. system%condensed%rigid%modes == 0
+    renewed = system%condensed%aging > system%condensed%aged .and. system%condensed%rigid%modes == 0
     if (renewed) call renew_factors(system, outcome)
     if (outcome /= solver_done) return
     if (system%condensed%near) then
@@ -90,7 +90,7 @@ contains
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system)
-    if (any(system%body%grounded) .or. system%body%drag > 0.0_wp) then
+    if (any(system%body%grounded) .or. system%body%damping > 0.0_wp) then
       call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
         arrived)
     else
@@ -108,7 +108,7 @@ contains
     end associate
   end function wanted_share
 
-  !> GMRES for the direction; what it takes beyond a few passes wears the factors out.
+  !> GMRES for the direction; what it takes beyond a few passes ages the factors out.
   subroutine iterate_bulk(system, goal, most, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution
     real(wp), intent(in) :: goal !! residual to arrive at [force]
@@ -117,7 +117,7 @@ contains
     integer :: passes
 
     call run_gmres(system, system%right, goal, most, system%solution, passes, arrived)
-    system%condensed%wear = system%condensed%wear + real(max(0, passes - unavoidable), wp)
+    system%condensed%aging = system%condensed%aging + real(max(0, passes - unavoidable), wp)
   end subroutine iterate_bulk
 
   !> Flexible GMRES: the pass is not quite the same for all vectors.

@@ -100,7 +100,7 @@ contains
       n = points%n
       hold = hold_of(system)
       points%factor = points%corner + matmul(transpose(points%rows), points%way)
-      if (system%body%drag > 0.0_wp) then
+      if (system%body%damping > 0.0_wp) then
         do k = 1, n
           points%factor(k, k) = points%factor(k, k) + hold(k)
         end do

@@ -17,7 +17,8 @@ module condensed_direction
   use system_types, only: system_t
   implicit none
   private
-  public :: find_condensed_direction, find_chord, respond, next_condensed_length, defect_energy
+  public :: find_condensed_direction, find_modified_direction, respond, next_condensed_length, &
+    defect_energy
   public :: answer_force, push_direction, answer, is_worth_trying, most_allowed, most_stale
 
   !> Iterations of GMRES with an older factor.
@@ -35,7 +36,7 @@ module condensed_direction
   !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
   !! anyway, unless multipliers go with it; where products are long the factor mostly does without
   !! any.
-  real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.1_wp
+  real(wp), parameter :: of_modified = 1.0e-2_wp, of_factor = 0.1_wp
   !> Share of the residual by which displacements may be off after a step of the first kind: steps
   !! with the same factor follow.
   real(wp), parameter :: early_share = 1.0e-3_wp
@@ -89,13 +90,13 @@ contains
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
-  subroutine find_chord(system, arrived)
+  subroutine find_modified_direction(system, arrived)
     type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
     logical, intent(out) :: arrived !! there is one
     real(wp) :: y(system%condensed%alive%n_live), floor, share
 
     associate (condensed => system%condensed)
-      share = merge(of_factor, of_chord, has_long_products(condensed))
+      share = merge(of_factor, of_modified, has_long_products(condensed))
       if (system%motion%active) share = coarsest
       floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
       call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
@@ -103,7 +104,7 @@ contains
       condensed%norm_before = residual_size(condensed)
     end associate
     call take_answer(system, y)
-  end subroutine find_chord
+  end subroutine find_modified_direction
 
   !> The direction from the answer of contact.
   subroutine take_answer(system, y)
@@ -125,7 +126,7 @@ contains
         condensed%rigid%alpha_change = condensed%rigid%alpha_next
         call sum_forces(condensed, condensed%bulk%force_change, condensed%rigid%imbalance_change)
         condensed%rigid%imbalance_change = condensed%rigid%imbalance_change &
-          + condensed%rigid%drag*condensed%rigid%alpha_change
+          + condensed%rigid%damping*condensed%rigid%alpha_change
       end if
       if (condensed%points%n == 0) return
       system%solution(system%equations + 1:) = condensed%points%change
@@ -191,7 +192,7 @@ contains
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
-  !! element has changed its status; none, where blocks are cheaply formed anew. A drag or
+  !! element has changed its status; none, where blocks are cheaply formed anew. Damping or
   !! grounding in it would hold the bodies for as long as it serves.
   pure logical function is_worth_trying(system) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
@@ -199,7 +200,7 @@ contains
 
     worth = allocated(system%condensed%tangent%status)
     if (.not. worth) return
-    worth = system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    worth = system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)
     if (system%condensed%rigid%modes > 0) worth = worth .and. &
       .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
@@ -228,7 +229,7 @@ contains
     type(condensed_t), intent(in) :: condensed !! right given
     logical, intent(in) :: unsettled !! its contacts are not yet those of the solution
 
-    accuracy = merge(of_chord, merge(of_long, coarsest, has_long_products(condensed)), unsettled)
+    accuracy = merge(of_modified, merge(of_long, coarsest, has_long_products(condensed)), unsettled)
     if (condensed%norm_before > 0.0_wp) accuracy = min(accuracy, max(finest, &
       0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
   end function wanted_accuracy

@@ -1,4 +1,4 @@
-!> What holds the rigid motions of condensed bodies in the tangent alone: a drag that the increment
+!> What holds the rigid motions of condensed bodies in the tangent alone: damping that the increment
 !! asks for, and grounding where contact resists nothing (doc/theory, "Condensed floating bodies").
 module condensed_ground
   use kinds, only: wp
@@ -17,7 +17,7 @@ contains
 
   !> Stiffness against the rigid motions, in the unit of the compliance.
   subroutine hold_motions(system)
-    type(system_t), intent(inout) :: system !! columns of contact, grounded, drag; gets hold
+    type(system_t), intent(inout) :: system !! columns of contact, grounded, damping; gets hold
     real(wp) :: ground(system%condensed%rigid%modes)
     integer :: b, j
 
@@ -38,7 +38,7 @@ contains
         associate (body => condensed%bodies(b))
           do j = body%first_mode + 1, body%first_mode + body%motions%n
             condensed%rigid%hold(j, j) = condensed%rigid%hold(j, j) + body%softness &
-              *system%body%drag
+              *system%body%damping
           end do
         end associate
       end do

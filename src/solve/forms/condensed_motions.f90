@@ -134,20 +134,20 @@ contains
     call sum_forces(condensed, condensed%bulk%force, condensed%rigid%imbalance)
     condensed%rigid%imbalance = condensed%rigid%imbalance - matmul(condensed%outer%pushes, &
       condensed%outer%factors)
-    if (condensed%rigid%drag > 0.0_wp) condensed%rigid%imbalance = condensed%rigid%imbalance &
-      + condensed%rigid%drag*(condensed%rigid%alpha - condensed%rigid%center)
+    if (condensed%rigid%damping > 0.0_wp) condensed%rigid%imbalance = condensed%rigid%imbalance &
+      + condensed%rigid%damping*(condensed%rigid%alpha - condensed%rigid%center)
   end subroutine find_imbalance
 
-  !> Measures a drag on the rigid motions from where they are: it has no force there.
-  pure subroutine set_center(condensed, drag)
-    type(condensed_t), intent(inout) :: condensed !! gets drag, center; imbalance follows
-    real(wp), intent(in) :: drag !! 0: none [force/length]
+  !> Measures damping on the rigid motions from where they are: it has no force there.
+  pure subroutine set_center(condensed, damping)
+    type(condensed_t), intent(inout) :: condensed !! gets damping, center; imbalance follows
+    real(wp), intent(in) :: damping !! 0: none [force/length]
 
     associate (rigid => condensed%rigid)
       if (rigid%modes == 0) return
-      if (rigid%drag > 0.0_wp) rigid%imbalance = rigid%imbalance - rigid%drag*(rigid%alpha &
+      if (rigid%damping > 0.0_wp) rigid%imbalance = rigid%imbalance - rigid%damping*(rigid%alpha &
         - rigid%center)
-      rigid%drag = drag
+      rigid%damping = damping
       rigid%center = rigid%alpha
     end associate
   end subroutine set_center

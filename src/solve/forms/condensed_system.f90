@@ -128,7 +128,7 @@ contains
     call restore_forces(system%condensed)
     call find_equilibrium(system%condensed, u)
     do i = 1, system%condensed%n
-      if (system%body%weak(system%body%node_body(system%condensed%node(i)))) cycle
+      if (system%body%floating(system%body%node_body(system%condensed%node(i)))) cycle
       system%position%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
     end do
   end subroutine place_starts

@@ -45,7 +45,7 @@ contains
     type(system_t), intent(in) :: system !! the system
 
     apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
-      .not. any(system%body%weak) .and. system%tools%border%n == 0 .and. &
+      .not. any(system%body%floating) .and. system%tools%border%n == 0 .and. &
       .not. allocated(system%loads%pressed)
   end function stays_apart
 
@@ -93,28 +93,29 @@ contains
     end if
     call build_free(system)
     call start_pattern(system%whole%solver)
-    system%place%coupled_hosts = system%place%hosts
+    system%place%coupled_targets = system%place%targets
     call end_cost(system%costs, cost_pattern)
   end subroutine build_coupled
 
   !> Builds the pattern that a run had at a saved state, so that equations are eliminated in the
   !! same order and a restart gives the same numbers to the last digit.
-  subroutine couple_as_saved(model, system, hosts)
+  subroutine couple_as_saved(model, system, targets)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! gets contact, matrix, csc
-    integer, intent(in) :: hosts(:) !! (contact elements) facets when the pattern was built
+    integer, intent(in) :: targets(:) !! (contact elements) facets when the pattern was built
     integer :: k, p, element
 
     if (system%contact%n == 0) return
-    if (allocated(system%whole%matrix%ptr) .and. all(system%place%coupled_hosts == hosts)) return
-    system%place%hosts = hosts
+    if (allocated(system%whole%matrix%ptr) .and. all(system%place%coupled_targets == &
+      targets)) return
+    system%place%targets = targets
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
         system%contact%routine(element) = routine_none
-        if (hosts(element) == 0) cycle
+        if (targets(element) == 0) cycle
         system%contact%routine(element) = routine_mfec
-        associate (nodes => coupled_nodes(model%pairs(k), p, hosts(element)))
+        associate (nodes => coupled_nodes(model%pairs(k), p, targets(element)))
           system%contact%nel(element) = size(nodes)
           system%contact%ix(:size(nodes), element) = nodes
         end associate

@@ -61,7 +61,7 @@ contains
       call form_points(system)
       call clear_dead(tangent)
     end associate
-    if (any(system%body%weak)) call find_grounded(x, system)
+    if (any(system%body%floating)) call find_grounded(x, system)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 

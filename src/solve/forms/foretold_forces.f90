@@ -40,7 +40,7 @@ contains
     integer :: i
 
     associate (condensed => system%condensed)
-      taken = allocated(condensed%outer%rubbed) .and. .not. any(system%body%weak)
+      taken = allocated(condensed%outer%rubbed) .and. .not. any(system%body%floating)
       if (.not. taken) return
       call move_alloc(condensed%outer%rubbed, condensed%outer%kept)
       call restore_forces(condensed)

@@ -28,7 +28,7 @@ contains
 
     outcome = solver_done
     answered = .false.
-    if (.not. (system%motion%active .or. any(system%body%weak))) then
+    if (.not. (system%motion%active .or. any(system%body%floating))) then
       call begin_direction(system, x)
       if (is_worth_trying(system)) then
         system%condensed%tangent%fresh = .false.
@@ -85,12 +85,12 @@ contains
   end subroutine judge_nearness
 
   !> A full step by near factors has been taken. New factors would leave so little that fewer such
-  !! passes lead as far: what is lost wears them out.
+  !! passes lead as far: what is lost ages them out.
   subroutine note_near_step(system, left)
-    type(system_t), intent(inout) :: system !! direction, residual after it; wear grows
+    type(system_t), intent(inout) :: system !! direction, residual after it; aging grows
     real(wp), intent(in) :: left !! share of the residual that the pass has left
 
-    system%condensed%wear = system%condensed%wear + max(0.0_wp, 1.0_wp - &
+    system%condensed%aging = system%condensed%aging + max(0.0_wp, 1.0_wp - &
       log(max(left, new_share))/log(new_share))
   end subroutine note_near_step
 end module near_steps

@@ -11,7 +11,7 @@ module residuals
   use bulk_products, only: multiply_bulk_absolute
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_tangent
   use supports, only: ground_bodies
-  use right_side, only: gather_right, drag_shares
+  use right_side, only: gather_right, damping_shares
   use multiplier_types, only: shift_multipliers
   use live_values, only: try_live
   use rigid_bodies, only: try_rigid
@@ -19,7 +19,7 @@ module residuals
   use system_types, only: system_t
   implicit none
   private
-  public :: form_residual, form_trial, form_tangent, residual_norm, drag_norm, &
+  public :: form_residual, form_trial, form_tangent, residual_norm, damping_norm, &
     largest_resultant, find_worst, estimate_round_off, round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
@@ -92,7 +92,7 @@ contains
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       system%whole%matrix)
     call gather_right(system, 0.0_wp, .false.)
-    if (any(system%body%weak)) call ground_bodies(x, system)
+    if (any(system%body%floating)) call ground_bodies(x, system)
     call form_border(system)
     call hand_values(system%whole%matrix, system%equation, system%whole%solver%by_nodes, &
       system%whole%csc)
@@ -139,7 +139,7 @@ contains
     integer :: i, k
 
     largest = 0.0_wp
-    if (system%condensed%active .or. .not. any(system%body%weak)) return
+    if (system%condensed%active .or. .not. any(system%body%floating)) return
     total = 0.0_wp
     do i = 1, size(system%equation, 2)
       associate (body => system%body%node_body(i))
@@ -150,31 +150,31 @@ contains
         end do
       end associate
     end do
-    largest = maxval(norm2(total, 1), system%body%weak)
+    largest = maxval(norm2(total, 1), system%body%floating)
   end function largest_resultant
 
-  !> Norm of the drag's force, as far as the residual knows of it.
-  pure real(wp) function drag_norm(system) result(norm)
-    type(system_t), intent(in) :: system !! drag, euler
+  !> Norm of the damping's force, as far as the residual knows of it.
+  pure real(wp) function damping_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! damping, pseudo_step
     real(wp) :: share(system%body%bodies)
     integer :: i
 
     norm = 0.0_wp
     if (system%condensed%active) then
-      if (system%condensed%rigid%modes > 0) norm = norm2(system%condensed%rigid%drag* &
+      if (system%condensed%rigid%modes > 0) norm = norm2(system%condensed%rigid%damping* &
         (system%condensed%rigid%alpha - system%condensed%rigid%center))
-      if (system%tools%border%n > 0) norm = hypot(norm, system%body%drag* &
-        norm2(system%body%euler%gone))
+      if (system%tools%border%n > 0) norm = hypot(norm, system%body%damping* &
+        norm2(system%body%pseudo_step%gone))
       return
     end if
-    share = drag_shares(system)
+    share = damping_shares(system)
     do i = 1, size(system%equation, 2)
       if (system%body%node_body(i) == 0) cycle
       norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &
-        - system%body%euler%u(:, i), system%equation(:, i) > 0)))
+        - system%body%pseudo_step%u(:, i), system%equation(:, i) > 0)))
     end do
-    norm = hypot(norm, system%body%drag*norm2(system%body%euler%gone))
-  end function drag_norm
+    norm = hypot(norm, system%body%damping*norm2(system%body%pseudo_step%gone))
+  end function damping_norm
 
   !> The node and dof with the largest residual; of the condensed form the candidate.
   pure subroutine find_worst(system, node, dof, value)
@@ -226,7 +226,7 @@ contains
     end if
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
-      if (system%contact%status(k) <= status_open .and. is_weak(system, k)) cycle
+      if (system%contact%status(k) <= status_open .and. is_floating(system, k)) cycle
       largest = 0.0_wp
       last = system%contact%ix(system%contact%nel(k), k)
       do n = 1, system%contact%nel(k)
@@ -251,7 +251,7 @@ contains
     load = 0.0_wp
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) == 0) cycle
-      if (.not. system%body%weak(system%body%node_body(i))) cycle
+      if (.not. system%body%floating(system%body%node_body(i))) cycle
       load = hypot(load, norm2(system%loads%external(:, i)))
       if (system%condensed%candidate(i)) farthest = max(farthest, maxval(abs(system%u(:, i))))
     end do
@@ -259,12 +259,12 @@ contains
   end function carried_terms
 
   !> A body of a contact element is not held by its supports alone.
-  pure logical function is_weak(system, k)
+  pure logical function is_floating(system, k)
     type(system_t), intent(in) :: system !! contact elements
     integer, intent(in) :: k !! the element
 
     associate (nodes => system%contact%ix(1:system%contact%nel(k), k))
-      is_weak = any(system%body%weak(system%body%node_body(nodes)))
+      is_floating = any(system%body%floating(system%body%node_body(nodes)))
     end associate
-  end function is_weak
+  end function is_floating
 end module residuals

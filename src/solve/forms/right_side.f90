@@ -6,7 +6,7 @@ module right_side
   use system_types, only: system_t
   implicit none
   private
-  public :: gather_right, drag_shares
+  public :: gather_right, damping_shares
 
 contains
 
@@ -30,11 +30,11 @@ contains
           - length*system%inner%bulk_change(k, i) - system%contact_force(k, i)
       end do
     end do
-    if (system%body%drag > 0.0_wp) then
+    if (system%body%damping > 0.0_wp) then
       if (tried) then
-        call add_drag(system, system%trial)
+        call add_damping(system, system%trial)
       else
-        call add_drag(system, system%u)
+        call add_damping(system, system%u)
       end if
     end if
     call gather_points(system, length, tried, nodal_forces(system, length))
@@ -50,51 +50,51 @@ contains
     if (system%tools%border%n == 0) return
     if (tried) then
       call add_rigid_right(system, system%trial, .true., force)
-      if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone + &
-        length*system%solution(system%equations + 1:))
+      if (system%body%damping > 0.0_wp) call add_rigid_damping(system, &
+        system%body%pseudo_step%gone + length*system%solution(system%equations + 1:))
     else
       call add_rigid_right(system, system%u, .false., force)
-      if (system%body%drag > 0.0_wp) call add_rigid_drag(system, system%body%euler%gone)
+      if (system%body%damping > 0.0_wp) call add_rigid_damping(system, system%body%pseudo_step%gone)
     end if
   end subroutine gather_points
 
-  !> The drag's force on rigid bodies with a point.
-  pure subroutine add_rigid_drag(system, gone)
+  !> The damping's force on rigid bodies with a point.
+  pure subroutine add_rigid_damping(system, gone)
     type(system_t), intent(inout) :: system !! right changes
     real(wp), intent(in) :: gone(:) !! (border%n) way since the step began [length]
 
     system%right(system%equations + 1:) = system%right(system%equations + 1:) &
-      - system%body%drag*gone
-  end subroutine add_rigid_drag
+      - system%body%damping*gone
+  end subroutine add_rigid_damping
 
-  !> The drag's force on the nodes of bodies that supports do not hold.
-  subroutine add_drag(system, u)
+  !> The damping's force on the nodes of bodies that supports do not hold.
+  subroutine add_damping(system, u)
     type(system_t), intent(inout) :: system !! right changes
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp) :: share(system%body%bodies)
     integer :: i, k
 
-    share = drag_shares(system)
+    share = damping_shares(system)
     do i = 1, size(system%equation, 2)
       if (system%body%node_body(i) == 0) cycle
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
         system%right(system%equation(k, i)) = system%right(system%equation(k, i)) - &
-          share(system%body%node_body(i))*(u(k, i) - system%body%euler%u(k, i))
+          share(system%body%node_body(i))*(u(k, i) - system%body%pseudo_step%u(k, i))
       end do
     end do
-  end subroutine add_drag
+  end subroutine add_damping
 
-  !> The drag on each node of the bodies, 0 where supports hold them.
-  pure function drag_shares(system) result(share)
-    type(system_t), intent(in) :: system !! bodies, drag
+  !> The damping on each node of the bodies, 0 where supports hold them.
+  pure function damping_shares(system) result(share)
+    type(system_t), intent(in) :: system !! bodies, damping
     real(wp) :: share(system%body%bodies)
     integer :: b
 
-    share = [(system%body%drag/real(max(1, count(system%body%node_body == b)), wp), b=1, &
+    share = [(system%body%damping/real(max(1, count(system%body%node_body == b)), wp), b=1, &
       system%body%bodies)]
-    where (.not. system%body%weak) share = 0.0_wp
-  end function drag_shares
+    where (.not. system%body%floating) share = 0.0_wp
+  end function damping_shares
 
   !> What acts on the nodes: applied - internal forces.
   pure function nodal_forces(system, length) result(force)

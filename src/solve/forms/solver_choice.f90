@@ -121,7 +121,7 @@ contains
     scene%declined = system%whole%declined
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
-    scene%restrained = .not. any(system%body%weak)
+    scene%restrained = .not. any(system%body%floating)
     scene%rigid_unknowns = system%tools%border%n > 0
     if (scene%rigid_unknowns) scene%bonded = is_bonded(system)
     scene%multipliers = any(has_multipliers(model%pairs))

@@ -56,7 +56,7 @@ contains
     if (.not. pay) return
     n = count_sums(model, system)
     pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. &
-      .not. any(system%body%motions%n > 0 .or. system%body%weak) .and. &
+      .not. any(system%body%motions%n > 0 .or. system%body%floating) .and. &
       system%tools%border%n == 0 .and. &
       .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
   end function sums_pay

@@ -6,10 +6,10 @@ module attempt_paths
   use first_touch, only: begin_touch_again
   use softening, only: begin_softening
   use force_scales, only: force_scale
-  use drag, only: let_free, drag_patience
+  use pseudo_time, only: let_free, pseudo_patience
   use newton, only: newton_t
   use attempts, only: attempt_t, trail_t, start_chosen, start_same, start_other, path_penalties, &
-    path_drag, multipliers_along, multipliers_rest_first
+    path_damping, multipliers_along, multipliers_rest_first
   use multiplier_updates, only: solve_from_start, rest_then_along, come_along
   use soft_penalties, only: solve_from_soft
   use monitors, only: monitor_t
@@ -18,8 +18,8 @@ module attempt_paths
   private
   public :: try_attempt
 
-  !> With a drag a body first goes this share of a facet in an iteration.
-  real(wp), parameter :: drag_way = 0.05_wp
+  !> With damping a body first goes this share of a facet in an iteration.
+  real(wp), parameter :: damping_way = 0.05_wp
 
 contains
 
@@ -40,7 +40,7 @@ contains
     call go_to_start(attempt%start, start, trail%carried_left, model, system, monitor)
     if (attempt%start /= start_chosen) progress = newton_t()
     now = settings
-    if (attempt%path == path_drag) call begin_drift(model, system, settings, now)
+    if (attempt%path == path_damping) call begin_drift(model, system, settings, now)
     if (attempt%path == path_penalties) then
       call solve_from_soft(model, system, time, settings, monitor, progress)
     else if (attempt%multipliers == multipliers_along) then
@@ -50,7 +50,7 @@ contains
     else
       call solve_from_start(model, system, time, now, monitor, progress)
     end if
-    if (attempt%path == path_drag) call let_free(system)
+    if (attempt%path == path_damping) call let_free(system)
   end subroutine try_attempt
 
   !> Where an attempt starts; those with a continuation of their own start where the bodies were.
@@ -71,20 +71,20 @@ contains
     call start_here(model, system, norm)
   end subroutine go_to_start
 
-  !> From where the bodies were, with a drag and more patience than usual.
+  !> From where the bodies were, with damping and more patience than usual.
   subroutine begin_drift(model, system, settings, patient)
     type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! left given; u becomes the start, gets first_drag
+    type(system_t), intent(inout) :: system !! left given; u becomes the start, gets first_damping
     type(settings_t), intent(in) :: settings !! tolerances
-    type(settings_t), intent(out) :: patient !! those with a drag
+    type(settings_t), intent(out) :: patient !! those with damping
     real(wp) :: norm
 
     call leave_bodies(system)
     call start_here(model, system, norm)
     patient = settings
-    patient%most_solves = drag_patience*settings%most_solves
-    patient%most_passes = drag_patience*settings%most_passes
-    system%body%first_drag = max(force_scale(system), norm)/(drag_way*max(system%scale%facet_size, &
-      tiny(1.0_wp)))
+    patient%most_solves = pseudo_patience*settings%most_solves
+    patient%most_passes = pseudo_patience*settings%most_passes
+    system%body%first_damping = max(force_scale(system), &
+      norm)/(damping_way*max(system%scale%facet_size, tiny(1.0_wp)))
   end subroutine begin_drift
 end module attempt_paths

@@ -7,13 +7,13 @@ module attempts
   private
   public :: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text
   public :: start_chosen, start_same, start_other, start_left, path_none, path_penalties, &
-    path_drag, multipliers_updated, multipliers_along, multipliers_rest_first
+    path_damping, multipliers_updated, multipliers_along, multipliers_rest_first
 
   !> Starts: of the predictor and where the bodies were, the one that leaves less; the same once
   !! more; the other of them; where the bodies were.
   integer, parameter :: start_chosen = 1, start_same = 2, start_other = 3, start_left = 4
-  !> Continuations: none, from soft penalties to those of the deck, a drag on floating bodies.
-  integer, parameter :: path_none = 1, path_penalties = 2, path_drag = 3
+  !> Continuations: none, from soft penalties to those of the deck, damping on floating bodies.
+  integer, parameter :: path_none = 1, path_penalties = 2, path_damping = 3
   !> Multipliers (if there are any) are updated between solves, come along with Newton's iteration,
   !! or rest first and then come along.
   integer, parameter :: multipliers_updated = 1, multipliers_along = 2, multipliers_rest_first = 3
@@ -40,7 +40,8 @@ module attempts
     logical :: other_start = .false. !! the predictor moves something
     logical :: carried_left = .false. !! the start with the predictor was not the one chosen
     logical :: waits = .false. !! friction of points that touch first waits
-    logical :: floats = .false. !! contact alone holds a body, and drags have not failed too often
+    logical :: floats = .false. !! contact alone holds a body, and dampings have not failed too
+    !! often
   end type trail_t
 
   !> Outcomes after which another way may lead where this one has not.
@@ -50,29 +51,29 @@ module attempts
 contains
 
   !> All ways in their order.
-  pure function plan_attempts(multipliers, pile, hopeless, soft) result(plan)
+  pure function plan_attempts(multipliers, stack, hopeless, soft) result(plan)
     logical, intent(in) :: multipliers !! some pair has them
-    logical, intent(in) :: pile !! floating bodies lean on each other: multipliers rest first
+    logical, intent(in) :: stack !! floating bodies lean on each other: multipliers rest first
     logical, intent(in) :: hopeless !! the last increment has failed in all ways
     logical, intent(in) :: soft !! softer penalties are a way
     type(attempt_t), allocatable :: plan(:)
 
     allocate (plan(0))
     if (multipliers) then
-      plan = [plan, moving(merge(multipliers_rest_first, multipliers_along, pile), 1)]
+      plan = [plan, moving(merge(multipliers_rest_first, multipliers_along, stack), 1)]
       if (.not. hopeless) plan = [plan, moving(merge(multipliers_along, multipliers_rest_first, &
-        pile), 2), moving(multipliers_updated, 3)]
+        stack), 2), moving(multipliers_updated, 3)]
     else
       plan = [plan, attempt_t()]
     end if
     plan = [plan, attempt_t(start=start_other, after=[failures(:4), 0, 0], after_thrown=.true.)]
     if (soft) plan = [plan, attempt_t(start=start_left, path=path_penalties, &
       after=[failures(:2), 0, 0, 0, 0], told='from a state with softer penalties')]
-    plan = [plan, attempt_t(start=start_left, path=path_drag, multipliers=merge( &
+    plan = [plan, attempt_t(start=start_left, path=path_damping, multipliers=merge( &
       multipliers_rest_first, multipliers_updated, multipliers), after=[failures(:4), 0, 0], &
-      after_thrown=.true., wants_floating=.true., told='with a drag on bodies that contact holds')]
-    if (multipliers) plan = [plan, attempt_t(start=start_left, path=path_drag, after=failures, &
-      follows=.true., wants_rest=.true., told='with a drag, and multipliers that rest')]
+      after_thrown=.true., wants_floating=.true., told='with damping on bodies that contact holds')]
+    if (multipliers) plan = [plan, attempt_t(start=start_left, path=path_damping, after=failures, &
+      follows=.true., wants_rest=.true., told='with damping, and multipliers that rest')]
   end function plan_attempts
 
   !> A way for multipliers from the start chosen; the first one, or one after it.
@@ -129,7 +130,7 @@ contains
     character(:), allocatable :: t
     character(*), parameter :: starts(4) = [character(28) :: 'start chosen', 'same start', &
       'other start', 'bodies where they were'], &
-      paths(3) = [character(28) :: '', ', soft penalties first', ', with a drag'], &
+      paths(3) = [character(28) :: '', ', soft penalties first', ', with damping'], &
       moves(3) = [character(28) :: '', ', multipliers along', ', multipliers rest first']
     integer :: k
 

@@ -65,7 +65,7 @@ contains
     integer :: k, info
 
     found = .false.
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     way = system%position%carried - state%u
     if (all(abs(way) <= 0.0_wp)) return
     call number_motions(system, fit)
@@ -95,7 +95,7 @@ contains
       end do
     end if
     do b = 1, system%body%bodies
-      if (.not. system%body%weak(b)) cycle
+      if (.not. system%body%floating(b)) cycle
       fit%first(b) = fit%n
       if (fit%rigid(b) > 0) then
         fit%n = fit%n + size(system%tools%rigid(fit%rigid(b))%unknown)
@@ -131,7 +131,7 @@ contains
       if (fit%first(slave%body) < 0 .and. fit%first(master%body) < 0) cycle
       associate (point => pair%history%old(p))
         weight(:, 1) = facet_normal(corners(system%position%x_old, &
-          pair%surface%facets(:, point%host)))
+          pair%surface%facets(:, point%target)))
         normal = dyad(weight(:, 1), weight(:, 1))
         weight = normal_share*normal
         if (point%status == status_stick .and. any(pair%friction%mu > 0.0_wp)) &
@@ -151,15 +151,15 @@ contains
 
     force = 0.0_wp
     associate (point => pair%history%old(p))
-      if (point%status <= status_open .or. point%host == 0) return
+      if (point%status <= status_open .or. point%target == 0) return
       if (pair%segmented) then
         associate (cell => pair%history%old_cells(p))
           if (cell%slave == 0 .or. cell%area <= 0.0_wp) return
-          call project_on_master(pair, point%host, x, cell_position(pair, cell, x), xi, gap)
+          call project_on_master(pair, point%target, x, cell_position(pair, cell, x), xi, gap)
           stiffness = pair%points%density*cell%area
         end associate
       else
-        call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
+        call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
         stiffness = pair%points%epsilon(p)
       end if
       force = -stiffness*gap
@@ -178,8 +178,8 @@ contains
     type(side_t), intent(out) :: slave, master !! the sides
     real(wp) :: share(3)
 
-    associate (nodes => pair%surface%facets(:, pair%history%old(p)%host))
-      share = barycentric(pair%history%old(p)%tip)
+    associate (nodes => pair%surface%facets(:, pair%history%old(p)%target))
+      share = barycentric(pair%history%old(p)%apex)
       master%body = system%body%node_body(nodes(1))
       master%rest = matmul(corners(x, nodes), share)
       master%place = matmul(corners(system%position%x_old, nodes), share)

@@ -1,5 +1,5 @@
 !> Where an increment starts from: conditions at its end, bodies carried along or left where they
-!! were, hosts and residual there.
+!! were, targets and residual there.
 module increment_start
   use kinds, only: wp
   use loads, only: conditions_at, load_factor
@@ -8,7 +8,7 @@ module increment_start
   use model_types, only: model_t
   use contact_cells, only: forget_first_cells
   use contact_parameters, only: shifts_gap
-  use contact_system, only: restart_points, move_hosts, load_contact
+  use contact_system, only: restart_points, move_targets, load_contact
   use contact_coupling, only: couple
   use first_touch, only: begin_touch, begin_touch_again
   use softening, only: begin_softening
@@ -82,7 +82,7 @@ contains
   end subroutine begin_at
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well.
+  !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
   subroutine choose_start(model, system, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
@@ -140,7 +140,7 @@ contains
 
     if (allocated(system%position%x_alone)) deallocate (system%position%x_alone)
     taken = .false.
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     alone = system%position%carried
     call carry_with_contact(model, system, state, taken)
     if (.not. taken) return
@@ -185,7 +185,7 @@ contains
 
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     carried_first = moved .and. (system%condensed%active .or. system%condensed%near) .and. &
-      .not. any(system%body%weak)
+      .not. any(system%body%floating)
     norm_carried = huge(1.0_wp)
     if (carried_first) then
       least_left = force_scale(system)
@@ -217,7 +217,7 @@ contains
   subroutine start_rubbing(model, system, settings)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u may be moved
-    type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
+    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     integer :: changes
     logical :: taken
 
@@ -226,11 +226,11 @@ contains
     call take_rubbed(system, taken)
     if (.not. taken) return
     system%position%x_now = model%mesh%x + system%u
-    call move_hosts(model, system, settings%extrapolation, changes)
+    call move_targets(model, system, settings%extrapolation, changes)
   end subroutine start_rubbing
 
   !> Hosts and residual at the present u. A solve that follows needs not form them again, unless
-  !! multipliers or a drag are still to come.
+  !! multipliers or damping are still to come.
   subroutine start_here(model, system, norm)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; residual formed
@@ -242,7 +242,7 @@ contains
     system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
       call restart_points(model, system)
-      call move_hosts(model, system, 0.0_wp, changes)
+      call move_targets(model, system, 0.0_wp, changes)
       call load_contact(model, system)
     end if
     if (system%condensed%active) then
@@ -253,6 +253,6 @@ contains
     call expect_status(model, system)
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)
-    system%place%begun = .not. (any(system%body%weak) .or. any(shifts_gap(model%pairs)))
+    system%place%begun = .not. (any(system%body%floating) .or. any(shifts_gap(model%pairs)))
   end subroutine start_here
 end module increment_start

@@ -11,10 +11,10 @@ module increments
   use contact_parameters, only: is_stiff, shifts_gap
   use contact_entries, only: has_gone_through
   use attempts, only: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text, &
-    path_drag
+    path_damping
   use attempt_paths, only: try_attempt
   use accepted_state, only: accept
-  use piles, only: is_pile
+  use stacks, only: is_stack
   use soft_penalties, only: may_soften
   use lost_contact, only: has_thrown, has_turned
   use late_look, only: look_inside
@@ -25,7 +25,7 @@ module increments
   private
   public :: solve_increment, look_for_strays
 
-  !> A drag that has led nowhere so often since the last increment that was accepted is not tried
+  !> Damping that has led nowhere so often since the last increment that was accepted is not tried
   !! with shorter ones: these start near their end, if they have one.
   integer, parameter :: most_in_vain = 2
   !> An increment is solved so often with nodes that touch where nobody foresaw it.
@@ -80,14 +80,14 @@ contains
     real(wp) :: start(3, size(system%u, 2))
     integer :: k
 
-    plan = plan_attempts(any(shifts_gap(model%pairs)), is_pile(system), system%motion%hopeless, &
+    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system), system%motion%hopeless, &
       may_soften(model))
     start = system%u
     trail%other_start = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     trail%carried_left = any(abs(system%position%carried - start) > 0.0_wp)
     do k = 1, size(plan)
       trail%waits = system%touch%stage == touch_waits
-      trail%floats = any(system%body%weak) .and. system%body%in_vain < most_in_vain
+      trail%floats = any(system%body%floating) .and. system%body%in_vain < most_in_vain
       if (.not. is_called_for(plan(k), k, trail)) cycle
       if (trail%last == 1) call monitor%detail('  ways to solve it: '//plan_text(plan))
       call try_attempt(plan(k), start, model, system, time, settings, monitor, progress, trail)
@@ -96,7 +96,7 @@ contains
       call look_for_thrown(model, system, progress, monitor, trail%thrown)
     end do
     if (has_failed(progress%outcome)) system%motion%hopeless = .true.
-    if (plan(trail%last)%path == path_drag .and. progress%outcome /= outcome_converged) &
+    if (plan(trail%last)%path == path_damping .and. progress%outcome /= outcome_converged) &
       system%body%in_vain = system%body%in_vain + 1
   end subroutine follow_plan
 
@@ -125,7 +125,7 @@ contains
   !> What has converged with a slave that has gone through a master is no solution; nor where bodies
   !! have been thrown out of contact, or turned too far.
   subroutine look_for_strays(model, system, progress)
-    type(model_t), intent(inout) :: model !! pairs with their hosts; trees are fitted
+    type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
     type(system_t), intent(in) :: system !! converged
     type(newton_t), intent(inout) :: progress !! gets outcome
     integer :: k

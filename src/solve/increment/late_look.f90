@@ -6,8 +6,8 @@ module late_look
   use model_types, only: model_t
   use contact_types, only: pair_t, point_history_t
   use contact_points, only: count_points
-  use contact_tips, only: touches
-  use contact_hosts, only: follow_tips
+  use contact_apexes, only: touches
+  use contact_targets, only: follow_apexes
   use contact_system, only: load_contact
   use contact_coupling, only: couple
   use condensed_types, only: seen_t
@@ -36,10 +36,10 @@ contains
 
     flown = .false.
     if (.not. system%condensed%active .or. system%condensed%surface_only) return
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     do i = 1, size(system%condensed%candidate)
       if (.not. system%condensed%candidate(i)) cycle
-      if (.not. system%body%weak(system%body%node_body(i))) cycle
+      if (.not. system%body%floating(system%body%node_body(i))) cycle
       flown = norm2(model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)) &
         > far*system%scale%facet_size
       if (flown) return
@@ -50,10 +50,10 @@ contains
   !! last, and the points that touch although the condensed form has not watched one of their nodes;
   !! with these it is extended.
   subroutine look_inside(model, system, state, settings, monitor, known, missed)
-    type(model_t), intent(inout) :: model !! pairs: hosts of the points, if some are missed
+    type(model_t), intent(inout) :: model !! pairs: targets of the points, if some are missed
     type(system_t), intent(inout) :: system !! converged; u of all nodes, condensed may grow
     type(state_t), intent(in) :: state !! last converged state
-    type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
+    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of missed points
     logical, intent(out) :: known !! the displacements inside are known now
     logical, intent(out) :: missed !! it is to be solved once more
@@ -135,7 +135,7 @@ contains
   subroutine count_missed(pair, system, tolerance, watched, n)
     type(pair_t), intent(inout) :: pair !! the pair; its working points may change
     type(system_t), intent(in) :: system !! positions
-    real(wp), intent(in) :: tolerance !! how far a tip may lie outside its host
+    real(wp), intent(in) :: tolerance !! how far an apex may lie outside its target
     logical, intent(in) :: watched(:) !! (nodes) of the condensed form, or prescribed
     integer, intent(inout) :: n !! grows by them
     type(point_history_t) :: before
@@ -145,14 +145,14 @@ contains
       pair%points%point_nodes)) return
     before = pair%history
     changes = 0
-    call follow_tips(pair, system%position%x_old, system%position%x_now, tolerance, changes)
+    call follow_apexes(pair, system%position%x_old, system%position%x_now, tolerance, changes)
     found = 0
     do p = 1, count_points(pair)
-      associate (host => pair%history%new(p)%host)
-        if (host == 0) cycle
+      associate (target => pair%history%new(p)%target)
+        if (target == 0) cycle
         if (all(watched(pair%points%point_nodes(:, p))) .and. &
-          all(watched(pair%surface%facets(:, host)))) cycle
-        if (touches(pair, system%position%x_now, p, host)) found = found + 1
+          all(watched(pair%surface%facets(:, target)))) cycle
+        if (touches(pair, system%position%x_now, p, target)) found = found + 1
       end associate
     end do
     n = n + found

@@ -33,7 +33,7 @@ contains
     real(wp), dimension(0:system%body%bodies) :: way, others
 
     thrown = .false.
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     call find_free(system, free)
     if (.not. any(free)) return
     call find_ways(model, system, way, others)
@@ -55,7 +55,7 @@ contains
 
     body = 0
     angle = 0.0_wp
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     known = .true.
     if (system%condensed%active) known = system%condensed%candidate(:size(known))
     call rigid_turns(model%mesh%x, system%u, model%mesh%x + system%u - system%position%x_old, &
@@ -63,7 +63,7 @@ contains
     if (all(norm2(turn, 1) <= sin(farthest_turn))) return
     small = has_small_strain(system)
     do b = 1, system%body%bodies
-      if (.not. (small(b) .and. system%body%weak(b))) cycle
+      if (.not. (small(b) .and. system%body%floating(b))) cycle
       if (norm2(turn(:, b)) <= sin(farthest_turn)) cycle
       if (norm2(since(:, b)) <= at_once*sin(farthest_turn)) cycle
       body = b
@@ -100,7 +100,7 @@ contains
     end do
     where (load <= 0.0_wp) load = force_scale(system)
     free(0) = .false.
-    free(1:) = system%body%weak .and. force(1:) <= no_force*load(1:)
+    free(1:) = system%body%floating .and. force(1:) <= no_force*load(1:)
   end subroutine find_free
 
   !> How far each body has gone in this increment, by its nodes that are prescribed or that contact
@@ -141,8 +141,9 @@ contains
     if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
   end function is_loose
 
-  !> How far what pairs join a weak body with has gone: neighbours, and across weak ones theirs.
-  !! Bodies that nothing acts on may have flown themselves: what is prescribed of them counts alone.
+  !> How far what pairs join a floating body with has gone: neighbours, and across floating ones
+  !! theirs. Bodies that nothing acts on may have flown themselves: what is prescribed of them
+  !! counts alone.
   pure subroutine find_others(model, system, free, way, others)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! bodies
@@ -181,7 +182,7 @@ contains
       associate (b => system%body%node_body(from(i)))
         if (.not. free(b)) farthest = max(farthest, way(b))
         if (b == 0) cycle
-        if (system%body%weak(b)) farthest = max(farthest, others(b))
+        if (system%body%floating(b)) farthest = max(farthest, others(b))
       end associate
     end do
     do i = 1, size(to)

@@ -3,8 +3,8 @@
 module multiplier_updates
   use kinds, only: wp
   use model_types, only: model_t
-  use host_passes, only: solve_with_hosts, follow_solution
-  use drag, only: let_free, drag_patience
+  use target_passes, only: solve_with_targets, follow_solution
+  use pseudo_time, only: let_free, pseudo_patience
   use newton, only: newton_t, outcome_converged, outcome_gaps
   use contact_parameters, only: shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
@@ -17,7 +17,7 @@ module multiplier_updates
 
 contains
 
-  !> Multipliers rest until it is known which points stick, slip and are open, or with a drag until
+  !> Multipliers rest until it is known which points stick, slip and are open, or with damping until
   !! bodies lie still; then they come along, and nothing is dragged.
   subroutine rest_then_along(model, system, time, settings, monitor, progress, rested)
     type(model_t), intent(inout) :: model !! pairs: working points
@@ -30,11 +30,11 @@ contains
     type(settings_t) :: now
 
     now = settings
-    now%roughly = system%body%first_drag <= 0.0_wp
-    call solve_with_hosts(model, system, time, now, monitor, progress)
+    now%roughly = system%body%first_damping <= 0.0_wp
+    call solve_with_targets(model, system, time, now, monitor, progress)
     rested = progress%outcome == outcome_converged
     if (.not. rested) return
-    if (system%body%first_drag > 0.0_wp) call let_free(system)
+    if (system%body%first_damping > 0.0_wp) call let_free(system)
     now = settings
     now%most_solves = progress%solves + settings%most_solves
     call come_along(model, system, time, now, monitor, progress)
@@ -70,17 +70,17 @@ contains
     type(augmentation_t) :: augmentation
     type(settings_t) :: budget
 
-    call solve_with_hosts(model, system, time, settings, monitor, progress)
+    call solve_with_targets(model, system, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
     if (system%motion%active .and. progress%outcome == outcome_converged) then
       call follow_freely(model, system, time, settings, monitor, progress)
     end if
     budget = settings
-    augmentation%gentle = system%body%first_drag > 0.0_wp
+    augmentation%gentle = system%body%first_damping > 0.0_wp
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return
-      if (augmentation%updates >= merge(drag_patience, 1, augmentation%gentle)* &
+      if (augmentation%updates >= merge(pseudo_patience, 1, augmentation%gentle)* &
         maxval(most_updates(model%pairs), shifts_gap(model%pairs))) then
         progress%outcome = outcome_gaps
         return
@@ -88,7 +88,7 @@ contains
       call update_multipliers(model, system, augmentation, monitor)
       progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves
-      call solve_with_hosts(model, system, time, budget, monitor, progress)
+      call solve_with_targets(model, system, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
 
@@ -112,6 +112,6 @@ contains
     if (settled) return
     budget = settings
     budget%most_solves = progress%solves + settings%most_solves
-    call solve_with_hosts(model, system, time, budget, monitor, progress)
+    call solve_with_targets(model, system, time, budget, monitor, progress)
   end subroutine follow_freely
 end module multiplier_updates

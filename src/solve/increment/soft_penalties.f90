@@ -5,7 +5,7 @@ module soft_penalties
   use friction_return, only: has_friction
   use model_types, only: model_t
   use increment_start, only: start_here, leave_bodies
-  use host_passes, only: solve_with_hosts
+  use target_passes, only: solve_with_targets
   use contact_parameters, only: shifts_gap
   use expected_status, only: forget_expected
   use newton, only: newton_t, outcome_converged
@@ -24,8 +24,8 @@ module soft_penalties
 
 contains
 
-  !> Softer penalties are another way: no pair has friction, whose tips a soft state would move, or
-  !! multipliers, which have a way of their own.
+  !> Softer penalties are another way: no pair has friction, whose apexes a soft state would move,
+  !! or multipliers, which have a way of their own.
   pure logical function may_soften(model) result(may)
     type(model_t), intent(in) :: model !! pairs
     integer :: k
@@ -59,7 +59,7 @@ contains
         settings%energy_tolerance)
       system%place%begun = .false.
       progress = newton_t()
-      call solve_with_hosts(model, system, time, now, monitor, progress)
+      call solve_with_targets(model, system, time, now, monitor, progress)
       if (progress%outcome /= outcome_converged) exit
       if (all(model%pairs%history%raise >= 1.0_wp)) exit
       model%pairs%history%raise = min(1.0_wp, stiffening*model%pairs%history%raise)

@@ -150,7 +150,7 @@ contains
     end if
   end subroutine begin_whole
 
-  !> A body that touches in the last converged state has no equilibrium there: it slides or tips,
+  !> A body that touches in the last converged state has no equilibrium there: it slides or apexes,
   !! whatever solves for it.
   logical function cannot_rest(model, system, time) result(gets_away)
     type(model_t), intent(in) :: model !! the model

@@ -1,5 +1,5 @@
 !> Anderson's acceleration of an iteration x := g(x) whose error falls slowly (doc/theory,
-!! "Multiplier fields", eq. (7.11)).
+!! "Multiplier fields", eq. (7.12)).
 module acceleration
   use kinds, only: wp
   implicit none

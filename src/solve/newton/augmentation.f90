@@ -1,5 +1,5 @@
 !> Augmented Lagrangian: multipliers take over the contact forces from the penalty, until the gaps
-!! that a force needs are closed (doc/theory, "Uzawa iteration", eq. (7.7)).
+!! that a force needs are closed (doc/theory, "Uzawa iteration", eq. (7.8)).
 module augmentation
   use kinds, only: wp
   use text, only: to_text, count_noun
@@ -59,7 +59,7 @@ module augmentation
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
     real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
     type(acceleration_t) :: memory !! of the multipliers that are accelerated
-    integer :: moves = 0 !! changes of hosts that its iterates have seen
+    integer :: moves = 0 !! changes of targets that its iterates have seen
   end type augmentation_t
 
 contains
@@ -303,10 +303,10 @@ contains
     end do
   end subroutine take_multipliers
 
-  !> After the first update the penalty is that of the fields; hosts chosen with a softer one may be
-  !! left again for those they come from.
+  !> After the first update the penalty is that of the fields; targets chosen with a softer one may
+  !! be left again for those they come from.
   pure subroutine use_own_penalty(pair, memory)
-    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the targets its points have left
     type(acceleration_t), intent(inout) :: memory !! iterates with another penalty are of no use
 
     if (pair%history%raise >= 1.0_wp) return
@@ -320,7 +320,7 @@ contains
   subroutine raise_penalty(change, before, pair, monitor)
     real(wp), intent(in) :: change !! largest change of a force [force]
     real(wp), intent(in) :: before !! the same one update ago, 0 if there is none [force]
-    type(pair_t), intent(inout) :: pair !! gets raise; forgets the hosts its points have left
+    type(pair_t), intent(inout) :: pair !! gets raise; forgets the targets its points have left
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: relative, raise
 

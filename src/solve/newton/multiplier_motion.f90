@@ -1,6 +1,6 @@
 !> Multipliers that come along with Newton's iteration: displacements u and multipliers lambda of
 !! one direction solve K du + G dlambda = -R and lambda + dlambda = P (f + df) together (doc/theory,
-!! "Simultaneous multiplier update", eqs. (7.4), (7.5)).
+!! "Simultaneous multiplier update", eqs. (7.5), (7.6)).
 module multiplier_motion
   use kinds, only: wp
   use vectors, only: product_of
@@ -183,7 +183,7 @@ contains
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
     type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
-    real(wp), intent(in) :: force(:, :) !! (3, n) in the hosts' frames [force]
+    real(wp), intent(in) :: force(:, :) !! (3, n) in the targets' frames [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
     real(wp), intent(in), optional :: share !! of the forces, may be wrong; else next to nothing
     real(wp), allocatable :: global(:, :), field(:, :)

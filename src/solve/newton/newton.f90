@@ -1,4 +1,4 @@
-!> Semismooth Newton with line search on a system whose contact hosts are frozen.
+!> Semismooth Newton with line search on a system whose contact targets are frozen.
 module newton
   use kinds, only: wp
   use costs, only: wall_seconds
@@ -15,12 +15,12 @@ module newton
     round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
   use supports, only: drop_bodies
-  use piles, only: is_pile
-  use drag, only: begin_drag, settle_drag, count_way
+  use stacks, only: is_stack
+  use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use expected_status, only: forget_expected, turned_back, most_single
   use line_search, only: search_line, approach
   use live_values, only: direction_work
-  use chord_steps, only: chords_t, follow_chords, settle_hidden
+  use modified_newton, only: modified_newton_t, follow_modified_newton, settle_hidden
   use equation_values, only: spread_direction
   use condensed_system, only: find_defects, renew_defects
   use condensed_direction, only: find_condensed_direction, defect_energy
@@ -34,7 +34,7 @@ module newton
     wanted_share, count_creeping, judge_progress, judge_settled, outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
-    outcome_adrift, outcome_through, outcome_turned, outcome_thrown
+    outcome_step_done, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -42,15 +42,15 @@ module newton
   public :: newton_t, solve_frozen, iterate, is_converged
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_through, &
+    outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
     outcome_turned, outcome_thrown
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
   integer, parameter :: circling = 4, patience = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
-  !! piles of bodies the search for the points that open uses up some of them.
-  integer, parameter :: most_turns = 6, most_turns_of_pile = 14
+  !! stacks of bodies the search for the points that open uses up some of them.
+  integer, parameter :: most_turns = 6, most_turns_of_stack = 14
   !> A point has turned back if it had slipped by more than this share of what it slips now: less is
   !! round-off of a solution.
   real(wp), parameter :: least_slip = 1.0e-6_wp
@@ -73,7 +73,7 @@ contains
     type(newton_t), intent(inout) :: progress !! counts on
 
     if (system%motion%active) call take_multipliers(model, system)
-    call begin_drag(system)
+    call begin_pseudo_time(system)
     if (.not. system%place%begun) call form_residual(system, model%mesh%x)
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
@@ -110,7 +110,7 @@ contains
 
     do
       call estimate_round_off(system, model%mesh%x)
-      call settle_drag(system, model%mesh%x, progress%halved, rests, hopeless)
+      call settle_pseudo_step(system, model%mesh%x, progress%halved, rests, hopeless)
       if (.not. rests) exit
       if (.not. is_converged(system, settings, progress)) exit
       if (.not. system%inner%linearised) then
@@ -125,12 +125,12 @@ contains
       if (progress%outcome /= outcome_going_on) exit
     end do
     if (progress%outcome /= outcome_going_on) return
-    if (system%body%adrift) then
-      progress%outcome = outcome_adrift
+    if (system%body%step_done) then
+      progress%outcome = outcome_step_done
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
     else if (hopeless .or. (max(progress%since_fewest, progress%short) >= patience .and. &
-      system%body%drag <= 0.0_wp)) then
+      system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
       progress%outcome = outcome_stopped
@@ -158,19 +158,19 @@ contains
     type(system_t), intent(inout) :: system !! u is moved
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
-    type(chords_t) :: chords
+    type(modified_newton_t) :: modified
 
-    chords%bends = any(model%pairs%smooth) .and. is_close(progress)
+    modified%bends = any(model%pairs%smooth) .and. is_close(progress)
     ! what single precision has left shows with the next step
     if (system%condensed%bulk%hidden > 0.0_wp) progress%energy_met = .false.
     if (progress%energy_met .or. .not. may_go_on(system, progress)) then
       call settle_hidden(model, system)
       return
     end if
-    call follow_chords(model, system, settings%energy_tolerance, progress%first_energy, &
-      progress%energy, force_scale(system)*wanted_share(settings), chords)
-    progress%energy_met = chords%energy_met .or. chords%settled
-    progress%halved = progress%halved .and. .not. chords%settled .and. &
+    call follow_modified_newton(model, system, settings%energy_tolerance, progress%first_energy, &
+      progress%energy, force_scale(system)*wanted_share(settings), modified)
+    progress%energy_met = modified%energy_met .or. modified%settled
+    progress%halved = progress%halved .and. .not. modified%settled .and. &
       residual_norm(system) <= 0.5_wp*progress%start
   end subroutine go_on
 
@@ -183,7 +183,7 @@ contains
     logical, intent(out) :: sound !! it is small all the same
 
     sound = .true.
-    if (.not. system%condensed%active .or. .not. any(system%body%weak)) return
+    if (.not. system%condensed%active .or. .not. any(system%body%floating)) return
     call renew_defects(system)
     call form_residual(system, x)
     sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
@@ -206,10 +206,10 @@ contains
 
     begin = wall_seconds()
     call notice_others()
-    if (any(system%body%weak) .and. system%body%euler%iterations == 0) then
+    if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
       call drop_bodies(model%mesh%x, system, dropped)
       if (dropped .and. system%condensed%active) call find_defects(system)
-      if (dropped .and. system%body%drag > 0.0_wp) call begin_drag(system)
+      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system)
       if (dropped) call form_residual(system, model%mesh%x)
     end if
     progress%start = residual_norm(system)
@@ -220,7 +220,7 @@ contains
       return
     end if
     if (system%motion%active) call add_multipliers(model, system, .true.)
-    if (any(system%body%weak)) before = system%contact%status
+    if (any(system%body%floating)) before = system%contact%status
     if (system%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%whole%solver%indefinite
@@ -237,9 +237,9 @@ contains
       return
     end if
     longest = min(longest, longest_step(system))
-    if (system%body%drag > 0.0_wp) then
-      call search_line(system, model%mesh%x, progress%start, system%body%euler%iterations == 0, &
-        .true., longest, length)
+    if (system%body%damping > 0.0_wp) then
+      call search_line(system, model%mesh%x, progress%start, &
+        system%body%pseudo_step%iterations == 0, .true., longest, length)
       call count_way(system, length)
     else if (any(system%body%grounded)) then
       call approach(system, model%mesh%x, progress%start, longest, length)
@@ -261,7 +261,7 @@ contains
     if (is_close(progress)) call follow_shape(model, system)
     progress%updated = .false.
     progress%energy_met = .false.
-    if (length >= 1.0_wp .and. system%body%euler%iterations <= 1) &
+    if (length >= 1.0_wp .and. system%body%pseudo_step%iterations <= 1) &
       progress%energy_met = meets_energy(system, settings, progress)
     call count_creeping(system, settings, progress)
     progress%share = residual_norm(system)/max(progress%start, tiny(1.0_wp))
@@ -327,7 +327,7 @@ contains
 
     if (progress%updated) return
     system%contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_pile, most_turns, is_pile(system))) &
+    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(system))) &
       system%contact%hold = turned_back(system%contact, least_slip)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held

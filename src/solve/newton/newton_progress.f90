@@ -14,7 +14,7 @@ module newton_progress
     count_creeping, judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
-    outcome_gaps, outcome_inverted, outcome_adrift, outcome_through, &
+    outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
     outcome_turned, outcome_thrown
 
   !> How a solve ended.
@@ -29,7 +29,7 @@ module newton_progress
   integer, parameter :: outcome_restless = 8
   integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
   integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
-  integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
+  integer, parameter :: outcome_step_done = 11 !! a step of a body with damping is done
   integer, parameter :: outcome_through = 12 !! the slave has gone through a master
   integer, parameter :: outcome_turned = 13 !! a body has turned too far for small strain
   integer, parameter :: outcome_thrown = 14 !! a body has been thrown out of contact
@@ -56,7 +56,7 @@ module newton_progress
   real(wp), parameter :: close_share = 0.01_wp
   !> Smooth surfaces follow steps after one whose energy is below this share of the largest: with
   !! points that still close, open, stick and slip single steps against ever new shapes went in
-  !! circles. The first energy will not do: an increment may begin in balance, and hosts change.
+  !! circles. The first energy will not do: an increment may begin in balance, and targets change.
   real(wp), parameter :: close_energy = 1.0e-4_wp
   !> Steps up to this length count as short.
   real(wp), parameter :: short_step = 1.0_wp/16.0_wp
@@ -78,7 +78,7 @@ module newton_progress
     real(wp) :: length = 0.0_wp !! share of its direction that the last iteration went
     logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
     logical :: indefinite = .false. !! a symmetric matrix was not positive definite
-    logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
+    logical :: halved = .true. !! the last iteration, or step with damping, has halved the residual
     integer :: short = 0 !! iterations on end that went hardly anywhere
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
@@ -118,7 +118,7 @@ contains
   !! are many, a body still lacks a share of its weight.
   logical function is_round_off(system, halved)
     type(system_t), intent(in) :: system !! residual formed
-    logical, intent(in) :: halved !! the last iteration, or step with a drag, has halved it
+    logical, intent(in) :: halved !! the last iteration, or step with damping, has halved it
     real(wp) :: factor
 
     factor = merge(round_off_share, round_off_factor, halved .and. system%contact%n > 0)
@@ -144,15 +144,15 @@ contains
     share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
   end function wanted_share
 
-  !> Counts iterations on end whose energy met the tolerance. A drag keeps steps small by itself.
+  !> Counts iterations on end whose energy met the tolerance. Damping keeps steps small by itself.
   subroutine count_creeping(system, settings, progress)
-    type(system_t), intent(in) :: system !! drag
+    type(system_t), intent(in) :: system !! damping
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! energies; gets creeping
 
     progress%creeping = progress%creeping + 1
     if (progress%energy > settings%energy_tolerance*progress%first_energy .or. &
-        system%body%drag > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
+        system%body%damping > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
   end subroutine count_creeping
 
   !> Whether nearly all points are what they were before the last step.
@@ -189,7 +189,7 @@ contains
     type(newton_t), intent(in) :: progress !! the last iteration
 
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
-      .and. system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+      .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)
     if (system%condensed%preconditions) may = may .and. .not. progress%linearised
     if (system%condensed%near) may = may .and. progress%start <= close_share*force_scale(system)
   end function may_go_on

@@ -57,7 +57,7 @@ contains
 
     if (list%routine(element) == routine_none) return
     if (list%routine(element) == routine_smooth) list%d(d04_patch:d04_size, element) = &
-      pair%surface%patch(:, pair%history%new(p)%host)
+      pair%surface%patch(:, pair%history%new(p)%target)
     if (pair%points%n_slaves > 1) list%lift(element) = point_lift(pair, p)
   end subroutine bend_point
 

@@ -28,9 +28,9 @@ contains
     integer :: b, k, n, pivot(6)
 
     if (allocated(system%body%pinned)) call tell_pinned(model, system, monitor)
-    if (.not. any(system%body%weak)) return
+    if (.not. any(system%body%floating)) return
     do b = 1, system%body%bodies
-      if (.not. system%body%weak(b) .or. system%body%told(b)) cycle
+      if (.not. system%body%floating(b) .or. system%body%told(b)) cycle
       call free_motions(model%mesh%x, system, b, .true., .true., n, motions)
       if (n == 0 .or. closed_points(system, b) == 0) cycle
       system%body%told(b) = .true.

@@ -76,9 +76,9 @@ contains
     real(wp), allocatable :: loads(:), rest(:)
     integer :: kind
 
-    if (.not. (allocated(system%body%weak) .and. allocated(system%position%x_old))) return
+    if (.not. (allocated(system%body%floating) .and. allocated(system%position%x_old))) return
     if (size(model%pairs) == 0) return
-    if (.not. any(system%body%weak) .or. system%tools%border%n > 0) return
+    if (.not. any(system%body%floating) .or. system%tools%border%n > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
     if (present(within)) then
@@ -306,7 +306,7 @@ contains
   !! does): a unit vector, or zero.
   pure function mean_normal(parts, body, load) result(n)
     type(assembly_t), intent(in) :: parts !! bodies and joints
-    integer, intent(in) :: body !! a weak body
+    integer, intent(in) :: body !! a floating body
     real(wp), intent(in) :: load(3) !! force on it
     real(wp) :: n(3), whole(3), press(3)
     integer :: j

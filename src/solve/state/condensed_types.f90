@@ -211,7 +211,7 @@ module condensed_types
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
     real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while grounded
-    real(wp) :: drag = 0.0_wp !! on them [force/length]
+    real(wp) :: damping = 0.0_wp !! on them [force/length]
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]
   end type carried_t
 
@@ -265,11 +265,11 @@ module condensed_types
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
     logical :: near = .false. !! the bulk has hardly strained since they were made: they alone
     !! give the directions
-    real(wp) :: wear = 0.0_wp !! passes that older factors have cost so far
+    real(wp) :: aging = 0.0_wp !! passes that older factors have cost so far
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]
     integer :: refusals = 0 !! tangents in a row that were not positive definite
-    real(wp) :: worn = 0.0_wp !! passes that are worth new factors
+    real(wp) :: aged = 0.0_wp !! passes that are worth new factors
     logical :: surface_only = .false. !! only candidates are asked for at the end of an increment
     logical :: narrow = .false. !! the live candidates are few, though their compliance is copied
     type(condensed_body_t), allocatable :: bodies(:) !! bodies with free degrees of freedom

@@ -11,7 +11,7 @@ module multiplier_types
     logical :: active = .false. !! they come along in this solve
     logical :: hopeless = .false. !! the last increment has failed with and without that
     real(wp), allocatable :: scale(:) !! (n) shift over multiplier; 0 where a point has none
-    real(wp), allocatable :: start(:, :) !! (3, n) before the step, in the hosts' frames [force]
+    real(wp), allocatable :: start(:, :) !! (3, n) before the step, in the targets' frames [force]
     real(wp), allocatable :: way(:, :) !! (3, n) change of a full step [force]
     real(wp), allocatable :: force(:, :) !! (3, n) contact forces, likewise [force]
     real(wp), allocatable :: by_place(:, :, :) !! (3, dofs of an element, n) df/du [force/length]

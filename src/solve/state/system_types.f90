@@ -23,10 +23,10 @@ module system_types
     real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
     integer :: most_solves = 50 !! linear solves of one increment
     logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
-    integer :: most_passes = 8 !! changes of contact hosts within one increment
+    integer :: most_passes = 8 !! changes of contact targets within one increment
     real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a
     !! start is better than usual [force length]
-    real(wp) :: extrapolation = 1.0e-6_wp !! tip outside its facet at a flat edge, shape functions
+    real(wp) :: extrapolation = 1.0e-6_wp !! apex outside its facet at a flat edge, shape functions
   end type settings_t
 
   !> The state at the last converged time.
@@ -52,20 +52,20 @@ module system_types
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
   end type outer_t
 
-  !> A step of implicit Euler of bodies in honey: where it began, how long it has been solved for.
-  type :: euler_t
+  !> A step of implicit Euler of floating bodies: where it began, how long it has been solved for.
+  type :: pseudo_step_t
     integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
     real(wp) :: first = 0.0_wp !! residual after the first of them [force]
-    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the drag
+    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the damping
     integer :: steady = 0 !! steps on end after which it was the same
-    real(wp) :: too_small = 0.0_wp !! a drag that has been, or nearly so [force/length]
+    real(wp) :: too_small = 0.0_wp !! damping that has been, or nearly so [force/length]
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
     real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
     type(defects_t) :: bulk !! of the condensed form
     type(carried_t) :: carried !! of the condensed form
-  end type euler_t
+  end type pseudo_step_t
 
   !> The connected bodies, and what holds them.
   type :: bodies_t
@@ -73,15 +73,16 @@ module system_types
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: pinned(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
-    logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
+    logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
     logical :: settled = .false. !! the last full step has left nearly all points as they were
-    real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
-    real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
-    integer :: in_vain = 0 !! drags since the last accepted increment that have led nowhere
-    type(euler_t) :: euler !! the step with a drag that is under way
-    logical :: adrift = .false. !! a solve was left while a body with a drag was on its way
+    real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
+    !! [force/length]
+    real(wp) :: first_damping = 0.0_wp !! the same at the start of a solve [force/length]
+    integer :: in_vain = 0 !! dampings since the last accepted increment that have led nowhere
+    type(pseudo_step_t) :: pseudo_step !! the step with damping that is under way
+    logical :: step_done = .false. !! a solve was left while a body with damping was on its way
   end type bodies_t
 
   !> The system as one sparse matrix, and its solver.
@@ -137,8 +138,8 @@ module system_types
   !> Which contact elements are whose, and what facets they lie on.
   type :: contact_places_t
     integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
-    integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
-    integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
+    integer, allocatable :: targets(:) !! (contact elements) facet of its pair, 0 while idle
+    integer, allocatable :: coupled_targets(:) !! the same when the pattern was built last
     logical :: begun = .false. !! elements and residual are those of the start of an increment
   end type contact_places_t
 

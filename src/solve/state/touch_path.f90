@@ -14,7 +14,7 @@ module touch_path
   implicit none
   private
   public :: touch_t, touch_none, touch_waits, touch_known
-  public :: touch_time, way_before, first_host, meet, free_way, never
+  public :: touch_time, way_before, first_target, meet, free_way, never
 
   !> Friction acts everywhere; it waits at points that were open; they have met the surface.
   integer, parameter :: touch_none = 0
@@ -76,15 +76,15 @@ contains
     end do
   end function places_at
 
-  !> Where the way of a point begins: its host at the start of the increment, if it had one.
-  pure integer function first_host(pair, p) result(host)
+  !> Where the way of a point begins: its target at the start of the increment, if it had one.
+  pure integer function first_target(pair, p) result(target)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point, with a host
+    integer, intent(in) :: p !! the point, with a target
 
-    host = pair%history%new(p)%host
+    target = pair%history%new(p)%target
     if (pair%segmented) return
-    if (pair%history%start(p)%host > 0) host = pair%history%start(p)%host
-  end function first_host
+    if (pair%history%start(p)%target > 0) target = pair%history%start(p)%target
+  end function first_target
 
   !> When the free way of a point meets the surface, as a share of the increment; more than 1 if it
   !! does so later. One that touches exactly does so at once.
@@ -92,13 +92,13 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(touch_t), intent(in) :: touch !! free positions
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
-    integer, intent(in) :: p !! the point, with a host
+    integer, intent(in) :: p !! the point, with a target
     type(contact_point_t) :: point
     real(wp) :: gap, gap_free, none
 
-    point%host = first_host(pair, p)
+    point%target = first_target(pair, p)
     call meet(pair, touch, free_way, x_old, p, 0.0_wp, point, gap)
-    none = round_off(corners(x_old, pair%surface%facets(:, point%host)), x_old(:, &
+    none = round_off(corners(x_old, pair%surface%facets(:, point%target)), x_old(:, &
       pair%points%point_nodes(1, p)))
     call meet(pair, touch, free_way, x_old, p, 1.0_wp, point, gap_free)
     if (gap <= none) then
@@ -140,7 +140,7 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
     integer, intent(in) :: p !! number of the point
     real(wp), intent(in) :: t !! share of the increment
-    type(contact_point_t), intent(inout) :: point !! host: where to begin; gets it and tip there
+    type(contact_point_t), intent(inout) :: point !! target: where to begin; gets it and apex there
     real(wp), intent(out) :: gap !! distance, positive outside [length]
     real(wp) :: y(3), slaves(3, size(pair%points%point_nodes, 1))
     integer :: step, next, before, first
@@ -149,15 +149,15 @@ contains
     y = matmul(slaves, pair%points%point_weights(:, p))
     if (allocated(pair%points%side%patch_way)) y = y + lift_at(pair, p, start, t, slaves)
     before = 0
-    first = point%host
+    first = point%target
     do step = 1, longest_walk
-      call project(pair, places_at(touch, start, x_old, all_nodes(pair, point%host), t), &
-        point%host, start, t, y, point%tip, gap)
+      call project(pair, places_at(touch, start, x_old, all_nodes(pair, point%target), t), &
+        point%target, start, t, y, point%apex, gap)
       if (pair%segmented) return
-      next = across(pair, point%host, point%tip)
+      next = across(pair, point%target, point%apex)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
-      before = point%host
-      point%host = next
+      before = point%target
+      point%target = next
     end do
   end subroutine meet
 
@@ -213,9 +213,9 @@ contains
 
   !> The neighbour behind the edge that a projection is furthest outside of, 0 if it is inside or
   !! nothing is there; no way leads over a fold.
-  pure integer function across(pair, host, xi) result(next)
+  pure integer function across(pair, target, xi) result(next)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the facet
+    integer, intent(in) :: target !! the facet
     real(wp), intent(in) :: xi(2) !! the projection
     real(wp) :: n(3)
     integer :: trial, k
@@ -225,8 +225,8 @@ contains
     do trial = 1, 3
       k = minloc(n, 1)
       if (n(k) >= -on_edge) return
-      if (pair%surface%neighbours(k, host) > 0 .and. .not. pair%surface%fold(k, host)) then
-        next = pair%surface%neighbours(k, host)
+      if (pair%surface%neighbours(k, target) > 0 .and. .not. pair%surface%fold(k, target)) then
+        next = pair%surface%neighbours(k, target)
         return
       end if
       n(k) = 1.0_wp

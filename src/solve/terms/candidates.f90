@@ -64,7 +64,7 @@ contains
     type(system_t), intent(in) :: system !! bodies
     type(pair_t), intent(in) :: pair !! the pair
 
-    follows = .not. (pair%segmented .or. pair%smooth .or. any(system%body%weak) .or. &
+    follows = .not. (pair%segmented .or. pair%smooth .or. any(system%body%floating) .or. &
       allocated(system%loads%pressed)) .and. all(model%conditions%loads%force%n == 0)
   end function follows_supports
 

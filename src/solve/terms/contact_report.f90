@@ -124,8 +124,8 @@ contains
     associate (contact => model%pairs(pair))
       if (contact%segmented) point = max(1, findloc(contact%history%cells%slave, point, 1))
       t = 'pair '//contact%name//', slave '//point_text(contact, point) &
-        //', facet of nodes '//host_text(contact, contact%history%new(point)%host) &
-        //' after that of nodes '//host_text(contact, contact%history%left(point))
+        //', facet of nodes '//target_text(contact, contact%history%new(point)%target) &
+        //' after that of nodes '//target_text(contact, contact%history%left(point))
     end associate
   end function restless_point
 
@@ -211,15 +211,15 @@ contains
     end do
   end function residual_at
 
-  !> The corner nodes of a host.
-  pure function host_text(pair, host) result(t)
+  !> The corner nodes of a target.
+  pure function target_text(pair, target) result(t)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: host !! the facet, 0 for none
+    integer, intent(in) :: target !! the facet, 0 for none
     character(:), allocatable :: t
 
     t = 'none'
-    if (host > 0) t = facet_text(pair%surface%facets(:, host))
-  end function host_text
+    if (target > 0) t = facet_text(pair%surface%facets(:, target))
+  end function target_text
 
   !> A master facet by its nodes; an exact surface has none that a deck knows.
   pure function facet_words(pair, facet) result(t)

@@ -1,4 +1,4 @@
-!> The contact elements of a system: hosts to elements, elements to hosts.
+!> The contact elements of a system: targets to elements, elements to targets.
 module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells
@@ -13,17 +13,17 @@ module contact_system
   use contact_overlap, only: withheld_gap
   use rigid_bodies, only: nothing_yields
   use master_facets, only: is_quadratic, facet_routine
-  use contact_hosts, only: begin_increment, follow_tips, settle_points
-  use contact_tips, only: touches
+  use contact_targets, only: begin_increment, follow_apexes, settle_points
+  use contact_apexes, only: touches
   use smooth_normals, only: project_on_master
   use friction_laws, only: keeps_path
-  use tip_ways, only: way_of_tip
+  use apex_ways, only: way_of_apex
   use first_touch, only: withhold_friction, place_touches
   use softening, only: hold_coefficients
   use system_types, only: system_t
   implicit none
   private
-  public :: restart_points, move_hosts, load_contact, settle_contact, contact_counts
+  public :: restart_points, move_targets, load_contact, settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: far_away = 1.0_wp
@@ -43,30 +43,30 @@ contains
     call end_cost(system%costs, cost_search)
   end subroutine restart_points
 
-  !> Lets the hosts of all pairs follow the tips. The first cells of an increment are cut where the
-  !! bodies are when they are carried rigidly, so that they do not depend on the start.
-  subroutine move_hosts(model, system, tolerance, changes)
-    type(model_t), intent(inout) :: model !! pairs: hosts may change
+  !> Lets the targets of all pairs follow the apexes. The first cells of an increment are cut where
+  !! the bodies are when they are carried rigidly, so that they do not depend on the start.
+  subroutine move_targets(model, system, tolerance, changes)
+    type(model_t), intent(inout) :: model !! pairs: targets may change
     type(system_t), intent(inout) :: system !! cost table
     real(wp), intent(in) :: tolerance !! extrapolation allowed at flat edges
-    integer, intent(out) :: changes !! points with a new host
+    integer, intent(out) :: changes !! points with a new target
     integer :: k
 
     changes = 0
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%segmented .and. tolerance <= 0.0_wp) then
-        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_ahead, &
+        call follow_apexes(model%pairs(k), system%position%x_old, system%position%x_ahead, &
           tolerance, changes)
       else
-        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_now, &
+        call follow_apexes(model%pairs(k), system%position%x_old, system%position%x_now, &
           tolerance, changes)
       end if
       changes = changes + overlooked(model%pairs(k), system, system%place%first_point(k))
     end do
     call place_touches(model, system, .false.)
     call end_cost(system%costs, cost_search)
-  end subroutine move_hosts
+  end subroutine move_targets
 
   !> Points that have come through the surface although their elements are idle.
   pure integer function overlooked(pair, system, first) result(n)
@@ -78,13 +78,13 @@ contains
     n = 0
     do p = 1, count_points(pair)
       if (system%contact%routine(first + p - 1) /= routine_none) cycle
-      if (touches(pair, system%position%x_now, p, pair%history%new(p)%host)) n = n + 1
+      if (touches(pair, system%position%x_now, p, pair%history%new(p)%target)) n = n + 1
     end do
   end function overlooked
 
-  !> Makes the contact elements of the present hosts; points far above the surface stay idle.
+  !> Makes the contact elements of the present targets; points far above the surface stay idle.
   subroutine load_contact(model, system)
-    type(model_t), intent(in) :: model !! pairs with their hosts
+    type(model_t), intent(in) :: model !! pairs with their targets
     type(system_t), intent(inout) :: system !! gets contact
     integer :: k, p
 
@@ -109,16 +109,16 @@ contains
     associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
       list%routine(element) = routine_none
       list%status(element) = status_off
-      system%place%hosts(element) = 0
-      if (point%host == 0) return
+      system%place%targets(element) = 0
+      if (point%target == 0) return
       list%status(element) = status_open
-      call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
+      call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
       if (gap > far_away*pair%search_radius) return
-      list%routine(element) = facet_routine(pair, point%host)
-      system%place%hosts(element) = coupling(pair, p, point%host)
-      call place_nodes(pair, p, point%host, element, list)
-      list%d(:, element) = point_parameters(pair, p, point%host)
-      list%h1(:, element) = point%tip
+      list%routine(element) = facet_routine(pair, point%target)
+      system%place%targets(element) = coupling(pair, p, point%target)
+      call place_nodes(pair, p, point%target, element, list)
+      list%d(:, element) = point_parameters(pair, p, point%target)
+      list%h1(:, element) = point%apex
       list%path1(element) = point%path
       withheld = [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
       list%shift(:, element) = point_shift(pair, p, point) + withheld
@@ -131,20 +131,20 @@ contains
   end subroutine load_point
 
   !> Nodes and weights of one contact element.
-  pure subroutine place_nodes(pair, p, host, element, list)
+  pure subroutine place_nodes(pair, p, target, element, list)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    integer, intent(in) :: host !! its facet
+    integer, intent(in) :: target !! its facet
     integer, intent(in) :: element !! its place in the list
     type(element_list_t), intent(inout) :: list !! gets ix, weight
 
     associate (n => pair%points%n_slaves)
       list%nel(element) = n + 3
       list%ix(1:n, element) = pair%points%point_nodes(:, p)
-      list%ix(n + 1:n + 3, element) = pair%surface%facets(:, host)
-      if (is_quadratic(pair, host)) then
+      list%ix(n + 1:n + 3, element) = pair%surface%facets(:, target)
+      if (is_quadratic(pair, target)) then
         list%nel(element) = n + 6
-        list%ix(n + 4:n + 6, element) = pair%surface%middles(:, host)
+        list%ix(n + 4:n + 6, element) = pair%surface%middles(:, target)
       end if
       if (n > 1) then
         list%weight(1:n, element) = pair%points%point_weights(:, p)
@@ -167,8 +167,8 @@ contains
     active = stick + slip
   end subroutine contact_counts
 
-  !> Hands status and tips of the elements to the working points of the pairs, and what friction has
-  !! dissipated (doc/theory, "Dissipation", eq. (4.9)).
+  !> Hands status and apexes of the elements to the working points of the pairs, and what friction
+  !! has dissipated (doc/theory, "Dissipation", eq. (4.9)).
   subroutine keep_status(model, system)
     type(model_t), intent(inout) :: model !! pairs: status of new
     type(system_t), intent(in) :: system !! contact elements
@@ -185,11 +185,11 @@ contains
             point%way = 0.0_wp
             cycle
           end if
-          way = way_of_tip(system%contact, element, system%position%x_now)
+          way = way_of_apex(system%contact, element, system%position%x_now)
           point%dissipation = point%dissipation + system%contact%d(d03_epsilon, element) &
             *dot_product(system%contact%slip(:, element), way)
           point%way = point%way + way
-          point%tip = system%contact%h2(:, element)
+          point%apex = system%contact%h2(:, element)
           if (keeps_path(model%pairs(k)%law)) then
             point%path = system%contact%path2(element)
           else

@@ -38,7 +38,7 @@ contains
 
   !> Notes for the next tangent which points were closed, and which of them slipped.
   subroutine expect_status(model, system)
-    type(model_t), intent(in) :: model !! pairs with the hosts of the start
+    type(model_t), intent(in) :: model !! pairs with the targets of the start
     type(system_t), intent(inout) :: system !! contact elements at x_now; gets keep, slide
     integer :: k, p, element
 
@@ -103,7 +103,7 @@ contains
           facet%closed = facet%closed .and. point%status > status_open
           facet%slips = facet%slips .and. point%status == status_slip
           if (.not. facet%closed) cycle
-          call project_on_master(pair, point%host, x, cell_position(pair, cell, x), xi, gap)
+          call project_on_master(pair, point%target, x, cell_position(pair, cell, x), xi, gap)
           facet%area = facet%area + cell%area
           facet%gap = facet%gap + (gap - facet%gap)*cell%area/facet%area
         end associate
@@ -116,18 +116,18 @@ contains
   !! supports hold.
   pure real(wp) function touching_shift(pair, p, element, system) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! an open point with a host
+    integer, intent(in) :: p !! an open point with a target
     integer, intent(in) :: element !! its contact element
     type(system_t), intent(in) :: system !! positions, bodies
     real(wp) :: gap, tolerance
 
     shift = 0.0_wp
     associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
-      if (.not. any(system%body%weak(system%body%node_body(nodes)))) return
+      if (.not. any(system%body%floating(system%body%node_body(nodes)))) return
     end associate
     gap = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
     tolerance = touching*facet_size(system%position%x_now(:, pair%surface%facets(:, &
-      pair%history%new(p)%host)))
+      pair%history%new(p)%target)))
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift
 
@@ -166,11 +166,11 @@ contains
   pure real(wp) function shifted_gap(pair, p, point, x) result(gap)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! its state, with a host
+    type(contact_point_t), intent(in) :: point !! its state, with a target
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: xi(2), kappa(3)
 
-    call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
+    call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
     kappa = point_shift(pair, p, point)
     gap = gap + kappa(3) + withheld_gap(pair, p)
   end function shifted_gap

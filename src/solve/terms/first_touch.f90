@@ -19,7 +19,7 @@ module first_touch
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
   use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
-    first_host, meet
+    first_target, meet
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -83,11 +83,11 @@ contains
   pure logical function barely(pair, system, p)
     type(pair_t), intent(in) :: pair !! the pair
     type(system_t), intent(in) :: system !! positions
-    integer, intent(in) :: p !! the point, with a host
+    integer, intent(in) :: p !! the point, with a target
     real(wp) :: xi(2), gap, least, epsilon
 
     least = touching*facet_size(system%position%x_old(:, pair%surface%facets(:, &
-      pair%history%old(p)%host)))
+      pair%history%old(p)%target)))
     if (pair%segmented) then
       epsilon = pair%points%density*pair%history%old_cells(p)%area
     else
@@ -95,7 +95,7 @@ contains
     end if
     barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
-    call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+    call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
       old_place(pair, system, p), xi, &
                            gap)
     barely = abs(gap) <= least
@@ -138,7 +138,7 @@ contains
     end do
     system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
       .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
-    if (any(system%body%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
+    if (any(system%body%floating) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
       system, k)
   end subroutine look_at_pair
 
@@ -152,12 +152,12 @@ contains
     integer :: p, body
 
     do p = 1, size(pair%history%old)
-      if (pair%history%old(p)%host == 0) cycle
+      if (pair%history%old(p)%target == 0) cycle
       body = old_body(pair, system, p)
-      associate (facet => pair%surface%facets(:, pair%history%old(p)%host))
+      associate (facet => pair%surface%facets(:, pair%history%old(p)%target))
         if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
-        if (.not. any(system%body%weak([body, system%body%node_body(facet(1))]))) cycle
-        call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+        if (.not. any(system%body%floating([body, system%body%node_body(facet(1))]))) cycle
+        call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
           old_place(pair, system, p), &
           xi, gap)
         if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
@@ -182,7 +182,7 @@ contains
   end function old_body
 
   !> Another try of the same increment. If the first pass has led nowhere, there is none: friction
-  !! acts everywhere, and the tips of open points stay where they were last.
+  !! acts everywhere, and the apexes of open points stay where they were last.
   subroutine begin_touch_again(system)
     type(system_t), intent(inout) :: system !! touch
 
@@ -245,7 +245,7 @@ contains
   !> After a pass that has converged: if points that friction waits for are closed, their ways are
   !! known now, and the increment is to be solved again with friction everywhere.
   subroutine find_touches(model, system, touches)
-    type(model_t), intent(inout) :: model !! pairs: start tips of new points
+    type(model_t), intent(inout) :: model !! pairs: start apexes of new points
     type(system_t), intent(inout) :: system !! converged; gets touch
     integer, intent(out) :: touches !! points that have touched
     integer :: k, p
@@ -269,7 +269,7 @@ contains
           call find_shapes(model%pairs(k)%points%side, system)
         call find_start(model%pairs(k), system, k)
       end if
-      ! hosts that points have left without friction do not bind
+      ! targets that points have left without friction do not bind
       call forget_moves(model%pairs(k))
     end do
     system%touch%stage = touch_known
@@ -278,9 +278,9 @@ contains
   end subroutine find_touches
 
   !> Segmented pairs: the facets that touch are cut where they do, and their new points get their
-  !! start tips in turn.
+  !! start apexes in turn.
   subroutine cut_where_touched(model, system)
-    type(model_t), intent(inout) :: model !! pairs: cells, start tips
+    type(model_t), intent(inout) :: model !! pairs: cells, start apexes
     type(system_t), intent(in) :: system !! touch known
     integer :: k, p, changes
 
@@ -361,16 +361,16 @@ contains
       if (.not. system%touch%empty(body, k)) cycle
       if (body > 0) then
         ! what nothing holds falls at once
-        if (system%body%weak(body)) system%touch%start(body, k) = 0.0_wp
+        if (system%body%floating(body)) system%touch%start(body, k) = 0.0_wp
       end if
       system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
         system%touch, system%position%x_old, p))
     end do
   end subroutine find_start
 
-  !> Start tips of the points that were open: where their ways meet the surface.
+  !> Start apexes of the points that were open: where their ways meet the surface.
   subroutine place_touches(model, system, all_points)
-    type(model_t), intent(inout) :: model !! pairs: tips and hosts of working points
+    type(model_t), intent(inout) :: model !! pairs: apexes and targets of working points
     type(system_t), intent(in) :: system !! touch known
     logical, intent(in) :: all_points !! else only those of segmented pairs, which may be new
     integer :: k, p
@@ -380,13 +380,13 @@ contains
       if (.not. any(system%touch%waits(:, k))) cycle
       if (.not. (all_points .or. model%pairs(k)%segmented)) cycle
       do p = 1, count_points(model%pairs(k))
-        if (model%pairs(k)%history%new(p)%host == 0) cycle
+        if (model%pairs(k)%history%new(p)%target == 0) cycle
         if (is_waiting(model%pairs(k), system, k, p)) call place_touch(model%pairs(k), system, k, p)
       end do
     end do
   end subroutine place_touches
 
-  !> Start tip of one point.
+  !> Start apex of one point.
   subroutine place_touch(pair, system, k, p)
     type(pair_t), intent(inout) :: pair !! the pair: its working point
     type(system_t), intent(in) :: system !! touch known
@@ -399,11 +399,11 @@ contains
     start = system%touch%start(system%body%node_body(pair%points%point_nodes(1, p)), k)
     time = way_before(system%touch, system%body%node_body(pair%points%point_nodes(1, p)), k, &
       touch_time(pair, system%touch, system%position%x_old, p))
-    point%host = first_host(pair, p)
+    point%target = first_target(pair, p)
     call meet(pair, system%touch, start, system%position%x_old, p, time, point, gap)
-    associate (before => pair%surface%facets(:, pair%history%new(p)%host), &
-      here => pair%surface%facets(:, point%host), x => system%position%x_old)
-      if (point%host /= pair%history%new(p)%host) point%lambda = matmul(matmul(facet_frame( &
+    associate (before => pair%surface%facets(:, pair%history%new(p)%target), &
+      here => pair%surface%facets(:, point%target), x => system%position%x_old)
+      if (point%target /= pair%history%new(p)%target) point%lambda = matmul(matmul(facet_frame( &
         corners(x, before)), point%lambda), facet_frame(corners(x, here)))
     end associate
     pair%history%new(p) = point

@@ -61,7 +61,7 @@ contains
       accuracy = finest_alone
       return
     end if
-    accuracy = merge(finest_loose, finest, any(system%body%weak))
+    accuracy = merge(finest_loose, finest, any(system%body%floating))
     if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
       share_of_goal*converged*force_scale(system)/norm, &
       merge(share_of_goal*share**2, coarsest, share > 0.0_wp)))
@@ -157,8 +157,8 @@ contains
     type(system_t), intent(in) :: system !! elements, bodies
 
     yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
-      system%body%drag <= 0.0_wp
+      system%body%damping <= 0.0_wp
     if (yes .and. allocated(system%body%grounded)) yes = .not. any(system%body%grounded)
-    if (yes .and. allocated(system%body%weak)) yes = .not. any(system%body%weak)
+    if (yes .and. allocated(system%body%floating)) yes = .not. any(system%body%floating)
   end function is_proportional
 end module force_scales

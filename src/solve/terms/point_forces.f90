@@ -1,5 +1,5 @@
 !> Forces and multipliers of the points of one pair in the axes of its multiplier field, and what
-!! the field's conditions leave of them (doc/theory, "Multiplier fields", eq. (7.10)).
+!! the field's conditions leave of them (doc/theory, "Multiplier fields", eq. (7.11)).
 module point_forces
   use kinds, only: wp
   use element_types, only: status_open
@@ -27,7 +27,7 @@ module point_forces
     type(multiplier_field_t) :: field !! vectors at the slave nodes
     real(wp), allocatable :: force(:, :) !! (3, points) in global axes [force]
     real(wp), allocatable :: multiplier(:, :) !! (3, points) its part that is the multiplier [force]
-    real(wp), allocatable :: frame(:, :, :) !! (3, 3, points) frames of the hosts
+    real(wp), allocatable :: frame(:, :, :) !! (3, 3, points) frames of the targets
     logical, allocatable :: near(:) !! (points) there is a facet
     real(wp) :: facet = 0.0_wp !! longest edge of the smallest facet in touch [length]
   end type point_forces_t
@@ -115,7 +115,7 @@ contains
     type(system_t), intent(in) :: system !! contact elements and u
     integer, intent(in) :: k !! the pair
     real(wp), intent(in) :: stress(:, :) !! (n_element_stress, points) state of its points
-    real(wp), intent(out) :: multiplier(:, :) !! (3, points) in the frames of their hosts [force]
+    real(wp), intent(out) :: multiplier(:, :) !! (3, points) in the frames of their targets [force]
     real(wp), intent(out) :: gap !! largest weighted gap over the facet's size
     real(wp), intent(out) :: change !! largest change of the multipliers at a vector [force]
     real(wp), intent(out) :: force !! largest force at a vector [force]

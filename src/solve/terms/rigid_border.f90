@@ -149,16 +149,16 @@ contains
     end associate
   end function turning_of
 
-  !> Grounding and drag of bodies that contact does not hold, or not well.
+  !> Grounding and damping of bodies that contact does not hold, or not well.
   pure function hold_of(system) result(hold)
-    type(system_t), intent(in) :: system !! grounded, drag
+    type(system_t), intent(in) :: system !! grounded, damping
     real(wp) :: hold(system%tools%border%n)
     integer :: b
 
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first &
         - system%equations)
-        hold(first + 1:first + size(rigid%unknown)) = system%body%drag + merge(grounding* &
+        hold(first + 1:first + size(rigid%unknown)) = system%body%damping + merge(grounding* &
           stiffest(system), 0.0_wp, system%body%grounded(rigid%body))
       end associate
     end do
@@ -214,7 +214,7 @@ contains
     nodes%apart = system%whole%apart
     nodes%x = system%position%x_now - system%u
     nodes%linear = system%bulk%linear
-    nodes%loose = any(system%body%weak)
+    nodes%loose = any(system%body%floating)
     nodes%symmetric = symmetric
     allocate (nodes%touched(size(system%equation, 2)), source=.false.)
     associate (list => system%contact, whole => system%whole)

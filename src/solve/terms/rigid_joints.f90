@@ -26,10 +26,10 @@ module rigid_joints
     logical :: support = .false. !! a support, which has no friction
     real(wp) :: gap = 0.0_wp !! how far its sides are apart, over the longest facet of the pair
     integer :: pair = 0 !! contact pair, 0 for a support
-    integer :: sides(2) = 0 !! weak bodies, slave and master, 0 for one that supports hold
+    integer :: sides(2) = 0 !! floating bodies, slave and master, 0 for one that supports hold
   end type joint_t
 
-  !> The weak bodies and their joints.
+  !> The floating bodies and their joints.
   type :: assembly_t
     integer, allocatable :: body(:) !! body of the system
     real(wp), allocatable :: center(:, :) !! (3, bodies) where moments are taken [length]
@@ -40,14 +40,14 @@ module rigid_joints
 
 contains
 
-  !> The weak bodies, their middles and sizes.
+  !> The floating bodies, their middles and sizes.
   subroutine find_parts(system, parts)
     type(system_t), intent(in) :: system !! bodies, positions
     type(assembly_t), intent(out) :: parts !! gets body, center, length
     real(wp) :: low(3), high(3)
     integer :: b, i, k
 
-    parts%body = pack([(b, b=1, system%body%bodies)], system%body%weak)
+    parts%body = pack([(b, b=1, system%body%bodies)], system%body%floating)
     allocate (parts%center(3, size(parts%body)), parts%length(size(parts%body)))
     do k = 1, size(parts%body)
       low = huge(1.0_wp)
@@ -62,20 +62,20 @@ contains
     end do
   end subroutine find_parts
 
-  !> Place of a body among the weak ones, 0 for one that supports hold.
+  !> Place of a body among the floating ones, 0 for one that supports hold.
   pure integer function part_of(parts, body) result(k)
-    type(assembly_t), intent(in) :: parts !! weak bodies
+    type(assembly_t), intent(in) :: parts !! floating bodies
     integer, intent(in) :: body !! body of the system
 
     k = findloc(parts%body, body, 1)
   end function part_of
 
-  !> Forces and moments on the weak bodies, moments over the size of the body.
+  !> Forces and moments on the floating bodies, moments over the size of the body.
   function loads_on(model, system, time, parts) result(loads)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! positions, equations
     real(wp), intent(in) :: time !! their time
-    type(assembly_t), intent(in) :: parts !! weak bodies
+    type(assembly_t), intent(in) :: parts !! floating bodies
     real(wp) :: loads(6*size(parts%body)), force(3, size(system%body%node_body))
     integer :: i, k
 
@@ -90,9 +90,9 @@ contains
     end do
   end function loads_on
 
-  !> Force and moment of a force at a place on weak body k.
+  !> Force and moment of a force at a place on floating body k.
   pure function wrench(parts, k, place, force) result(w)
-    type(assembly_t), intent(in) :: parts !! weak bodies
+    type(assembly_t), intent(in) :: parts !! floating bodies
     integer, intent(in) :: k !! the body
     real(wp), intent(in) :: place(3) !! where [length]
     real(wp), intent(in) :: force(3) !! the force
@@ -101,7 +101,7 @@ contains
     w = [force, cross(place - parts%center(:, k), force)/parts%length(k)]
   end function wrench
 
-  !> All places at which contact or supports may act on weak bodies.
+  !> All places at which contact or supports may act on floating bodies.
   subroutine find_joints(model, system, parts)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! positions, equations

@@ -20,8 +20,8 @@ module supports
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
-  public :: grounding, free_motion, free_motions, model_extent, find_weak_bodies, find_grounded, &
-    ground_bodies, closing_length, drop_bodies
+  public :: grounding, free_motion, free_motions, model_extent, find_floating_bodies, &
+    find_grounded, ground_bodies, closing_length, drop_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -189,29 +189,29 @@ contains
   end function unit_vector
 
   !> Marks the bodies that their supports alone do not hold.
-  subroutine find_weak_bodies(x, system)
+  subroutine find_floating_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! gets weak
+    type(system_t), intent(inout) :: system !! gets floating
     integer :: held(3, size(system%equation, 2)), body
     real(wp) :: motion(6)
 
     held = system%equation
     if (allocated(system%loads%spring)) where (system%loads%spring > 0.0_wp) held = 0
-    allocate (system%body%weak(system%body%bodies), system%body%grounded(system%body%bodies), &
+    allocate (system%body%floating(system%body%bodies), system%body%grounded(system%body%bodies), &
       system%body%told(system%body%bodies), source=.false.)
     allocate (system%body%motions(system%body%bodies))
     do body = 1, system%body%bodies
       call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
     end do
-    system%body%weak = system%body%motions%n > 0
+    system%body%floating = system%body%motions%n > 0
     if (system%tools%border%n == 0) return
     do body = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(body))
         if (size(rigid%unknown) == 0) cycle
-        call free_motion(x, system, rigid%body, .false., system%body%weak(rigid%body), motion)
+        call free_motion(x, system, rigid%body, .false., system%body%floating(rigid%body), motion)
       end associate
     end do
-  end subroutine find_weak_bodies
+  end subroutine find_floating_bodies
 
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
@@ -223,9 +223,9 @@ contains
     integer :: body
 
     system%body%grounded = .false.
-    if (system%body%drag > 0.0_wp) return
+    if (system%body%damping > 0.0_wp) return
     do body = 1, system%body%bodies
-      if (system%body%weak(body)) call free_motion(x, system, body, .true., &
+      if (system%body%floating(body)) call free_motion(x, system, body, .true., &
         system%body%grounded(body), motion, tracks=system%body%settled .and. .not. &
         system%condensed%active)
     end do
@@ -236,22 +236,22 @@ contains
   subroutine ground_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
-    real(wp) :: drag(system%body%bodies)
+    real(wp) :: damping(system%body%bodies)
     integer :: node, place, k
 
     call find_grounded(x, system)
-    if (system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)) return
-    drag = [(system%body%drag/real(max(1, count(system%body%node_body == k)), wp), k=1, &
+    if (system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)) return
+    damping = [(system%body%damping/real(max(1, count(system%body%node_body == k)), wp), k=1, &
       system%body%bodies)]
     do node = 1, size(system%body%node_body)
       if (system%body%node_body(node) == 0) cycle
       associate (body => system%body%node_body(node))
-        if (.not. system%body%weak(body) .or. is_carried(system, node)) cycle
+        if (.not. system%body%floating(body) .or. is_carried(system, node)) cycle
         place = find_block(system%whole%matrix, node, node)
         do k = 1, 3
           associate (stiffness => system%whole%matrix%val(k, k, place))
             if (system%body%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
-            stiffness = stiffness + drag(body)
+            stiffness = stiffness + damping(body)
           end associate
         end do
       end associate
@@ -294,7 +294,7 @@ contains
     dropped = .false.
     touching = touched_bodies(system)
     do body = 1, system%body%bodies
-      if (.not. system%body%weak(body) .or. touching(body)) cycle
+      if (.not. system%body%floating(body) .or. touching(body)) cycle
       way = way_down(x, system, body)
       if (all(abs(way) <= 0.0_wp)) cycle
       dropped = .true.

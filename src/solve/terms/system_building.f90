@@ -8,11 +8,11 @@ module system_building
   use facet_ratio, only: mean_facet
   use bulk_term, only: build_bulk
   use contact_overlap, only: measure_overlap
-  use contact_hosts, only: start_pair
+  use contact_targets, only: start_pair
   use follower_pressure, only: list_pressures
   use springs, only: start_springs
   use rigid_bodies, only: start_rigid
-  use supports, only: find_weak_bodies
+  use supports, only: find_floating_bodies
   use held_bodies, only: pin_held
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
@@ -24,7 +24,7 @@ contains
 
   !> Everything a run needs, at time 0.
   subroutine build_system(model, system, state)
-    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! filled; its costs go on counting
     type(state_t), intent(out) :: state !! at rest
 
@@ -34,9 +34,9 @@ contains
     call build_bulk(model, system)
   end subroutine build_system
 
-  !> Bodies, equations, and the first hosts of the contact points.
+  !> Bodies, equations, and the first targets of the contact points.
   subroutine outline_system(model, system, state)
-    type(model_t), intent(inout) :: model !! pairs get their first hosts
+    type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! gets bodies, equations, vectors
     type(state_t), intent(out) :: state !! at rest
     integer, allocatable :: element_body(:)
@@ -52,7 +52,7 @@ contains
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system)
     end if
-    call find_weak_bodies(model%mesh%x, system)
+    call find_floating_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
@@ -108,7 +108,7 @@ contains
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors
 
-  !> One contact element for each point; they stay idle until hosts are chosen.
+  !> One contact element for each point; they stay idle until targets are chosen.
   subroutine list_contact(model, system)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets contact, first_point
@@ -126,7 +126,7 @@ contains
     end do
     system%place%first_point(size(model%pairs) + 1) = n + 1
     call allocate_list(system%contact, n, slaves + masters)
-    allocate (system%place%hosts(n), system%place%coupled_hosts(n), source=0)
+    allocate (system%place%targets(n), system%place%coupled_targets(n), source=0)
     do k = 1, size(model%pairs)
       associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
         system%contact%slaves(first:last) = model%pairs(k)%points%n_slaves

@@ -26,20 +26,20 @@ contains
 
   !> Marks the bodies that stay without friction; body 0 are nodes that follow their supports.
   subroutine find_held(model, system, held)
-    type(model_t), intent(in) :: model !! pairs with the hosts of the last converged state
+    type(model_t), intent(in) :: model !! pairs with the targets of the last converged state
     type(system_t), intent(in) :: system !! bodies and supports
     logical, intent(out) :: held(0:) !! (0:bodies)
     integer :: body
 
     held = .true.
     do body = 1, system%body%bodies
-      if (system%body%weak(body)) held(body) = stays(model, system, body)
+      if (system%body%floating(body)) held(body) = stays(model, system, body)
     end do
   end subroutine find_held
 
   !> Supports and normals leave a body no free motion.
   logical function stays(model, system, body)
-    type(model_t), intent(in) :: model !! pairs with the hosts of the last converged state
+    type(model_t), intent(in) :: model !! pairs with the targets of the last converged state
     type(system_t), intent(in) :: system !! bodies and supports
     integer, intent(in) :: body !! the body
     real(wp) :: gram(6, 6), center(3), length
@@ -53,8 +53,8 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         do p = 1, size(pair%history%old)
-          if (pair%history%old(p)%host == 0) cycle
-          associate (facet => pair%surface%facets(:, pair%history%old(p)%host))
+          if (pair%history%old(p)%target == 0) cycle
+          associate (facet => pair%surface%facets(:, pair%history%old(p)%target))
             if (all(system%body%node_body([facet, pair%points%point_nodes(1, p)]) /= body)) cycle
             call add(facet_normal(corners(system%position%x_old, facet)), &
               (system%position%x_old(:, pair%points%point_nodes(1, p)) - center)/length, gram)
@@ -85,7 +85,7 @@ contains
     end do
     drift = .false.
     do body = 1, system%body%bodies
-      if (.not. (lies(body) .and. system%body%weak(body))) cycle
+      if (.not. (lies(body) .and. system%body%floating(body))) cycle
       drift = .not. rests(model, system, body)
       if (drift) return
     end do
@@ -116,7 +116,7 @@ contains
           if (all(system%body%node_body(side_nodes(system%contact, element)) /= body)) cycle
           place = (x(:, model%pairs(k)%points%point_nodes(1, p)) - center)/length
           call add(facet_normal(corners(x, model%pairs(k)%surface%facets(:, &
-            model%pairs(k)%history%new(p)%host))), place, gram)
+            model%pairs(k)%history%new(p)%target))), place, gram)
           if (.not. any(has_friction(system%contact%d(d03_mu:d03_mu + 1, element)))) cycle
           call add([1.0_wp, 0.0_wp, 0.0_wp], place, gram)
           call add([0.0_wp, 1.0_wp, 0.0_wp], place, gram)

@@ -1,12 +1,12 @@
 !> More steps with the factor of an iteration, while each leads on (doc/theory, "Modified Newton
 !! steps", eq. (11.5)).
-module chord_steps
+module modified_newton
   use kinds, only: wp
-  use costs, only: count_cost, cost_chord
+  use costs, only: count_cost, cost_modified_newton
   use back_ends, only: solver_done
   use bulk_preconditioner, only: solve_tangent
   use near_steps, only: find_near_again, note_near_step
-  use condensed_direction, only: find_chord
+  use condensed_direction, only: find_modified_direction
   use rough_tangent, only: show_direction
   use condensed_system, only: settle_live
   use residuals, only: form_residual, form_trial, residual_norm
@@ -22,18 +22,18 @@ module chord_steps
   use system_types, only: system_t
   implicit none
   private
-  public :: chords_t, follow_chords, settle_hidden
+  public :: modified_newton_t, follow_modified_newton, settle_hidden
 
   !> What the steps with one factor have led to.
-  type :: chords_t
+  type :: modified_newton_t
     integer :: steps = 0 !! taken
     logical :: settled = .false. !! nothing is left but round-off
     logical :: energy_met = .false. !! the next one would have next to no energy
     logical :: bends = .false. !! smooth surfaces follow each
-  end type chords_t
+  end type modified_newton_t
 
   !> Most steps with one factor.
-  integer, parameter :: most_chords = 20
+  integer, parameter :: most_modified = 20
   !> A step is taken if its direction and the residual that it leaves are shorter than this share of
   !! what they were before,
   real(wp), parameter :: contraction = 0.9_wp
@@ -50,7 +50,7 @@ module chord_steps
   !> Nor is one needed where no more than this share of what counts as converged is left.
   real(wp), parameter :: well_within = 0.1_wp
   !> Residual over right-hand side that an iterative solver may leave of a step.
-  real(wp), parameter :: chord_accuracy = 1.0e-4_wp
+  real(wp), parameter :: modified_accuracy = 1.0e-4_wp
   !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
   real(wp), parameter :: rough_accuracy = 1.0e-2_wp
 
@@ -58,25 +58,27 @@ contains
 
   !> Goes on with the factor at hand after a full step. What steps in single precision have left of
   !! equilibrium is found at their end; more of them follow, in double, if it shows.
-  subroutine follow_chords(model, system, tolerance, first_energy, energy, wanted, chords)
+  subroutine follow_modified_newton(model, system, tolerance, first_energy, energy, wanted, &
+    modified)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: tolerance !! of the energy
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
-    type(chords_t), intent(inout) :: chords !! bends given; gets what has been done
+    type(modified_newton_t), intent(inout) :: modified !! bends given; gets what has been done
 
-    call take_chords(model, system, tolerance, first_energy, energy, wanted, hidden_share*wanted, &
-      chords)
+    call take_modified_steps(model, system, tolerance, first_energy, energy, wanted, &
+      hidden_share*wanted, modified)
     if (system%condensed%bulk%hidden <= 0.0_wp) return
     call settle_hidden(model, system)
-    if (.not. (chords%settled .or. chords%energy_met)) return
+    if (.not. (modified%settled .or. modified%energy_met)) return
     if (residual_norm(system) <= wanted) return
-    chords%settled = .false.
-    chords%energy_met = .false.
-    call take_chords(model, system, tolerance, first_energy, energy, wanted, 0.0_wp, chords)
-  end subroutine follow_chords
+    modified%settled = .false.
+    modified%energy_met = .false.
+    call take_modified_steps(model, system, tolerance, first_energy, energy, wanted, 0.0_wp, &
+      modified)
+  end subroutine follow_modified_newton
 
   !> Puts displacements where the forces have them, if single precision has hidden some of that.
   subroutine settle_hidden(model, system)
@@ -89,7 +91,8 @@ contains
   end subroutine settle_hidden
 
   !> Steps with the factor at hand, while each leads on.
-  subroutine take_chords(model, system, tolerance, first_energy, energy, wanted, sought, chords)
+  subroutine take_modified_steps(model, system, tolerance, first_energy, energy, wanted, sought, &
+    modified)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
     real(wp), intent(in) :: tolerance !! of the energy
@@ -97,7 +100,7 @@ contains
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
-    type(chords_t), intent(inout) :: chords !! bends given; gets what has been done
+    type(modified_newton_t), intent(inout) :: modified !! bends given; gets what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
     logical :: found
@@ -106,8 +109,8 @@ contains
     if (sought > 0.0_wp) last = direction_norm(system)
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
-      (any(model%pairs%smooth) .and. .not. chords%bends))
-    do while (chords%steps < most_chords)
+      (any(model%pairs%smooth) .and. .not. modified%bends))
+    do while (modified%steps < most_modified)
       before = residual_norm(system)
       if (before <= 0.0_wp) return
       status = system%contact%status
@@ -120,9 +123,9 @@ contains
         work = abs(direction_work(system))
         call form_trial(system, model%mesh%x, 1.0_wp)
         after = residual_norm(system)
-        chords%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
+        modified%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
           all(status == system%contact%status)
-        found = (after <= share*before .or. (after <= before .and. chords%settled)) .and. &
+        found = (after <= share*before .or. (after <= before .and. modified%settled)) .and. &
           system%inner%inverted == 0
       end if
       if (.not. found) then
@@ -132,19 +135,19 @@ contains
       if (system%condensed%near) call note_near_step(system, after/before)
       call take_trial(system, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
-      chords%steps = chords%steps + 1
-      call count_cost(system%costs, cost_chord, 1)
-      if (chords%bends) then
+      modified%steps = modified%steps + 1
+      call count_cost(system%costs, cost_modified_newton, 1)
+      if (modified%bends) then
         call follow_shape(model, system)
         after = residual_norm(system)
       end if
-      chords%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
-        .not. (chords%bends .and. after > well_within*wanted)) .or. &
+      modified%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
+        .not. (modified%bends .and. after > well_within*wanted)) .or. &
         (work <= tolerance*first_energy .and. after <= well_within*wanted)
-      if (system%condensed%preconditions) chords%energy_met = after <= wanted .and. &
-        (chords%energy_met .or. (work <= tolerance*first_energy .and. &
+      if (system%condensed%preconditions) modified%energy_met = after <= wanted .and. &
+        (modified%energy_met .or. (work <= tolerance*first_energy .and. &
          after <= system%scale%round_off))
-      if (chords%settled .or. chords%energy_met) return
+      if (modified%settled .or. modified%energy_met) return
       if (.not. system%condensed%active) then
         if (is_round_off(system, .true.)) return
       end if
@@ -152,7 +155,7 @@ contains
       last = length
       last_work = work
     end do
-  end subroutine take_chords
+  end subroutine take_modified_steps
 
   !> A direction with the factor at hand is no substitution, and costs about what a tangent does;
   !! with the blocks of groups of points it costs far less.
@@ -191,12 +194,12 @@ contains
     integer :: outcome
 
     if (system%condensed%active) then
-      call find_chord(system, found)
+      call find_modified_direction(system, found)
     else if (system%condensed%near) then
       call find_near_again(system, found)
       if (found) call spread_direction(system)
     else
-      system%whole%solver%accuracy = chord_accuracy
+      system%whole%solver%accuracy = modified_accuracy
       system%condensed%norm_before = norm2(system%right)
       call solve_tangent(system, system%right, system%solution, outcome, left=rough_accuracy)
       found = outcome == solver_done
@@ -207,4 +210,4 @@ contains
     end if
     if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
   end subroutine find_direction_again
-end module chord_steps
+end module modified_newton

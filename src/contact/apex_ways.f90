@@ -1,5 +1,5 @@
-!> The ways of the tips of friction cones over the master: what friction works on.
-module tip_ways
+!> The ways of the apexes of friction cones over the master: what friction works on.
+module apex_ways
   use kinds, only: wp
   use quadratic_facet, only: place_on_quadratic, facet_flat
   use elmlib, only: routine_smooth, facet_of_routine
@@ -8,12 +8,12 @@ module tip_ways
   use elmt04, only: d04_patch, d04_size
   implicit none
   private
-  public :: way_of_tip
+  public :: way_of_apex
 
 contains
 
-  !> Way of a tip over the master in one increment: friction takes the force on it times this way.
-  pure function way_of_tip(list, element, x) result(way)
+  !> Way of an apex over the master in one increment: friction takes the force on it times this way.
+  pure function way_of_apex(list, element, x) result(way)
     type(element_list_t), intent(in) :: list !! contact elements
     integer, intent(in) :: element !! a closed one
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions they are at [length]
@@ -35,7 +35,7 @@ contains
         way = dxi(1)*(x(:, nodes(1)) - x(:, nodes(3))) + dxi(2)*(x(:, nodes(2)) - x(:, nodes(3)))
       end if
     end associate
-  end function way_of_tip
+  end function way_of_apex
 
   !> The way from one point of a patch to another.
   pure function patch_way(values, x, from, to) result(way)
@@ -52,4 +52,4 @@ contains
     finish = patch_at(patch, to)
     way = matmul(patch_frame(x), finish%x - start%x)
   end function patch_way
-end module tip_ways
+end module apex_ways

@@ -1,9 +1,9 @@
-!> Solves with frozen contact hosts until these stay, and until smooth surfaces have their shape.
-module host_passes
+!> Solves with frozen contact targets until these stay, and until smooth surfaces have their shape.
+module target_passes
   use kinds, only: wp
   use model_types, only: model_t
   use increment_start, only: start_rubbing
-  use contact_system, only: move_hosts, load_contact
+  use contact_system, only: move_targets, load_contact
   use contact_coupling, only: couple
   use first_touch, only: find_touches
   use softening, only: find_softening
@@ -12,7 +12,7 @@ module host_passes
   use condensed_system, only: refresh_candidates, recover_interior
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
-    outcome_restless, outcome_adrift, is_converged
+    outcome_restless, outcome_step_done, is_converged
   use surface_shapes, only: follow_shape
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
@@ -21,13 +21,13 @@ module host_passes
   use text, only: to_text, count_noun
   implicit none
   private
-  public :: solve_with_hosts, follow_solution, settle_touches
+  public :: solve_with_targets, follow_solution, settle_touches
 
 contains
 
-  !> Solves with frozen hosts until the hosts stay and smooth surfaces have their shape (doc/theory,
-  !! "Surface smoothing").
-  subroutine solve_with_hosts(model, system, time, given, monitor, progress)
+  !> Solves with frozen targets until the targets stay and smooth surfaces have their shape
+  !! (doc/theory, "Surface smoothing").
+  subroutine solve_with_targets(model, system, time, given, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     real(wp), intent(in) :: time !! end of the increment
@@ -45,7 +45,7 @@ contains
       if (.not. (system%place%begun .and. system%condensed%active)) call couple(system)
       call solve_frozen(model, system, time, settings, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
-      if (progress%outcome == outcome_adrift) then
+      if (progress%outcome == outcome_step_done) then
         call follow_solution(model, system, settings, monitor, progress, settled)
         cycle
       end if
@@ -66,16 +66,16 @@ contains
     end do
     progress%outcome = outcome_restless
     call monitor%warning('contact points do not settle on a facet: '//restless_point(model))
-  end subroutine solve_with_hosts
+  end subroutine solve_with_targets
 
-  !> After a solve: smooth surfaces take the shape of their facets, and hosts follow the tips.
+  !> After a solve: smooth surfaces take the shape of their facets, and targets follow the apexes.
   subroutine follow_solution(model, system, settings, monitor, progress, settled)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
-    type(system_t), intent(inout) :: system !! converged with the hosts and patches so far
-    type(settings_t), intent(in) :: settings !! tolerances, and how far a tip may lie outside
+    type(system_t), intent(inout) :: system !! converged with the targets and patches so far
+    type(settings_t), intent(in) :: settings !! tolerances, and how far an apex may lie outside
     class(monitor_t), intent(inout) :: monitor !! hears of changes
     type(newton_t), intent(in) :: progress !! how far the solve has come
-    logical, intent(out) :: settled !! it has converged with these hosts and patches, too
+    logical, intent(out) :: settled !! it has converged with these targets and patches, too
     integer :: changes
 
     if (system%condensed%active) call refresh_candidates(system)
@@ -87,11 +87,11 @@ contains
       settled = is_converged(system, settings, progress)
     end if
     if (.not. settled .and. progress%outcome == outcome_converged) then
-      ! tips that change their facets are carried with the shape: it has to settle first
+      ! apexes that change their facets are carried with the shape: it has to settle first
       call monitor%detail('  the smooth surface has changed its shape')
       return
     end if
-    call move_hosts(model, system, settings%extrapolation, changes)
+    call move_targets(model, system, settings%extrapolation, changes)
     if (changes > 0) then
       call monitor%detail('  '//to_text(changes)//' contact points moved to another facet')
     end if
@@ -105,15 +105,15 @@ contains
     type(system_t), intent(in) :: system !! converged; touch
     class(monitor_t), intent(inout) :: monitor !! hears of it
 
-    drift = system%touch%stage == touch_waits .and. any(system%body%weak)
+    drift = system%touch%stage == touch_waits .and. any(system%body%floating)
     if (drift) drift = some_drift(model, system)
     if (drift) call monitor%detail('  friction alone holds a body that touches: not without it')
   end function has_drifted
 
-  !> After a solve that has settled: points whose friction has waited get their tips; if there are
+  !> After a solve that has settled: points whose friction has waited get their apexes; if there are
   !! none, those that slip begin to soften.
   subroutine settle_touches(model, system, monitor, settled)
-    type(model_t), intent(inout) :: model !! pairs: start tips
+    type(model_t), intent(inout) :: model !! pairs: start apexes
     type(system_t), intent(inout) :: system !! touch
     class(monitor_t), intent(inout) :: monitor !! hears of it
     logical, intent(out) :: settled !! there is no such point
@@ -129,4 +129,4 @@ contains
     if (.not. settled) call monitor%detail('  '//count_noun(softer, 'contact point')// &
       ' slipped: their friction softens from there')
   end subroutine settle_touches
-end module host_passes
+end module target_passes

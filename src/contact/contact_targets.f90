@@ -1,8 +1,8 @@
-!> Hosts: which facet carries the tip of each contact point (doc/theory, "Target facet").
+!> Hosts: which facet carries the apex of each contact point (doc/theory, "Target facet").
 !!
-!! A host is frozen while a system is solved. It changes between solves, by walking from facet to
-!! facet across edges until the tip lies inside; the start tip is unfolded at each edge.
-module contact_hosts
+!! A target is frozen while a system is solved. It changes between solves, by walking from facet to
+!! facet across edges until the apex lies inside; the start apex is unfolded at each edge.
+module contact_targets
   use kinds, only: wp
   use threads, only: pays_threads
   use element_types, only: status_off, status_open
@@ -15,7 +15,7 @@ module contact_hosts
   use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
   use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
     rim_tolerance, on_edge, longest_walk
-  use contact_tips, only: tip_of, find_tip, touches, only_touches
+  use contact_apexes, only: apex_of, find_apex, touches, only_touches
   use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
@@ -23,19 +23,20 @@ module contact_hosts
   use master_facets, only: find_sharp_edges
   implicit none
   private
-  public :: start_pair, begin_increment, follow_tips, settle_points
+  public :: start_pair, begin_increment, follow_apexes, settle_points
 
-  !> Changes of host of one point within one increment; more would be ping-pong.
+  !> Changes of target of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
   !> A point that had no facet at the start and has used up its moves is let go if it is as far as
   !! this share of a facet beyond the rim: else it might come and go for ever.
   real(wp), parameter :: far_beyond = 0.25_wp
-  !> To look whether a point keeps its host takes as long as so many multiplications and additions.
+  !> To look whether a point keeps its target takes as long as so many multiplications and
+  !! additions.
   real(wp), parameter :: of_point = 1200.0_wp
 
 contains
 
-  !> First hosts and tips, on the reference positions.
+  !> First targets and apexes, on the reference positions.
   subroutine start_pair(pair, x)
     type(pair_t), intent(inout) :: pair !! gets old, new, left, moves
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -92,30 +93,31 @@ contains
       return
     end if
     call close_open_slots(pair)
-    if (any(pair%history%new%host == 0)) call fit_tree(pair%surface%tree, pair%surface%facets, &
+    if (any(pair%history%new%target == 0)) call fit_tree(pair%surface%tree, pair%surface%facets, &
       x_old)
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (point%host > 0) then
-          if (has_left(pair, x_old, p, point%host)) call let_go(point)
+        if (point%target > 0) then
+          if (has_left(pair, x_old, p, point%target)) call let_go(point)
         end if
-        if (point%host > 0 .or. .not. is_first(pair, p)) cycle
+        if (point%target > 0 .or. .not. is_first(pair, p)) cycle
         call seek(pair, master_way_t(), x_old, x_old, p, point)
-        if (stays(pair, x_old, p, pair%history%old(p)%host, point%host)) point = pair%history%old(p)
+        if (stays(pair, x_old, p, pair%history%old(p)%target, &
+          point%target)) point = pair%history%old(p)
       end associate
     end do
   end subroutine begin_increment
 
-  !> Lets the hosts follow the tips at the positions x, crossing an edge when a tip is further
-  !! outside its facet than `tolerance` (less at a kinked edge). A new host counts as a change only
-  !! where the point touches the old or the new facet. No point goes back to the host it has left
-  !! last: on a ridge or in a valley two facets may point at each other for ever.
-  subroutine follow_tips(pair, x_old, x, tolerance, changes)
-    type(pair_t), intent(inout) :: pair !! new: hosts and start tips may change
+  !> Lets the targets follow the apexes at the positions x, crossing an edge when an apex is further
+  !! outside its facet than `tolerance` (less at a kinked edge). A new target counts as a change
+  !! only where the point touches the old or the new facet. No point goes back to the target it has
+  !! left last: on a ridge or in a valley two facets may point at each other for ever.
+  subroutine follow_apexes(pair, x_old, x, tolerance, changes)
+    type(pair_t), intent(inout) :: pair !! new: targets and start apexes may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of hosts
-    integer, intent(inout) :: changes !! grows by the number of points with a new host
+    real(wp), intent(in) :: tolerance !! in shape functions; 0 for the first choice of targets
+    integer, intent(inout) :: changes !! grows by the number of points with a new target
     integer :: p
     type(master_way_t) :: way
     logical :: pays
@@ -124,7 +126,7 @@ contains
       call follow_cells(pair, x_old, x, tolerance, changes)
       return
     end if
-    if (any(pair%history%new%host == 0)) then
+    if (any(pair%history%new%target == 0)) then
       call fit_tree(pair%surface%tree, pair%surface%facets, x)
       way = measure_way(pair, x_old, x)
     end if
@@ -137,48 +139,48 @@ contains
       call follow_point(pair, way, x_old, x, tolerance, p, changes)
     end do
     !$omp end parallel do
-  end subroutine follow_tips
+  end subroutine follow_apexes
 
-  !> Lets the host of one point follow its tip.
+  !> Lets the target of one point follow its apex.
   subroutine follow_point(pair, way, x_old, x, tolerance, p, changes)
-    type(pair_t), intent(inout) :: pair !! new: host and start tip may change
-    type(master_way_t), intent(in) :: way !! of the master, if some point has no host
+    type(pair_t), intent(inout) :: pair !! new: target and start apex may change
+    type(master_way_t), intent(in) :: way !! of the master, if some point has no target
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! as in follow_tips
+    real(wp), intent(in) :: tolerance !! as in follow_apexes
     integer, intent(in) :: p !! the point
-    integer, intent(inout) :: changes !! grows by one if the host has changed
+    integer, intent(inout) :: changes !! grows by one if the target has changed
     type(contact_point_t) :: before
-    integer :: host
+    integer :: target
     real(wp) :: zone
     logical :: touched, back
 
     back = .false.
     associate (point => pair%history%new(p))
-      host = point%host
-      touched = touches(pair, x, p, host)
-      if (host == 0 .and. is_first(pair, p)) then
+      target = point%target
+      touched = touches(pair, x, p, target)
+      if (target == 0 .and. is_first(pair, p)) then
         call seek(pair, way, x_old, x, p, point)
-      else if (host == 0) then
+      else if (target == 0) then
         call seek_second(pair, x_old, x, p, point)
       else if (pair%history%moves(p) < most_moves) then
         before = point
-        call follow_tip(pair, x_old, x, tolerance, p, point)
+        call follow_apex(pair, x_old, x, tolerance, p, point)
         if (tolerance > 0.0_wp) call take_back(pair, x_old, x, tolerance, p, point, back)
-        if (point%host == pair%history%left(p)) point = before
+        if (point%target == pair%history%left(p)) point = before
       end if
-      if (host > 0 .and. tolerance > 0.0_wp .and. pair%history%start(p)%host == 0) then
+      if (target > 0 .and. tolerance > 0.0_wp .and. pair%history%start(p)%target == 0) then
         zone = 0.0_wp
         if (pair%history%moves(p) >= most_moves) zone = far_beyond*facet_size(corners(x, &
-          pair%surface%facets(:, point%host)))
-        if (beyond_rim(pair, x, point_position(pair, p, x), point%host, zone)) call let_go(point)
+          pair%surface%facets(:, point%target)))
+        if (beyond_rim(pair, x, point_position(pair, p, x), point%target, zone)) call let_go(point)
       end if
-      if (point%host == host) return
+      if (point%target == target) return
       if (tolerance > 0.0_wp) then
-        pair%history%left(p) = merge(0, host, back)
+        pair%history%left(p) = merge(0, target, back)
         pair%history%moves(p) = pair%history%moves(p) + 1
       end if
-      if (touched .or. touches(pair, x, p, point%host)) changes = changes + 1
+      if (touched .or. touches(pair, x, p, point%target)) changes = changes + 1
     end associate
   end subroutine follow_point
 
@@ -187,41 +189,41 @@ contains
   pure subroutine let_go(point)
     type(contact_point_t), intent(inout) :: point !! its working state
 
-    point%host = 0
+    point%target = 0
     point%status = status_off
     point%lambda = 0.0_wp
   end subroutine let_go
 
-  !> Walks with one tip.
-  subroutine follow_tip(pair, x_old, x, tolerance, p, point)
+  !> Walks with one apex.
+  subroutine follow_apex(pair, x_old, x, tolerance, p, point)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
     real(wp), intent(in) :: tolerance !! in shape functions
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! its working state
-    integer :: step, next, before, start_host, k
+    integer :: step, next, before, start_target, k
     type(ridge_t) :: ridge
 
-    start_host = point%host
+    start_target = point%target
     before = 0
     do step = 1, longest_walk
-      ridge = look_at_ridges(pair, x, p, point%host)
+      ridge = look_at_ridges(pair, x, p, point%target)
       next = ridge%next
-      if (next == 0) next = facet_across(pair, x, point%host, tip_of(pair, p, point, x), &
+      if (next == 0) next = facet_across(pair, x, point%target, apex_of(pair, p, point, x), &
         tolerance, ridge%barred)
-      if (next == 0 .or. next == before .or. (step > 1 .and. next == start_host)) exit
-      before = point%host
+      if (next == 0 .or. next == before .or. (step > 1 .and. next == start_target)) exit
+      before = point%target
       do k = 1, count(ridge%via > 0)
         call step_over(pair, x_old, ridge%via(k), point)
       end do
       call step_over(pair, x_old, next, point)
     end do
-  end subroutine follow_tip
+  end subroutine follow_apex
 
-  !> Gives a point to the facet that holds its tip when it is followed from the last converged
-  !! state. Below a convex kink either facet may hold its own tip: it must not matter with which of
-  !! them the solve began. One that this increment has left already is not taken back. A tip on an
+  !> Gives a point to the facet that holds its apex when it is followed from the last converged
+  !! state. Below a convex kink either facet may hold its own apex: it must not matter with which of
+  !! them the solve began. One that this increment has left already is not taken back. An apex on an
   !! edge of the facet that had it is still there.
   subroutine take_back(pair, x_old, x, tolerance, p, point, back)
     type(pair_t), intent(in) :: pair !! the pair
@@ -230,30 +232,30 @@ contains
     real(wp), intent(in) :: tolerance !! in shape functions
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! its working state
-    logical, intent(out) :: back !! it has another host now
+    logical, intent(out) :: back !! it has another target now
     type(contact_point_t) :: trial
-    real(wp) :: tip(2)
+    real(wp) :: apex(2)
     integer :: status
 
     back = .false.
-    if (any(pair%history%start(p)%host == [0, point%host, pair%history%left(p)])) return
+    if (any(pair%history%start(p)%target == [0, point%target, pair%history%left(p)])) return
     trial = point
-    trial%host = pair%history%start(p)%host
-    trial%tip = pair%history%start(p)%tip
-    call follow_tip(pair, x_old, x, tolerance, p, trial)
-    if (any(trial%host == [point%host, pair%history%left(p)])) return
-    if (has_multipliers(pair) .and. all(pair%surface%neighbours(:, point%host) /= &
-      trial%host)) return
-    call find_tip(pair, p, trial, x, tip, status)
-    back = status > status_open .and. all(barycentric(tip) > merge(-on_edge, rim_tolerance, &
-      trial%host == pair%history%start(p)%host))
+    trial%target = pair%history%start(p)%target
+    trial%apex = pair%history%start(p)%apex
+    call follow_apex(pair, x_old, x, tolerance, p, trial)
+    if (any(trial%target == [point%target, pair%history%left(p)])) return
+    if (has_multipliers(pair) .and. all(pair%surface%neighbours(:, point%target) /= &
+      trial%target)) return
+    call find_apex(pair, p, trial, x, apex, status)
+    back = status > status_open .and. all(barycentric(apex) > merge(-on_edge, rim_tolerance, &
+      trial%target == pair%history%start(p)%target))
     if (.not. back) return
-    if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%surface%facets(:, point%host), &
-      pair%surface%facets(:, trial%host), x_old, point%lambda)
+    if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%surface%facets(:, point%target), &
+      pair%surface%facets(:, trial%target), x_old, point%lambda)
     point = trial
   end subroutine take_back
 
-  !> Hands a point on to a neighbour of its host, with its start tip and its multiplier.
+  !> Hands a point on to a neighbour of its target, with its start apex and its multiplier.
   subroutine step_over(pair, x_old, next, point)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -261,14 +263,14 @@ contains
     type(contact_point_t), intent(inout) :: point !! its working state
     real(wp) :: start(2)
 
-    call pass_edge(pair, x_old, point%host, next, point%tip, start)
-    if (has_multipliers(pair)) point%lambda = unfold_vector(pair%surface%facets(:, point%host), &
+    call pass_edge(pair, x_old, point%target, next, point%apex, start)
+    if (has_multipliers(pair)) point%lambda = unfold_vector(pair%surface%facets(:, point%target), &
       pair%surface%facets(:, next), x_old, point%lambda)
-    point%host = next
-    point%tip = start
+    point%target = next
+    point%apex = start
   end subroutine step_over
 
-  !> Looks for a facet under a point that has none; its start tip is the projection of its last
+  !> Looks for a facet under a point that has none; its start apex is the projection of its last
   !! converged position, so that the first touch has the right direction. What has come through a
   !! facet and is too deep below it now belongs to that.
   subroutine seek(pair, way, x_old, x, p, point)
@@ -277,7 +279,7 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which to look [length]
     integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(inout) :: point !! gets host, tip, status
+    type(contact_point_t), intent(inout) :: point !! gets target, apex, status
     integer :: facet
     real(wp) :: xi(2), gap, distance
     logical :: entered
@@ -295,15 +297,15 @@ contains
     if (is_too_deep(pair, facet, gap) .and. .not. entered) return
     if (is_through_body(pair, x, p, facet, gap) .and. .not. entered) return
     if (beyond_rim(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
-    point%host = facet
+    point%target = facet
     point%status = status_open
     point%path = 0.0_wp
     point%way = 0.0_wp
-    call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%tip, gap)
+    call project_on_master(pair, facet, x_old, point_position(pair, p, x_old), point%apex, gap)
   end subroutine seek
 
-  !> Makes the converged state the history: tips where the elements left them; an open point's
-  !! tip at its projection. A point that only touches is open.
+  !> Makes the converged state the history: apexes where the elements left them; an open point's
+  !! apex at its projection. A point that only touches is open.
   subroutine settle_points(pair, x)
     type(pair_t), intent(inout) :: pair !! new is completed and copied to old
     real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
@@ -318,14 +320,14 @@ contains
       associate (point => pair%history%new(p))
         if (only_touches(pair, p, point, point_position(pair, p, x), x)) point%status = status_open
         if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
-        if (point%host == 0) then
+        if (point%target == 0) then
           point%status = status_off
         else if (point%status == status_open) then
-          call walk(pair, x, point_position(pair, p, x), point%host)
-          call project_on_master(pair, point%host, x, point_position(pair, p, x), point%tip, gap)
+          call walk(pair, x, point_position(pair, p, x), point%target)
+          call project_on_master(pair, point%target, x, point_position(pair, p, x), point%apex, gap)
         end if
       end associate
     end do
     pair%history%old = pair%history%new
   end subroutine settle_points
-end module contact_hosts
+end module contact_targets

@@ -1,6 +1,6 @@
-!> Derivatives of the start tips of an increment: of the tips that the last one has left, carried to
-!! the hosts of this one (doc/theory, "Derivatives of edge crossings").
-module host_slopes
+!> Derivatives of the start apexes of an increment: of the apexes that the last one has left,
+!! carried to the targets of this one (doc/theory, "Derivatives of edge crossings").
+module target_slopes
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
@@ -11,30 +11,30 @@ module host_slopes
   private
   public :: way_t, find_way, carry_slope, projection_slope
 
-  !> Facets on a way between two hosts, at most; and ways that are tried.
+  !> Facets on a way between two targets, at most; and ways that are tried.
   integer, parameter :: longest = 64, most_ways = 4000
   !> Tips that differ by less, in shape functions, are the same.
   real(wp), parameter :: same = 1.0e-9_wp
 
-  !> The facets that a tip has been unfolded over.
+  !> The facets that an apex has been unfolded over.
   type :: way_t
-    integer :: n = 0 !! how many, the first and the last host included; 0 if none was found
-    integer :: facet(longest) = 0 !! (n) from host to host
+    integer :: n = 0 !! how many, the first and the last target included; 0 if none was found
+    integer :: facet(longest) = 0 !! (n) from target to target
   end type way_t
 
 contains
 
-  !> The way on which a tip has come from its old host to the new one: over neighbours, the shortest
-  !! whose unfolding leads where the tip is. Where the surface is flat any way does.
-  subroutine find_way(pair, x, from, tip_from, to, tip_to, way, exact)
+  !> The way on which an apex has come from its old target to the new one: over neighbours, the
+  !! shortest whose unfolding leads where the apex is. Where the surface is flat any way does.
+  subroutine find_way(pair, x, from, apex_from, to, apex_to, way, exact)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
-    integer, intent(in) :: from !! old host
-    real(wp), intent(in) :: tip_from(2) !! tip in it
-    integer, intent(in) :: to !! new host
-    real(wp), intent(in) :: tip_to(2) !! tip in that
-    type(way_t), intent(out) :: way !! the way; a shortest one if none leads to the tip
-    logical, intent(out) :: exact !! it leads to the tip
+    integer, intent(in) :: from !! old target
+    real(wp), intent(in) :: apex_from(2) !! apex in it
+    integer, intent(in) :: to !! new target
+    real(wp), intent(in) :: apex_to(2) !! apex in that
+    type(way_t), intent(out) :: way !! the way; a shortest one if none leads to the apex
+    logical, intent(out) :: exact !! it leads to the apex
     integer, parameter :: near = 2
     integer, allocatable :: distance(:)
     integer :: limit, tried
@@ -59,7 +59,7 @@ contains
       tried = 0
       start%n = 1
       start%facet(1) = from
-      call extend(barycentric(tip_from), start, steps)
+      call extend(barycentric(apex_from), start, steps)
     end subroutine search
 
     !> Goes on from the last facet of a way in all directions that can arrive within the limit.
@@ -75,7 +75,7 @@ contains
       last = so_far%facet(so_far%n)
       if (last == to) then
         tried = tried + 1
-        exact = leads_to(n, tip_to)
+        exact = leads_to(n, apex_to)
         if (exact .or. way%n == 0) way = so_far
         return
       end if
@@ -93,7 +93,7 @@ contains
       end do
     end subroutine extend
 
-    !> From a facet the new host is farther than the steps that are left.
+    !> From a facet the new target is farther than the steps that are left.
     logical function leads_too_far(facet, steps)
       integer, intent(in) :: facet !! the facet
       integer, intent(in) :: steps !! left
@@ -104,12 +104,12 @@ contains
     end function leads_too_far
   end subroutine find_way
 
-  !> Shape functions are those of a tip.
-  pure logical function leads_to(n, tip)
+  !> Shape functions are those of an apex.
+  pure logical function leads_to(n, apex)
     real(wp), intent(in) :: n(3) !! shape functions
-    real(wp), intent(in) :: tip(2) !! the tip
+    real(wp), intent(in) :: apex(2) !! the apex
 
-    leads_to = maxval(abs(n(1:2) - tip)) <= same*(1.0_wp + maxval(abs(tip)))
+    leads_to = maxval(abs(n(1:2) - apex)) <= same*(1.0_wp + maxval(abs(apex)))
   end function leads_to
 
   !> Steps over neighbours from each facet to one of them, as far as another one and a little more.
@@ -141,19 +141,19 @@ contains
     end do
   end subroutine measure_distances
 
-  !> The derivative of a tip, carried along its way.
-  subroutine carry_slope(pair, x, dx, way, tip, dtip)
+  !> The derivative of an apex, carried along its way.
+  subroutine carry_slope(pair, x, dx, way, apex, dtip)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which it was unfolded [length]
     real(wp), intent(in) :: dx(:, :) !! (3, nodes) their derivative [length]
     type(way_t), intent(in) :: way !! the facets
-    real(wp), intent(in) :: tip(2) !! tip in the first one
+    real(wp), intent(in) :: apex(2) !! apex in the first one
     real(wp), intent(inout) :: dtip(2) !! its derivative; out: that in the last one
     real(wp) :: n(3), dn(3), n_next(3), dn_next(3)
     integer :: k
     logical :: found
 
-    n = barycentric(tip)
+    n = barycentric(apex)
     dn = [dtip, -sum(dtip)]
     do k = 1, way%n - 1
       associate (a => pair%surface%facets(:, way%facet(k)), b => pair%surface%facets(:, &
@@ -194,4 +194,4 @@ contains
     motion = motion - gap*de
     dxi = [dot_product(d1, motion), dot_product(d2, motion)]
   end function projection_slope
-end module host_slopes
+end module target_slopes

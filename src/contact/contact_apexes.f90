@@ -1,5 +1,5 @@
-!> Where the tip of a contact point goes (doc/theory, "Target facet").
-module contact_tips
+!> Where the apex of a contact point goes (doc/theory, "Target facet").
+module contact_apexes
   use kinds, only: wp
   use element_types, only: element_t, task_residual
   use elmlib, only: element_routine, n_parameters
@@ -13,61 +13,61 @@ module contact_tips
   use master_facets, only: is_quadratic, facet_routine
   implicit none
   private
-  public :: tip_of, find_tip, find_tip_from, touches, only_touches
+  public :: apex_of, find_apex, find_apex_from, touches, only_touches
 
 contains
 
-  !> Where the tip goes at positions x with the point's host and start tip.
-  function tip_of(pair, p, point, x) result(tip)
+  !> Where the apex goes at positions x with the point's target and start apex.
+  function apex_of(pair, p, point, x) result(apex)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! host and start tip
+    type(contact_point_t), intent(in) :: point !! target and start apex
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: tip(2)
+    real(wp) :: apex(2)
     integer :: status
 
-    call find_tip(pair, p, point, x, tip, status)
-  end function tip_of
+    call find_apex(pair, p, point, x, apex, status)
+  end function apex_of
 
   !> The same, and what the point does there.
-  subroutine find_tip(pair, p, point, x, tip, status)
+  subroutine find_apex(pair, p, point, x, apex, status)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! host and start tip
+    type(contact_point_t), intent(in) :: point !! target and start apex
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
+    real(wp), intent(out) :: apex(2) !! (xi, eta) in the target
     integer, intent(out) :: status !! open, stick or slip
 
-    call find_tip_from(pair, p, point, point_position(pair, p, x), x, tip, status)
-  end subroutine find_tip
+    call find_apex_from(pair, p, point, point_position(pair, p, x), x, apex, status)
+  end subroutine find_apex
 
   !> The same for a point at a given place.
-  subroutine find_tip_from(pair, p, point, y, x, tip, status)
+  subroutine find_apex_from(pair, p, point, y, x, apex, status)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point, or one with its penalty
-    type(contact_point_t), intent(in) :: point !! host and start tip
+    type(contact_point_t), intent(in) :: point !! target and start apex
     real(wp), intent(in) :: y(3) !! the place [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp), intent(out) :: tip(2) !! (xi, eta) in the host
+    real(wp), intent(out) :: apex(2) !! (xi, eta) in the target
     integer, intent(out) :: status !! open, stick or slip
     real(wp) :: d(n_parameters)
     type(element_t) :: e
 
-    d = point_parameters(pair, p, point%host)
+    d = point_parameters(pair, p, point%target)
     e%xl(:, 1) = y
     e%nel = 4
-    e%xl(:, 2:4) = corners(x, pair%surface%facets(:, point%host))
-    if (is_quadratic(pair, point%host)) then
+    e%xl(:, 2:4) = corners(x, pair%surface%facets(:, point%target))
+    if (is_quadratic(pair, point%target)) then
       e%nel = 7
-      e%xl(:, 5:7) = corners(x, pair%surface%middles(:, point%host))
+      e%xl(:, 5:7) = corners(x, pair%surface%middles(:, point%target))
     end if
-    e%h1 = point%tip
+    e%h1 = point%apex
     e%path1 = point%path
     e%shift = point_shift(pair, p, point) + [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
-    call element_routine(facet_routine(pair, point%host), task_residual, d, e)
-    tip = e%h2
+    call element_routine(facet_routine(pair, point%target), task_residual, d, e)
+    apex = e%h2
     status = e%status
-  end subroutine find_tip_from
+  end subroutine find_apex_from
 
   !> A point lies on or below the plane of a facet, its shift included.
   pure logical function touches(pair, x, p, facet)
@@ -95,11 +95,11 @@ contains
     real(wp) :: xi(2), gap, kappa(3), least
 
     only = .false.
-    if (point%status <= status_open .or. point%host == 0) return
-    call project_on_master(pair, point%host, x, y, xi, gap)
+    if (point%status <= status_open .or. point%target == 0) return
+    call project_on_master(pair, point%target, x, y, xi, gap)
     kappa = point_shift(pair, p, point)
-    least = round_off(corners(x, pair%surface%facets(:, point%host)), y)
+    least = round_off(corners(x, pair%surface%facets(:, point%target)), y)
     if (pair%points%relative > stiffest_plain) least = least*stiffest_plain/pair%points%relative
     only = abs(gap + kappa(3) + withheld_gap(pair, p)) < least
   end function only_touches
-end module contact_tips
+end module contact_apexes
