@@ -9,7 +9,7 @@ module results_vtk
   use model_types, only: output_request_t
   use result_types, only: frame_t
   use hdf5_io, only: hdf5_file_t
-  use hdf5_data, only: stored_real, stored_single
+  use hdf5_data, only: stored_real
   use vtk_grid, only: vtk_grid_t, create_grid, add_constant, add_flags, add_field, begin_frame, &
     add_values, on_points, on_cells
   implicit none
@@ -129,8 +129,7 @@ contains
       if (.not. part%field(k)) cycle
       associate (field => fields_of_bodies(k))
         call add_field(part%grid, file, group_of(field), trim(field%name), &
-          merge(stored_single, stored_real, field%of_elements), field%components, &
-          trim(field%unit), trim(field%description), error)
+          stored_real, field%components, trim(field%unit), trim(field%description), error)
       end associate
       if (allocated(error)) return
     end do
