@@ -62,7 +62,8 @@ module results_contact
     integer, allocatable :: nodes(:) !! (points) node numbers of the deck
     integer, allocatable :: first_point(:) !! (surfaces + 1) first point of each
     integer, allocatable :: first_cell(:) !! (surfaces + 1) first cell of each
-    logical :: on_facets = .false. !! all fields stand on the facets, too: where points lie in these.
+    logical :: on_facets = .false. !! all fields stand on the facets, too: where points lie
+    !! in these.
     !! Of points at nodes, those of the slave alone would be the means of corners
   end type contact_file_t
 
