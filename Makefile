@@ -11,7 +11,7 @@ PETSC :=
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb lint clean help setup FORCE
+.PHONY: all debug sanitize coverage unit test test-pictures test-more verify stress bench bench-quick demo figures html gallery install uninstall deb wheel lint clean help setup FORCE
 
 # All processors, unless -j says otherwise.
 ifeq ($(filter -j% --jobserver%,$(MAKEFLAGS)),)
@@ -41,7 +41,7 @@ STANDARD += -Wno-maybe-uninitialized
 CHECKS := -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan
 FLAGS_release := -O1 -Wno-uninitialized $(if $(NATIVE),-march=native)
 FLAGS_debug := -O1 -g $(CHECKS)
-FLAGS_coverage := -O0 -g --coverage
+FLAGS_coverage := -O0 -g -Wno-uninitialized --coverage
 # Not what a null pointer or a pointer out of bounds does: the sanitiser of addresses finds these, and
 # the code for them takes half of the time of the build. Integers that overflow: tests/decks.py.
 FLAGS_sanitize := -O0 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
@@ -53,7 +53,7 @@ TESTED := -O0
 # Where a run spends its time: elements, laws, contact, linear algebra, loops over dense matrices. The
 # rest takes a tenth of the time of a run and half of that of the build.
 FAST := $(notdir $(basename $(wildcard $(addprefix src/,base/*.f90 laws/*.f90 elements/*.f90 \
-  contact/*.f90 linear/*.f90 solve/condensed/*.f90 solve/terms/*.f90)))) \
+  contact/*.f90 linear/*.f90 solve/forms/*.f90 solve/terms/*.f90)))) \
   recovery contact_surfaces checksums hdf5_held
 
 # The loops over contact points call small procedures of many modules: in the release they are put in
@@ -78,6 +78,8 @@ PETSC_SOURCES := $(sort $(wildcard src/engines/petsc/*.f90))
 MODULES := $(notdir $(SOURCES:.f90=)) version
 UNITS := $(sort $(wildcard tests/unit/test_*.pf)) tests/unit/lower_blocks.f90
 TESTS := $(notdir $(basename $(sort $(wildcard tests/unit/test_*.pf))))
+UNIT := build/debug/unit
+UNIT_OBJECTS := $(patsubst %,$(UNIT)/%.o,funit lower_blocks $(TESTS) driver)
 PYTHON := build/venv/bin/python
 
 all: $(if $(PETSC),mfec-petsc,mfec) ## build ./mfec (release; NATIVE=1 for this CPU; PETSC=1: ./mfec-petsc for many)
@@ -169,35 +171,17 @@ $$(PROGRAM_$(1)): $$(OBJECTS_$(1)) build/$(1)/mfec.o
 	@echo '  $(1) $$@'
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(LIBS) -o $$@
 
-# Unit tests under the stand-in. What several of them use is a module of its own.
-build/$(1)/unit/lower_blocks.o build/$(1)/pfunit/lower_blocks.o: tests/unit/lower_blocks.f90
+# Unit tests under the stand-in.
+build/$(1)/unit/tests: $$(UNIT_OBJECTS) $$(OBJECTS_$(1))
 	@mkdir -p $$(@D)
-	@$$(call compile,$(1),$$<,-J$$(@D) $(TESTED))
-build/$(1)/unit/funit.o: tests/pfunit_standin/funit.f90 build/$(1)/flags
-	@mkdir -p $$(@D)
-	@$$(call compile,$(1),$$<,-J$$(@D))
-$$(patsubst %,build/$(1)/unit/%.f90,$$(TESTS)): build/$(1)/unit/test_%.f90: tests/unit/test_%.pf tests/pfunit_standin/preprocess.awk
-	@mkdir -p $$(@D)
-	@awk -f tests/pfunit_standin/preprocess.awk -v name=test_$$* $$< > $$@
-$$(patsubst %,build/$(1)/unit/%.o,$$(TESTS)): build/$(1)/unit/%.o: build/$(1)/unit/%.f90 \
-    build/$(1)/unit/funit.o build/$(1)/unit/lower_blocks.o
-	@$$(call compile,$(1),$$<,-J$$(@D) $(TESTED))
-build/$(1)/unit/driver.o: tests/pfunit_standin/driver.f90 build/$(1)/unit/suites.inc \
-    build/$(1)/unit/funit.o
-	@$$(call compile,$(1),$$<,-I$$(@D) -J$$(@D))
-build/$(1)/unit/suites.inc: build/tests
-	@mkdir -p $$(@D)
-	@for t in $$(TESTS); do printf '%s\n' "function $$$${t}_suite() result(suite)" \
-	  '  import :: TestSuite' '  type(TestSuite) :: suite' "end function $$$${t}_suite"; \
-	done > $$(@D)/suite_interfaces.inc
-	@for t in $$(TESTS); do echo "call runner%run_suite($$$${t}_suite())"; done > $$@
-build/$(1)/unit/tests: $$(patsubst %,build/$(1)/unit/%.o,funit lower_blocks $$(TESTS) driver) \
-    $$(OBJECTS_$(1))
 	@echo '  $(1) $$@'
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(LIBS) -o $$@
 
 # Unit tests under the real pFUnit, in a folder of its own. Its modules and what it generates are
 # not held to our standard flags.
+build/$(1)/pfunit/lower_blocks.o: tests/unit/lower_blocks.f90
+	@mkdir -p $$(@D)
+	@$$(call compile,$(1),$$<,-J$$(@D) $(TESTED))
 build/$(1)/pfunit/suites.inc: build/tests
 	@mkdir -p $$(@D)
 	@for t in $$(TESTS); do echo "ADD_TEST_SUITE($$$${t}_suite)"; done > $$@
@@ -217,6 +201,28 @@ build/$(1)/pfunit/tests: $$(patsubst %,build/$(1)/pfunit/%.o,lower_blocks $$(TES
 	@$$(FC) -fopenmp $$(FLAGS_$(1)) $$(LINK_$(1)) $$^ $$(PFUNIT_LIBRARIES) $$(LIBS) -o $$@
 endef
 $(foreach m,$(MODES),$(eval $(call MODE_RULES,$(m))))
+
+# The unit tests themselves are compiled once, with the checks of debug, and linked with the objects
+# of each mode. What several of them use is a module of its own.
+$(UNIT)/lower_blocks.o: tests/unit/lower_blocks.f90
+	@mkdir -p $(@D)
+	@$(call compile,debug,$<,-J$(@D) $(TESTED))
+$(UNIT)/funit.o: tests/pfunit_standin/funit.f90 build/debug/flags
+	@mkdir -p $(@D)
+	@$(call compile,debug,$<,-J$(@D))
+$(patsubst %,$(UNIT)/%.f90,$(TESTS)): $(UNIT)/test_%.f90: tests/unit/test_%.pf tests/pfunit_standin/preprocess.awk
+	@mkdir -p $(@D)
+	@awk -f tests/pfunit_standin/preprocess.awk -v name=test_$* $< > $@
+$(patsubst %,$(UNIT)/%.o,$(TESTS)): $(UNIT)/%.o: $(UNIT)/%.f90 $(UNIT)/funit.o $(UNIT)/lower_blocks.o
+	@$(call compile,debug,$<,-J$(@D) $(TESTED))
+$(UNIT)/driver.o: tests/pfunit_standin/driver.f90 $(UNIT)/suites.inc $(UNIT)/funit.o
+	@$(call compile,debug,$<,-I$(@D) -J$(@D))
+$(UNIT)/suites.inc: build/tests
+	@mkdir -p $(@D)
+	@for t in $(TESTS); do printf '%s\n' "function $${t}_suite() result(suite)" \
+	  '  import :: TestSuite' '  type(TestSuite) :: suite' "end function $${t}_suite"; \
+	done > $(@D)/suite_interfaces.inc
+	@for t in $(TESTS); do echo "call runner%run_suite($${t}_suite())"; done > $@
 $(FAST:%=build/release/%.o): private FLAGS_release += -O3
 $(INLINED:%=build/release/%.o): private FLAGS_release += $(INLINING_release)
 $(STACKED:%=build/release/%.o): private FLAGS_release += -fstack-arrays
@@ -263,7 +269,7 @@ build/venv-pictures/stamp: postproc/requirements-pictures.txt build/venv/stamp .
 test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
 	@python3 tests/package_test build/venv-pictures
 
-test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec ## what goes beyond `make test`: package, manuals, installation, a stranger's path, clean root (MORE=quick: without)
+test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec $(PROGRAM_debug) ## what `make test` leaves out: sanitised, slow debug parts, package, manuals, installation, a stranger's path, clean root (MORE=quick: without)
 	@tests/more $(MORE)
 
 verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
@@ -289,7 +295,7 @@ install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local),
 	@install -D mfec $(DESTDIR)$(PREFIX)/bin/mfec
 	@install -D -m 644 build/mfec.1 $(SHARE)/man/man1/mfec.1
 	@install -D -m 644 build/mfec.bash $(SHARE)/bash-completion/completions/mfec
-	@for file in README.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
+	@for file in README.md CHANGELOG.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
 	    ! -path '*/tests/*' ! -path '*/build/*' ! -path '*.egg-info/*' ! -path 'doc/*.awk'`; do \
 	  install -D -m 644 $$file $(SHARE)/doc/mfec/$$file; done
 	@echo 'installed below $(DESTDIR)$(PREFIX)'
@@ -304,11 +310,15 @@ build/mfec.1: mfec .ci/package
 build/mfec.bash: mfec .ci/package
 	@.ci/package completion ./mfec > $@
 
-deb: ## build a Debian package of this machine's kind: build/mfec_*.deb
-	@rm -rf build/deb
-	@$(MAKE) --no-print-directory install PREFIX=/usr DESTDIR=build/deb
-	@.ci/package deb build/deb
-	@rm -rf build/deb
+deb: mfec build/mfec.1 build/mfec.bash ## build a Debian package of this machine's kind and release: build/mfec_*.deb
+	@.ci/package deb
+
+build/venv-wheel/stamp: .ci/packaging/wheel/requirements.txt .ci/setup | build/venv/stamp
+	@.ci/setup python build/venv-wheel $<
+	@touch $@
+
+wheel: mfec build/venv-wheel/stamp ## build a wheel that brings the program: build/dist/mfec-*.whl
+	@.ci/packaging/wheel/build build/venv-wheel/bin
 
 demo: build/venv/stamp mfec ## five runs of inputs/sliding_cube.inp and their figure, in demo/
 	@mkdir -p demo
@@ -342,4 +352,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb mfec.1 mfec.bash html) build/mfec_*.deb
+	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb wheel dist mfec.1 mfec.bash html) build/mfec_*.deb

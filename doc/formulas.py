@@ -21,8 +21,8 @@ PLAIN = re.compile(r'(?<![\\$])\$(?![$`])((?:[^$\\\n]|\\.|\n(?!\n))+?)(?<!`)\$(?
 
 def documents():
     """All manuals."""
-    return [os.path.join(TOP, 'README.md'), os.path.join(TOP, 'CONTRIBUTING.md')] + sorted(
-        glob.glob(os.path.join(TOP, 'doc', '*.md')))
+    return [os.path.join(TOP, name) for name in ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.md')] + \
+        sorted(glob.glob(os.path.join(TOP, 'doc', '*.md')))
 
 
 def fixed(text):
@@ -51,8 +51,10 @@ def formulas(text):
 
 
 def drawn(formula, display='inline'):
-    """A formula as MathML. The renderer knows `aligned` by the name `align*` alone."""
+    """A formula as MathML, its number beside it. The renderer knows `aligned` by the name `align*`
+    alone."""
     from latex2mathml.converter import convert
+    formula = re.sub(r'\\tag\{(.*?)\}', r'\\qquad\\text{(\1)}', formula)
     return convert(formula.replace('{aligned}', '{align*}'), display=display)
 
 

@@ -9,6 +9,7 @@ program mfec
   use parallel, only: start_parallel, end_parallel
   use keyword_help, only: help_text, has_help
   use libraries, only: version_text
+  use json_report, only: tell_end
   use process, only: end_process, catch_lack_of_memory, open_standard_files, wait_passively, &
     start_again
   use blas_info, only: rest_blas_threads
@@ -44,6 +45,7 @@ program mfec
       if (.not. allocated(error)) then
         call run_session(options, error)
         if (this_rank() == 0 .and. allocated(error)) call last_words(error%message)
+        if (this_rank() == 0 .and. options%json) call tell_end(error)
         call end_parallel(error)
         if (allocated(error)) call end_process(error%code, error%at_once)
       end if
@@ -51,6 +53,7 @@ program mfec
   end if
   if (allocated(error)) then
     if (this_rank() == 0) call last_words(error%message)
+    if (this_rank() == 0 .and. options%json) call tell_end(error)
     call end_process(error%code, error%at_once)
   end if
   call end_process(exit_done)

@@ -49,6 +49,28 @@ run_part() {
   } 9>"$logs/printing"
 }
 
+# What is left to test-more of the folders of tests: those that reach few lines of src beyond the
+# others for the time they take in debug, and bench, which is about the benchmark's Python.
+is_left() {
+  case $1 in
+  bench-* | files-debug | properties-debug | restart-debug | stress-debug | surfaces-debug | \
+    tracks-debug | turned-debug) ;;
+  *) return 1 ;;
+  esac
+}
+
+program_of() { case $1 in debug) echo build/debug/mfec ;; release) echo ./mfec ;; esac; }
+
+# folders MODE all|more: every folder of tests with an executable `run` is a part in this mode, of
+# tests/all or of tests/more.
+folders() {
+  for runner in tests/*/run; do
+    name=$(basename "$(dirname "$runner")")-$1
+    if is_left "$name"; then script=more; else script=all; fi
+    [ $script != "$2" ] || part "$name" build/venv/bin/python "$runner" --program "$(program_of "$1")"
+  done
+}
+
 # The closing line over all parts; those that left no sum have failed.
 sum_up() {
   [ $task = sum ] || exit 0

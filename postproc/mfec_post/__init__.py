@@ -8,6 +8,6 @@
 """
 from .results import Results
 from .surfaces import Surface, Surfaces
-from .tables import read_table, rows_of, TableError
+from .tables import TableError, read_table, rows_of
 
 __all__ = ['Results', 'Surface', 'Surfaces', 'TableError', 'read_table', 'rows_of']

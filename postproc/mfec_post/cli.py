@@ -6,7 +6,9 @@ import os
 import sys
 from typing import Optional
 
-from . import compare, export, identify, pictures, plots, report
+import mfec
+
+from . import compare, demo, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -41,6 +43,11 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument('--out', help='folder (default: x_export)')
     one.add_argument('--csv', action='store_true', help='tables only')
     one.add_argument('--vtu', action='store_true', help='grids only')
+    one = commands.add_parser('demo', help="the paper's example: five runs, their figure and table")
+    one.add_argument('--out', default='demo', help='folder (default demo)')
+    one = commands.add_parser('examples', help='copies the example decks, or one of them')
+    one.add_argument('name', nargs='?', help='for instance sliding_cube (default: all)')
+    one.add_argument('--out', default='mfec_examples', help='folder (default mfec_examples)')
     one = commands.add_parser('identify', help='friction from measured curves; --plan: what a '
                               'path would tell')
     identify.add_options(one)
@@ -56,6 +63,12 @@ def perform(given: argparse.Namespace) -> list[str]:
         plots.plot(plots.curves(given.tables, given.x, given.y, given.name), given.out, given.x,
                    given.title)
         return [given.out]
+    if given.command == 'examples':
+        if given.name is None:
+            return [str(mfec.copy_examples(given.out))]
+        os.makedirs(given.out, exist_ok=True)
+        return [str(mfec.Deck.read(mfec.example(given.name)).write(
+            os.path.join(given.out, os.path.basename(given.name) + '.inp')))]
     if given.command == 'picture':
         return [pictures.picture(given)]
     if given.command == 'movie':
@@ -74,6 +87,9 @@ def main(arguments: Optional[list[str]] = None) -> int:
     if given.command == 'identify':
         return identify.main(given)
     try:
+        if given.command == 'demo':
+            return demo.main(['--program', mfec.find_program(), '--deck',
+                              str(mfec.example('sliding_cube')), '--out', given.out])
         written = perform(given)
     except (OSError, KeyError, IndexError, TableError) as problem:
         text = problem.args[0] if isinstance(problem, KeyError) else problem

@@ -12,7 +12,6 @@ import csv
 import itertools
 import os
 import re
-import shutil
 import statistics
 import subprocess
 import sys
@@ -20,6 +19,7 @@ import tempfile
 from typing import Callable, Optional
 
 import numpy as np
+from mfec.program import find_program
 from numpy.typing import NDArray
 
 from .tables import TableError, read_table
@@ -51,8 +51,7 @@ def add_options(one: argparse.ArgumentParser) -> None:
     one.add_argument('--refits', action='store_true', help='fit all three slip rules')
     one.add_argument('--start', choices=('drag', 'deck'), default='drag', help='start from steady '
                      'drag, or from the values of the deck')
-    one.add_argument('--program', default=shutil.which('mfec') or './mfec',
-                     help='the program (default: mfec of the path, else ./mfec)')
+    one.add_argument('--program', help='the program (default: that of the package, else of the path)')
     one.add_argument('--out', default='identify.png', help='picture of data, fit and residual')
 
 
@@ -328,7 +327,7 @@ class Problem:
         high = np.array([self.bounds.get(name, (-np.inf, np.inf))[1] for name in self.names])
         return np.clip(x, low, high)
 
-    def fit(self, x: NDArray, rule: int) -> 'Fit':
+    def fit(self, x: NDArray, rule: int) -> Fit:
         """Levenberg-Marquardt; a rule that the data do not want is changed on the way."""
         best: Optional[Fit] = None
         damping, tried = 1e-3, {rule}
@@ -414,7 +413,7 @@ def other_paths(deck: Deck, names: list[str], x: NDArray, rule: int, roles: dict
                         ('a triangle 0, 120, 240 degrees', np.arange(points) * 3 // points / 3.0)):
         way = np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], 1)
 
-        def model(p: NDArray) -> NDArray:
+        def model(p: NDArray, way: NDArray = way) -> NDArray:
             return drag(p[0], p[1], p[2], p[3] if with_rule else rule, way)
         estimate = Estimate(['mu1', 'mu2', 'phi', 'slip'][:len(start)],
                             differences(model, start) / (share * np.abs(model(start)).max()))
@@ -525,7 +524,7 @@ def identify(given: argparse.Namespace) -> tuple[list[str], bool]:
     names = [name for name in names if name != 'slip']
     if not names:
         raise Identification('--fit wants a parameter of the deck')
-    deck = Deck(given.deck, given.program, given.set_name)
+    deck = Deck(given.deck, find_program(given.program), given.set_name)
     if given.plan:
         lines = plan(deck, given, names, with_rule)
         return lines, not any(line.startswith('not determined') for line in lines)

@@ -10,7 +10,8 @@ import tempfile
 
 import numpy as np
 
-from . import plots, scene as scenes, style
+from . import plots, style
+from . import scene as scenes
 from .results import Results
 from .surfaces import Surfaces
 from .tables import TableError

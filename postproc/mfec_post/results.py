@@ -39,7 +39,7 @@ class Results:
         self.steps = int(self.vtk['Steps'].attrs['NSteps'])
         self.times = self.vtk['Steps/Values'][:self.steps]
 
-    def __enter__(self) -> 'Results':
+    def __enter__(self) -> Results:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -67,7 +67,7 @@ class Surfaces:
         self.pairs = {name[5:]: int(number) for name, number in self.vtk.attrs.items()
                       if name.startswith('pair_')}
 
-    def __enter__(self) -> 'Surfaces':
+    def __enter__(self) -> Surfaces:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,6 +1,5 @@
 """The comparison of tables."""
 import pytest
-
 from mfec_post.compare import main
 
 HEAD = '# x\n#   step  time  set  R1  R2\n'

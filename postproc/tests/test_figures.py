@@ -2,11 +2,10 @@
 import os
 import stat
 
+import fakes
 import h5py
 import numpy as np
 import pytest
-
-import fakes
 from mfec_post import cube, demo, lay, reactions
 from mfec_post.results import Results
 from mfec_post.tables import TableError

@@ -63,7 +63,7 @@ def test_bad_input_is_told(tmp_path, capsys):
     deck.write_text('MFEC * * x\nPARAmeter\n  m1 = 0.1\n')
     given = argparse.Namespace(deck=str(deck), data=None, columns=None, set_name='top', fit='m1',
                                sigma='1%', sigma_column=None, bounds=[], nuisance='', level=95.,
-                               plan=False, refits=False, start='drag', program='mfec', out='x.png')
+                               plan=False, refits=False, start='drag', program='true', out='x.png')
     assert tool.main(given) == 2
     assert '--data' in capsys.readouterr().err
     given.plan, given.fit = True, 'm7'

@@ -14,12 +14,11 @@ import xml.etree.ElementTree as tree
 
 import numpy as np
 import pytest
-from PIL import Image
-
 import sheets
 from mfec_post import Surfaces, cli, pictures, plots, read_table, rows_of, scene
 from mfec_post.results import Results
 from mfec_post.tables import TableError
+from PIL import Image
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))

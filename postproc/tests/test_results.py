@@ -1,10 +1,9 @@
 """The reader of results files, ours and VTK's."""
 import os
 
+import fakes
 import numpy as np
 import pytest
-
-import fakes
 from mfec_post import Results
 
 

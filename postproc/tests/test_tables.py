@@ -1,7 +1,6 @@
 """The reader of tables."""
 import numpy as np
 import pytest
-
 from mfec_post import TableError, read_table, rows_of
 
 REA = '''# title with set and step in it

@@ -11,8 +11,8 @@ module costs
   public :: cost_reading, cost_search, cost_pattern, cost_bulk_tangent, cost_contact_tangent, &
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
-    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells, cost_coarse, &
-    cost_multigrid, cost_flush, cost_longest
+    cost_touch, cost_krylov, cost_bulk_krylov, cost_chord, cost_cells, cost_multigrid, &
+    cost_flush, cost_longest
 
   !> Kinds of work.
   integer, parameter :: cost_reading = 1
@@ -36,11 +36,10 @@ module costs
   integer, parameter :: cost_bulk_krylov = 19
   integer, parameter :: cost_chord = 20
   integer, parameter :: cost_cells = 21
-  integer, parameter :: cost_coarse = 22
-  integer, parameter :: cost_multigrid = 23
-  integer, parameter :: cost_flush = 24
-  integer, parameter :: cost_longest = 25
-  integer, parameter :: n_costs = 25
+  integer, parameter :: cost_multigrid = 22
+  integer, parameter :: cost_flush = 23
+  integer, parameter :: cost_longest = 24
+  integer, parameter :: n_costs = 24
 
   !> Names of the rows, in the order of the constants.
   character(28), parameter :: cost_names(n_costs) = [character(28) :: 'reading and meshing', &
@@ -49,7 +48,7 @@ module costs
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
     'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
     'the same, for the bulk', 'steps with the same factor', 'facets cut to cells', &
-    'coarse starts', 'set-ups of multigrid', 'flushes of results', 'most iterations of a solve']
+    'set-ups of multigrid', 'flushes of results', 'most iterations of a solve']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t

@@ -1,5 +1,5 @@
 !> Finite rotations: the exponential map from a rotation vector to its matrix, and back
-!! (doc/theory, "Rigid bodies with a point").
+!! (doc/theory, "Rigid bodies", eq. (9.6)).
 module rotations
   use kinds, only: wp, pi
   use vectors, only: identity

@@ -2,12 +2,15 @@
 !!
 !! The live line is rewritten in place and never longer than the terminal is wide; where standard
 !! output is no terminal only the plain lines appear. When nobody reads any more, it is quiet.
+!! For programs (--json) a line is a record; --verbose lets every line stay, those of the log too.
 module terminal
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use json_lines, only: item, print_record
   implicit none
   private
-  public :: terminal_t, open_terminal, print_line, print_warning, show_progress, close_terminal
+  public :: terminal_t, open_terminal, print_line, print_warning, print_detail, show_progress, &
+    close_terminal
 
   integer, parameter :: default_width = 80
   character(*), parameter :: carriage_return = achar(13)
@@ -18,6 +21,8 @@ module terminal
     logical :: quiet = .false. !! print nothing
     logical :: warns = .false. !! where it is quiet, warnings go to standard error
     logical :: live = .false. !! the unit is a terminal
+    logical :: json = .false. !! records in place of lines
+    logical :: verbose = .false. !! lines of the log appear here as well, and progress stays
     integer :: width = default_width !! columns of the terminal
     integer :: shown = 0 !! length of the live line, 0 if there is none
   end type terminal_t
@@ -56,7 +61,8 @@ contains
     character(*), intent(in) :: text !! the line
     integer :: status
 
-    if (term%quiet) return
+    if (term%json) call print_record('line', item('text', text))
+    if (term%quiet .or. term%json) return
     call close_terminal(term)
     write (term%unit, '(a)', iostat=status) text
     if (status == 0) flush (term%unit, iostat=status)
@@ -69,7 +75,10 @@ contains
     character(*), intent(in) :: text !! the line
     integer :: status
 
-    if (.not. term%warns) then
+    if (term%json) then
+      call print_record('warning', item('text', text))
+      return
+    else if (.not. term%warns) then
       call print_line(term, text)
       return
     end if
@@ -77,13 +86,26 @@ contains
     term%warns = status == 0
   end subroutine print_warning
 
+  !> A line of the log, for those who want all or read by a program.
+  subroutine print_detail(term, text)
+    type(terminal_t), intent(inout) :: term !! the terminal
+    character(*), intent(in) :: text !! the line
+
+    if (term%json) then
+      call print_record('log', item('text', text))
+    else if (term%verbose) then
+      call print_line(term, text)
+    end if
+  end subroutine print_detail
+
   !> Rewrites the live line; does nothing in batch.
   subroutine show_progress(term, text)
     type(terminal_t), intent(inout) :: term !! the terminal
     character(*), intent(in) :: text !! the new line
     integer :: length, status
 
-    if (.not. term%live) return
+    if (term%verbose) call print_line(term, text)
+    if (.not. term%live .or. term%verbose) return
     length = min(len_trim(text), term%width - 1)
     write (term%unit, '(4a)', advance='no', iostat=status) carriage_return, text(:length), &
       repeat(' ', max(0, term%shown - length)), carriage_return

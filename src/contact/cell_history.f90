@@ -1,5 +1,5 @@
 !> What points of old cells hand on to those of new ones: elastic slip, multiplier, friction work
-!! (doc/theory, "Segmentation").
+!! (doc/theory, "History on new cells", eq. (6.5)).
 module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open

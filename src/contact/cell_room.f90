@@ -1,5 +1,5 @@
 !> How many cells two surfaces can make at most, wherever one lies on the other (doc/theory,
-!! "Segmentation", room).
+!! "History on new cells", eq. (6.6), room).
 module cell_room
   use kinds, only: wp, pi
   use facet_geometry, only: corners, distance_to_facet

@@ -1,5 +1,5 @@
 !> Contact of a body with itself: a crack, a joint bonded in part, a fold. What lies behind a
-!! facet may be the body itself (doc/theory, "Hosts").
+!! facet may be the body itself (doc/theory, "Ties and self contact").
 module contact_bodies
   use kinds, only: wp
   use contact_types, only: pair_t

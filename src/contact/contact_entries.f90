@@ -1,5 +1,6 @@
 !> Entries: a place of the slave that is too deep below a facet has either lain there before, and is
-!! behind the body, or this increment has led it through the surface (doc/theory, "Hosts").
+!! behind the body, or this increment has led it through the surface (doc/theory, "Undetected
+!! penetration", eq. (10.3)).
 module contact_entries
   use kinds, only: wp
   use element_types, only: status_open

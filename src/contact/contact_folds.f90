@@ -1,5 +1,5 @@
 !> Concave folds: where a surface rises steeply from itself, a slave node can touch two or three
-!! facets at once, each with its own tip (doc/theory, "Folds").
+!! facets at once, each with its own tip (doc/theory, "Concave feature edges").
 !!
 !! A pair whose master has folds holds three slots for each slave node: point (slot - 1)*n + i is a
 !! slot of node i. The first follows the surface as ever, but no tip crosses a fold; the others are

@@ -1,4 +1,4 @@
-!> Hosts: which facet carries the tip of each contact point (doc/theory, "Hosts").
+!> Hosts: which facet carries the tip of each contact point (doc/theory, "Target facet").
 !!
 !! A host is frozen while a system is solved. It changes between solves, by walking from facet to
 !! facet across edges until the tip lies inside; the start tip is unfolded at each edge.

@@ -1,5 +1,5 @@
-!> SHRInk: the overlap that a pair has at the start is taken up step by step (doc/theory,
-!! "Initial overlap").
+!> SHRInk: the overlap that a pair has at the start is taken up step by step (doc/theory, "Initial
+!! overlap", eq. (6.18)).
 module contact_overlap
   use kinds, only: wp
   use contact_types, only: pair_t, master_surface_t

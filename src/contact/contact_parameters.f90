@@ -6,8 +6,8 @@ module contact_parameters
   use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
     d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
   use elmt04, only: d04_patch, d04_size
-  use contact_types, only: pair_t, contact_point_t, direction_circumferential, direction_radial, &
-    direction_field
+  use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, &
+    direction_radial, direction_field
   implicit none
   private
   public :: point_parameters, point_shift, first_raise, raise_along, is_stiff, &
@@ -18,7 +18,7 @@ module contact_parameters
   !! a stiffer one Newton's method is less sure.
   real(wp), parameter :: stiffest_start = 10.0_wp
   !> Pairs whose multipliers are a field have a penalty of this times E/h, whatever the deck says
-  !! (doc/theory, "Multipliers on slave facets").
+  !! (doc/theory, "Multiplier fields").
   real(wp), parameter :: field_penalty = 100.0_wp
   !> Updates of the multipliers in an increment unless the deck says how many, with nodes and with
   !! a field.
@@ -103,14 +103,15 @@ contains
       stiffest_start/pair%points%relative)
   end function raise_along
 
-  !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "A stiff penalty from
-  !! a soft one"); not at points of facets, which would be more than their nodes can follow.
+  !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "Stiff penalties",
+  !! eq. (7.13)). Points of facets would be more than their nodes can follow, but that AUTO's own
+  !! penalty is never far above the limit; those of cells move.
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    is_stiff = .not. pair%augmented .and. pair%points%n_slaves == 1 .and. &
-      pair%shrinking%shrink < 0 &
-      .and. pair%points%relative > stiffest_plain
+    is_stiff = .not. (pair%augmented .or. pair%segmented) .and. pair%shrinking%shrink < 0 .and. &
+      pair%points%relative > stiffest_plain .and. (pair%points%n_slaves == 1 .or. &
+      pair%penalty_kind == penalty_own)
   end function is_stiff
 
   !> Without help by multipliers the penalty would make forces of nothing but round-off.
@@ -127,8 +128,7 @@ contains
     shifts_gap = pair%augmented .or. pair%history%softened
   end function shifts_gap
 
-  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multipliers on slave
-  !! facets").
+  !> The multipliers of the pair are a field on its slave facets (doc/theory, "Multiplier fields").
   elemental logical function has_field(pair)
     type(pair_t), intent(in) :: pair !! the pair
 

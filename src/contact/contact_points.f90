@@ -1,5 +1,5 @@
 !> The points of a pair on its slave side: a slave node each, or a weighted sum of the nodes of a
-!! slave facet (doc/theory, "Weighted slave points").
+!! slave facet (doc/theory, "Slave points and weights").
 module contact_points
   use kinds, only: wp
   use text, only: to_text

@@ -1,5 +1,5 @@
 !> Ridges: sharp convex edges of a master, where the tip alone does not tell the facet
-!! (doc/theory, "Ridges").
+!! (doc/theory, "Convex feature edges").
 !!
 !! A point that is below both facets of a ridge of 90 degrees projects into both of them, however
 !! far it follows one. There the facet counts that it is closer to and that faces its slave side.

@@ -1,5 +1,5 @@
 !> Rims of a master: whether a point is still over the surface, and which of two faces side by side
-!! it belongs to (doc/theory, "Hosts", "The rim").
+!! it belongs to (doc/theory, "Boundary edges", eq. (10.1)).
 !!
 !! A node stands for the area around it. At the rim of its own surface all of that lies on one side
 !! of it: bodies that lie edge on edge stay in contact there, whichever edge has moved farther. Such
@@ -147,7 +147,7 @@ contains
 
   !> The projection of a place lies outside every facet: it has passed the rim of the surface.
   !! A point below its facet is projected along a normal that may lean outwards, by less than its
-  !! depth (doc/theory.md, "Hosts").
+  !! depth (doc/theory, "Boundary edges").
   pure logical function beyond_rim(pair, x, y, host, zone) result(beyond)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]

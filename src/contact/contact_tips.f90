@@ -1,4 +1,4 @@
-!> Where the tip of a contact point goes (doc/theory, "Hosts").
+!> Where the tip of a contact point goes (doc/theory, "Target facet").
 module contact_tips
   use kinds, only: wp
   use element_types, only: element_t, task_residual

@@ -10,7 +10,7 @@ module contact_types
   public :: pair_t, master_surface_t, pair_points_t, contact_point_t, cell_t, &
     point_history_t, forget_moves
   public :: form_node_to_surface, form_quadrature_to_surface
-  public :: penalty_nodal, penalty_area, penalty_auto
+  public :: penalty_nodal, penalty_area, penalty_auto, penalty_own, own_factor
   public :: direction_vector, direction_circumferential, direction_radial, direction_field
   public :: status_open, status_stick, status_slip, status_off
 
@@ -18,10 +18,15 @@ module contact_types
   integer, parameter :: form_node_to_surface = 1
   integer, parameter :: form_quadrature_to_surface = 2
 
-  !> Ways to give the penalty: force per length and node; pressure per length; from the stiffness.
+  !> Ways to give the penalty: force per length and node; pressure per length; as a factor of E/h;
+  !! and that of the layer that is pressed.
   integer, parameter :: penalty_nodal = 1
   integer, parameter :: penalty_area = 2
   integer, parameter :: penalty_auto = 3
+  integer, parameter :: penalty_own = 4
+  !> Penalty over the stiffness of the layer of elements that is pressed, where the deck leaves it
+  !! to the program (doc/theory, "Penalty").
+  real(wp), parameter :: own_factor = 20.0_wp
 
   !> Ways to give the principal friction axis.
   integer, parameter :: direction_vector = 1
@@ -29,7 +34,7 @@ module contact_types
   integer, parameter :: direction_radial = 3
   integer, parameter :: direction_field = 4
 
-  !> History of one contact point (doc/theory, "The moving friction cone"): kept at the last
+  !> History of one contact point (doc/theory, "Facet and gap"): kept at the last
   !! converged state and at the current one, swapped when an increment is accepted.
   type :: contact_point_t
     integer :: host = 0 !! facet of the pair that carries the tip, 0 for none
@@ -174,8 +179,8 @@ module contact_types
     character(:), allocatable :: master !! name of the master surface
     type(location_t) :: slave_at !! where the deck names the slave
     type(location_t) :: master_at !! where the deck names the master
-    integer :: penalty_kind = penalty_auto !! one of the penalty constants
-    real(wp) :: penalty = 10.0_wp !! its value, or the factor of AUTO
+    integer :: penalty_kind = penalty_own !! one of the penalty constants
+    real(wp) :: penalty = own_factor !! its value, or the factor on a stiffness
     real(wp) :: law(n_law_values) = 0.0_wp !! values of the laws that change the cone
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals

@@ -1,5 +1,5 @@
-!> What touches exactly (doc/theory, "Exact touch"): a gap that the coordinates do not know is none,
-!! whatever sign round-off gives it. The one place that says how small that is.
+!> What touches exactly (doc/theory, "Exact closure", eq. (10.4)): a gap that the coordinates do not
+!! know is none, whatever sign round-off gives it. The one place that says how small that is.
 module exact_touch
   use kinds, only: wp
   implicit none

@@ -1,5 +1,5 @@
 !> Intersections of facets: the part of a slave facet that lies under a master facet, and quadrature
-!! on it (doc/theory, "Segmentation"). All in the (xi, eta) of the slave facet.
+!! on it (doc/theory, "Segmentation", eq. (6.3)). All in the (xi, eta) of the slave facet.
 module facet_clipping
   use kinds, only: wp
   implicit none

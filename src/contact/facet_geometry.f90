@@ -240,7 +240,8 @@ contains
   end function kink_sine
 
   !> Turns a point in the plane of facet a about the edge shared with facet b into the plane of b
-  !! (doc/theory, "Crossing an edge"): lengths, and with them the friction force, are kept.
+  !! (doc/theory, "Crossing an edge", eq. (10.2)): lengths, and with them the friction force, are
+  !! kept.
   pure subroutine unfold(nodes_a, nodes_b, x, xi_a, xi_b)
     integer, intent(in) :: nodes_a(3) !! corner nodes of the facet that is left
     integer, intent(in) :: nodes_b(3) !! corner nodes of the facet that is entered

@@ -1,4 +1,5 @@
-!> Quadrature on triangles: the points of a slave facet (doc/theory, "Quadrature points").
+!> Quadrature on triangles: the points of a slave facet (doc/theory, "Quadrature points", eq.
+!! (6.2)).
 module facet_quadrature
   use kinds, only: wp
   use text, only: to_text

@@ -1,4 +1,4 @@
-!> How coarse the slave of a pair is beside its master (doc/theory, "The audit").
+!> How coarse the slave of a pair is beside its master (doc/theory, "Contact resolution").
 module facet_ratio
   use kinds, only: wp
   use contact_types, only: pair_t

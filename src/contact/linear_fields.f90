@@ -1,4 +1,5 @@
-!> Linear fields over a facet, fitted to values at points of it (doc/theory, "Segmentation").
+!> Linear fields over a facet, fitted to values at points of it (doc/theory, "History on new
+!! cells").
 module linear_fields
   use kinds, only: wp
   implicit none

@@ -1,6 +1,6 @@
 !> Multipliers of the points of slave facets as a field with a vector at each slave node, so that
-!! there are no more conditions than nodes that can meet them (doc/theory, "Multipliers on slave
-!! facets").
+!! there are no more conditions than nodes that can meet them (doc/theory, "Multiplier fields", eqs.
+!! (7.9), (7.10)).
 !!
 !! A vector of the field goes with the normal of the master: it is turned from the mean normal
 !! around its node to that of each point. Where faces of the master meet at an angle a node has one

@@ -1,5 +1,5 @@
 !> Places on slave facets of three nodes or six: what their nodes weigh there, where the points of a
-!! segmented pair are, and their areas (doc/theory, "Six-node facets", "Segmentation").
+!! segmented pair are, and their areas (doc/theory, "Six-node facets", "Segmentation", eq. (6.4)).
 module slave_places
   use kinds, only: wp
   use vectors, only: cross
@@ -85,7 +85,7 @@ contains
     end if
   end function cell_position
 
-  !> How high a bent slave facet stands over its flat one (doc/theory, "Smooth surfaces").
+  !> How high a bent slave facet stands over its flat one (doc/theory, "Surface smoothing").
   pure real(wp) function slave_lift(pair, f, xi) result(lift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: f !! its slave facet

@@ -1,5 +1,6 @@
 !> Smooth surfaces: normals at the corners of their facets, and the curved patches that these give
-!! (doc/theory, "Smooth surfaces"). In more than 400 lines, since all is made of the same normals.
+!! (doc/theory, "Surface smoothing", eq. (6.7)). In more than 400 lines, since all is made of the
+!! same normals.
 module smooth_normals
   use kinds, only: wp, pi
   use vectors, only: cross
@@ -128,9 +129,10 @@ contains
     end do
   end subroutine bend
 
-  !> How much farther out than a round surface the patches lie (doc/theory, "Initial overlap"): an
-  !! arc whose normals at the ends are 2 theta apart rises by 2 cos(theta)/(1 + cos(theta)) of what
-  !! a parabola with these normals does, and by theta^2/20 of that more in the mean.
+  !> How much farther out than a round surface the patches lie (doc/theory, "Initial overlap", eq.
+  !! (6.19)): an arc whose normals at the ends are 2 theta apart rises by 2 cos(theta)/(1 +
+  !! cos(theta)) of what a parabola with these normals does, and by theta^2/20 of that more in the
+  !! mean.
   pure subroutine measure_excess(surface, x)
     type(master_surface_t), intent(inout) :: surface !! with its patches at x; gets excess
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]

@@ -1,4 +1,5 @@
-!> How far flat facets lie below the curved surface they stand for (doc/theory, "Initial gaps").
+!> How far flat facets lie below the curved surface they stand for (doc/theory, "Initial gap
+!! adjustment", eq. (6.17)).
 module surface_sag
   use kinds, only: wp
   use facet_geometry, only: altitude, corners, facet_normal

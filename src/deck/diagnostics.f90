@@ -6,8 +6,8 @@ module diagnostics
   use source, only: source_t, source_line, file_name
   implicit none
   private
-  public :: diagnostics_t, message_t, report_error, report_note, report_warning, error_count, &
-    diagnostics_to_error, note_lines, warning_lines, printable
+  public :: diagnostics_t, message_t, problem_t, report_error, report_note, report_warning, &
+    error_count, diagnostics_to_error, list_problems, note_lines, warning_lines, printable
 
   !> Errors that one report shows.
   integer, parameter :: most_shown = 20
@@ -22,6 +22,16 @@ module diagnostics
     character(:), allocatable :: what !! what is wrong
     character(:), allocatable :: remedy !! what would be right
   end type message_t
+
+  !> One error with its place in words.
+  type :: problem_t
+    character(:), allocatable :: file !! name of the file, `command line`
+    integer :: line = 0 !! line, 0 for none
+    integer :: column = 0 !! column, 0 for none
+    character(:), allocatable :: what !! what is wrong
+    character(:), allocatable :: text !! the line
+    character(:), allocatable :: remedy !! what would be right
+  end type problem_t
 
   !> The source, and all that was found to be wrong or worth a remark in it.
   type :: diagnostics_t
@@ -139,6 +149,29 @@ contains
       to_text(diagnostics%errors - most_shown)//' more'
     call raise(error, exit_deck, report)
   end subroutine diagnostics_to_error
+
+  !> The errors that are kept, in the order of files and lines.
+  subroutine list_problems(diagnostics, problems)
+    type(diagnostics_t), intent(in) :: diagnostics !! what was gathered
+    type(problem_t), allocatable, intent(out) :: problems(:) !! the errors
+    integer :: order(diagnostics%kept), i
+
+    order = reading_order(diagnostics)
+    allocate (problems(diagnostics%kept))
+    do i = 1, diagnostics%kept
+      associate (message => diagnostics%messages(order(i)))
+        problems(i)%file = printable(file_name(diagnostics%source, message%at%file))
+        problems(i)%what = printable(message%what)
+        problems(i)%remedy = printable(message%remedy)
+        problems(i)%text = ''
+        if (message%at%file == 0) cycle
+        problems(i)%line = message%at%line
+        problems(i)%column = message%at%column
+        problems(i)%text = printable(source_line(diagnostics%source, message%at%file, &
+          message%at%line))
+      end associate
+    end do
+  end subroutine list_problems
 
   !> Numbers of the messages sorted by file, line and column (stable merge by insertion).
   function reading_order(diagnostics) result(order)

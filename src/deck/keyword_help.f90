@@ -85,6 +85,8 @@ contains
       '  --vary NAME=VALUES many variants of the run, as STUDy: a,b,c or from:to:step'//nl// &
       '  --log LEVEL        brief (no iterations), normal, or full (worst node, all audits)'//nl// &
       '  --quiet            no progress'//nl// &
+      '  -v, --verbose      iterations and the lines of the log, too'//nl// &
+      '  --json             progress, audit, errors for a program: one JSON object a line'//nl// &
       '  --version          version, commit and libraries'//nl// &
       '  -h, --help [WORD]  this list, or help on a command or a word of its records'//nl
   end function usage

@@ -1,5 +1,5 @@
 !> What the contact elements have in common: the friction cone at its new tip, what becomes of an
-!! open point, and how the state of a point is reported (doc/theory, "The element").
+!! open point, and how the state of a point is reported (doc/theory, "Facet and gap").
 module contact_cone
   use kinds, only: wp
   use element_types, only: element_t, status_open

@@ -1,6 +1,7 @@
 !> Elements shared among threads: the nodes are parted across the longest way of the mesh, and each
 !! thread adds up what reaches its own nodes, in the order of the elements. So sums are those of one
-!! thread, and only elements between two parts are computed twice (doc/theory, "Linear systems").
+!! thread, and only elements between two parts are computed twice (doc/theory, "Sparse
+!! factorisation").
 module element_parts
   use kinds, only: wp
   use element_lists, only: node_list_t

@@ -1,7 +1,7 @@
 !> Element 1: linear tetrahedron (T4), small strain, isotropic linear elastic.
 !!
-!! Constant strain; the matrix is exact (doc/theory, "Bulk elements"). The rotation vector of its
-!! state is half the curl of the displacements.
+!! Constant strain; the matrix is exact (doc/theory, "Four-node tetrahedron", eq. (8.1)). The
+!! rotation vector of its state is half the curl of the displacements.
 module elmt01
   use kinds, only: wp
   use vectors, only: cross

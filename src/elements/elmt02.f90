@@ -1,7 +1,7 @@
 !> Element 2: tetrahedra of any number of nodes, small strain, isotropic linear elastic.
 !!
 !! Sums over the points of solid_shapes. With d_mean the volumetric part goes with the mean
-!! dilatation of the element (doc/theory, "Near incompressibility").
+!! dilatation of the element (doc/theory, "Near incompressibility", eqs. (8.4), (8.5)).
 module elmt02
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress

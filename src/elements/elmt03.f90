@@ -1,13 +1,14 @@
 !> Element 3: the moving friction elliptical cone (MFEC), one slave point S against a facet.
 !!
 !! Nodes: those of S (one, or the three of a slave facet with weights), then the facet's 1, 2, 3
-!! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "The element"):
-!! g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip) f, with shape functions at the tip, so
-!! that force and moment balance exactly.
+!! (counter-clockwise seen from outside). One gap vector, one penalty (doc/theory, "Facet and gap",
+!! eqs. (3.1), (3.2), (3.3), (3.4), (3.8)): g = x_S - x_m(tip), f = eps g, r_S = f, r_a = -N_a(tip)
+!! f, with shape functions at the tip, so that force and moment balance exactly.
 !! History h1, h2: (xi, eta) of the tip at the last converged and at the current state.
 !!
-!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian"): g + kappa
-!! takes the place of g in the law, with components along t1 = a1/|a1|, t2 = e x t1 and e.
+!! e%shift is kappa = lambda/eps of a multiplier (doc/theory, "Augmented Lagrangian", eqs. (7.2),
+!! (7.3), (7.4)): g + kappa takes the place of g in the law, with components along t1 = a1/|a1|, t2
+!! = e x t1 and e.
 !!
 !! task_stress gives stress = [f (3), g_N, elastic slip, criterion, p1 (3), e (3), |f_N|, |f_T|].
 module elmt03
@@ -217,7 +218,7 @@ contains
   end subroutine stick_tangent
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
-  !! the nodal forces by the shift (doc/theory, "Multipliers that come along").
+  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update", eq. (7.7)).
   pure subroutine shift_tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(cone_t), intent(in) :: c !! cone at its new tip
@@ -270,7 +271,7 @@ contains
       + matmul(c%p, matmul(c%back%m, transpose(c%p)))
   end function mapped_change
 
-  !> dg/du of the mapped gap in slip: G of doc/theory, "Consistent tangent".
+  !> dg/du of the mapped gap in slip: G of doc/theory, "Slip", eqs. (5.1), (5.2), (5.3).
   pure function gap_derivative(c, tip_old) result(dg)
     type(cone_t), intent(in) :: c !! cone at its new tip
     real(wp), intent(in) :: tip_old(2) !! (xi, eta) of the old tip

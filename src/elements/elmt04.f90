@@ -1,5 +1,5 @@
 !> Element 4: the moving friction elliptical cone of element 3 on a curved patch with continuous
-!! normals (doc/theory, "Smooth surfaces").
+!! normals (doc/theory, "Surface smoothing", eqs. (6.11), (6.12)).
 !!
 !! Nodes, history, shift and task_stress are as those of element 3; its parameters come first in d,
 !! then the patch. The gap vector g = x_S - x_m(tip) begins on the patch, and x_m carries the
@@ -142,7 +142,7 @@ contains
   end function along_patch
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
-  !! the nodal forces by the shift (doc/theory, "Multipliers that come along").
+  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update").
   pure subroutine shift_tangent(epsilon, c, slides, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(cone_t), intent(in) :: c !! cone at its new tip

@@ -1,8 +1,8 @@
 !> Element 5: tetrahedra of any number of nodes, finite strain, total Lagrangian, any law.
 !!
 !! F = I + u_a (x) grad N_a, r_a = int P grad N_a dV; the volume integrals are those of the
-!! reference (doc/theory, "Finite strain"). With d_mean the volumetric energy goes with the mean
-!! dilatation of the element.
+!! reference (doc/theory, "Finite strain", eqs. (8.8), (8.13)). With d_mean the volumetric energy
+!! goes with the mean dilatation of the element.
 module elmt05
   use kinds, only: wp
   use vectors, only: cross, invert, sum_products

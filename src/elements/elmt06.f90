@@ -1,10 +1,10 @@
 !> Element 6: the moving friction elliptical cone of element 3 on a facet of six nodes, the true
-!! quadratic surface with its normal at the projection (doc/theory, "Six-node facets").
+!! quadratic surface with its normal at the projection (doc/theory, "Six-node facets", eq. (6.14)).
 !!
 !! Nodes: those of the slave point, then the six of the facet, corners first. History, shift and
 !! task_stress are as those of element 3, its parameters d as well. Where the projection has no
 !! answer the flat facet of the corners stands in. Round facets are facets of six nodes with other
-!! shape functions (doc/theory, "Round facets").
+!! shape functions (doc/theory, "Exact tools").
 module elmt06
   use kinds, only: wp
   use vectors, only: cross, dyad
@@ -207,7 +207,7 @@ contains
   end function axis_turn
 
   !> The force in the frame of the facet, its derivatives by displacements and shift, and that of
-  !! the nodal forces by the shift (doc/theory, "Multipliers that come along").
+  !! the nodal forces by the shift (doc/theory, "Simultaneous multiplier update").
   pure subroutine shift_tangent(epsilon, c, stays, e)
     real(wp), intent(in) :: epsilon !! penalty [force/length]
     type(facet_cone_t), intent(in) :: c !! cone at its new tip

@@ -41,7 +41,7 @@ module friction_axes
 
 contains
 
-  !> Finds p1, p2 = e x p1 and what turns them (doc/theory, "The friction axis").
+  !> Finds p1, p2 = e x p1 and what turns them (doc/theory, "Friction axes", eqs. (3.5), (5.4)).
   pure subroutine find_axes(d, a1, a2, e, xi, slave, axes)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     real(wp), intent(in) :: a1(3) !! x1 - x3 of the facet [length]
@@ -86,7 +86,7 @@ contains
   end subroutine set_axes
 
   !> Axes that are carried with the facet: p = c1 a1 + c2 a2, where c may be linear in the place
-  !! (xi, eta) of the projection (doc/theory, "Lay that varies").
+  !! (xi, eta) of the projection (doc/theory, "Varying lay", eqs. (3.7), (5.5), (5.6)).
   pure subroutine convected_axes(d, a1, a2, e, xi, axes, found)
     real(wp), intent(in) :: d(:) !! (d03_size) parameters
     real(wp), intent(in) :: a1(3) !! x1 - x3 of the facet [length]

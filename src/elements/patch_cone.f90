@@ -1,5 +1,5 @@
-!> The friction cone on a curved patch: projection, gap, stick or slip, new tip (doc/theory, "Smooth
-!! surfaces"). Element 4 makes forces and tangent of it.
+!> The friction cone on a curved patch: projection, gap, stick or slip, new tip (doc/theory,
+!! "Surface smoothing", eq. (6.10)). Element 4 makes forces and tangent of it.
 module patch_cone
   use kinds, only: wp
   use vectors, only: cross, dyad
@@ -234,7 +234,7 @@ contains
   end function solve_ways
 
   !> Components along p1 and p2 of what the new tip has to follow, in slip: p_i.dg + g'.dp_i - ds'_i
-  !! with ds' = M ds - r dh_n (doc/theory, "Consistent tangent").
+  !! with ds' = M ds - r dh_n (doc/theory, "Slip").
   pure function ways_of_tip(c, dn, dgn, w, dg_old, dk, dg) result(way)
     class(cone_t), intent(in) :: c !! cone at its new tip
     real(wp), intent(in) :: dn(:, :) !! (3, dofs) derivative of the unit normal

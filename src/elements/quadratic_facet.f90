@@ -1,6 +1,7 @@
 !> Facets of six nodes: shape functions, and the projection of a point (doc/theory, "Six-node
-!! facets"). Nodes: the corners, then the middles of the edges 12, 23, 31; of a round facet, the
-!! corners and what each of them is round about (doc/theory, "Round facets").
+!! facets", eq. (6.13)). Nodes: the corners, then the middles of the edges 12, 23, 31; of a round
+!! facet, the corners and what each of them is round about (doc/theory, "Exact tools", eqs. (6.15),
+!! (6.16)).
 module quadratic_facet
   use kinds, only: wp
   use vectors, only: cross

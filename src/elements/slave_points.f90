@@ -1,5 +1,6 @@
 !> The slave point of a contact element: one node, or the weighted sum of a few, that may stand over
-!! the facet of the first three (doc/theory, "Weighted slave points", "Smooth surfaces").
+!! the facet of the first three (doc/theory, "Slave points and weights", "Surface smoothing", eqs.
+!! (6.1), (6.9)).
 module slave_points
   use kinds, only: wp
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
@@ -105,7 +106,7 @@ contains
   end subroutine spread_element
 
   !> From the point S to its nodes: r_b = M_b r_S, and likewise rows and columns of s
-  !! (doc/theory, "Weighted slave points").
+  !! (doc/theory, "Slave points and weights").
   pure subroutine spread_point(with_matrix, m, e)
     logical, intent(in) :: with_matrix !! s is spread, too
     integer, intent(in) :: m !! degrees of freedom of S and the facet

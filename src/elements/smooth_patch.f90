@@ -1,5 +1,5 @@
-!> A curved patch over a triangular facet, with a normal at each point (doc/theory, "Smooth
-!! surfaces").
+!> A curved patch over a triangular facet, with a normal at each point (doc/theory, "Surface
+!! smoothing", eq. (6.8)).
 !!
 !! All vectors are given by their components along the facet's own a1, a2 and e (unit normal):
 !! these are constants while a system is solved, so that the patch is carried, turned and

@@ -1,5 +1,5 @@
 !> Shape functions of tetrahedra and the points that integrals over them are summed at
-!! (doc/theory, "Ten nodes").
+!! (doc/theory, "Ten-node tetrahedron", eqs. (8.2), (8.3)).
 module solid_shapes
   use kinds, only: wp
   use vectors, only: cross, sum_products

@@ -1,5 +1,5 @@
 !> Measures of a deformation by its displacement gradient, so that the digits of small strains stay:
-!! of F = I + H only those beyond 1e-16 would be left (doc/theory, "Finite strain").
+!! of F = I + H only those beyond 1e-16 would be left (doc/theory, "Finite strain", eq. (8.12)).
 module deformation
   use kinds, only: wp
   use vectors, only: cross

@@ -2,7 +2,7 @@
 !!
 !! The cone (FRICtion, SLIP) is that of friction_return; the laws here change its coefficients and
 !! its radius, in the order of the table. A new law is one file, and one line in each place here
-!! that names another (doc/theory, "Laws that change the cone").
+!! that names another (doc/theory, "Decay and cap", eqs. (4.7), (4.8)).
 module friction_laws
   use kinds, only: wp
   use law_types, only: friction_law_t, law_state_t, cone_state_t

@@ -1,7 +1,8 @@
 !> Return map of the elliptical Coulomb law: the only place where stick or slip is decided.
 !!
-!! The law, the three slip rules and the derivatives: doc/theory, "Return map". All quantities are
-!! lengths (penalty divided out): trial components s along the principal axes, rho = -g_N.
+!! The law, the three slip rules and the derivatives: doc/theory, "Return map", eqs. (4.1), (4.2),
+!! (4.3). All quantities are lengths (penalty divided out): trial components s along the principal
+!! axes, rho = -g_N.
 module friction_return
   use kinds, only: wp
   use vectors, only: length
@@ -147,7 +148,7 @@ contains
   end function multiplier
 
   !> Slopes of the mapped components by mu1, mu2 and by the rule m (doc/theory, "Derivatives of the
-  !! element": Q and Q_m).
+  !! contact element", eq. (14.6): Q and Q_m).
   pure subroutine slope_of_cone(s, rho, mu, rule, back, by_mu, by_rule)
     real(wp), intent(in) :: s(2) !! trial components [length]
     real(wp), intent(in) :: rho !! depth [length]

@@ -1,4 +1,4 @@
-!> CAP: the shear traction has a bound (doc/theory, "Laws that change the cone").
+!> CAP: the shear traction has a bound (doc/theory, "Decay and cap", eq. (4.6)).
 !!
 !! The pressure that counts for friction is at most tau/max(mu1, mu2): the cone becomes a cylinder.
 module law_cap

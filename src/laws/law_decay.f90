@@ -1,5 +1,5 @@
-!> DECAy: static coefficients give way to kinetic ones as a point slips (doc/theory, "Laws that
-!! change the cone").
+!> DECAy: static coefficients give way to kinetic ones as a point slips (doc/theory, "Decay and
+!! cap", eq. (4.5)).
 !!
 !! mu = mk + (mu_static - mk) exp(-path/length), with the path at the end of the increment.
 module law_decay

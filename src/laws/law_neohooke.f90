@@ -1,4 +1,5 @@
-!> SOLId NEOHookean: compressible, the energy of FEAPpv (doc/theory, "Finite strain").
+!> SOLId NEOHookean: compressible, the energy of FEAPpv (doc/theory, "Finite strain", eqs. (8.9),
+!! (8.10)).
 !!
 !! W = G/2 (I1 - 3) - G ln J + lambda/2 (ln J)^2.
 module law_neohooke

@@ -1,4 +1,4 @@
-!> SOLId SVK: Saint-Venant-Kirchhoff (doc/theory, "Finite strain").
+!> SOLId SVK: Saint-Venant-Kirchhoff (doc/theory, "Finite strain", eq. (8.11)).
 !!
 !! S = lambda tr E I + 2 G E. It softens in compression: at a stretch of 1/sqrt(3) it gives way.
 module law_svk

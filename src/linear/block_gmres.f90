@@ -1,5 +1,5 @@
 !> GMRES by hand for several right-hand sides of one matrix: each finds its x among the directions
-!! of all of them (doc/theory, "Derivatives along the path"). The caller applies the matrix.
+!! of all of them (doc/theory, "Sensitivities along the path"). The caller applies the matrix.
 module block_gmres
   use kinds, only: wp
   use lapack_interface, only: dgemm, dgemv, ddot

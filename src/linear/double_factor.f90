@@ -1,5 +1,6 @@
 !> Cholesky factor of a lower triangle in the supernodes of CHOLMOD's analysis: left-looking, each
-!! product as long as its rows allow and put where it belongs (doc/theory, "Linear systems").
+!! product as long as its rows allow and put where it belongs (doc/theory, "Sparse factorisation",
+!! eq. (12.1)).
 module double_factor
   use kinds, only: wp, long
   use lapack_interface, only: dgemm, dsyrk, dtrsm, dpotrf

@@ -1,5 +1,5 @@
 !> The ways of equations up the elimination tree of a factor of CHOLMOD's, and columns of its
-!! inverse there (doc/theory, "Candidates among the others").
+!! inverse there (doc/theory, "Implicit compliance").
 module elimination_paths
   use kinds, only: sp, long
   use lapack_interface, only: sgemm

@@ -1,6 +1,7 @@
 !> Least residuals by hand, and answers that are known already: the caller applies a matrix to one
 !! direction after the other, with whatever else each of them leads to; those of earlier right-hand
-!! sides serve the next one (generalised conjugate residuals; doc/theory, "Condensed contact").
+!! sides serve the next one (generalised conjugate residuals; doc/theory, "Contact operator of low
+!! rank").
 module gcr
   use kinds, only: wp
   implicit none

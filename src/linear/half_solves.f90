@@ -1,5 +1,5 @@
 !> The two halves of a solution with the factor of a lower triangle: down to the unknowns that are
-!! eliminated last, and up from these (doc/theory, "Condensed contact").
+!! eliminated last, and up from these (doc/theory, "Static condensation", eq. (12.5)).
 module half_solves
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_ptr, c_char, c_loc, c_size_t, &
     c_sizeof, c_f_pointer
@@ -35,7 +35,7 @@ contains
   end subroutine solve_columns
 
   !> The forward substitution down to the last m unknowns: y1 of L11 y1 = b1, and b2 - L21 y1 for
-  !! these (doc/theory, "Condensed contact").
+  !! these (doc/theory, "Static condensation").
   subroutine reduce_right(solver, m, x, costs)
     type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end
@@ -110,7 +110,7 @@ contains
   end subroutine reduce_some
 
   !> Completes x, known at the last m unknowns, from what reduce_right has made of the right-hand
-  !! side of all others: L11^T x1 = y1 - L21^T x2 (doc/theory, "Condensed contact").
+  !! side of all others: L11^T x1 = y1 - L21^T x2 (doc/theory, "Static condensation").
   subroutine complete_solution(solver, m, x, costs)
     type(cholmod_t), intent(in) :: solver !! factor of a lower triangle
     integer, intent(in) :: m !! unknowns at the end

@@ -1,5 +1,5 @@
 !> Nested dissection of a graph whose nodes have weights: METIS, which CHOLMOD brings along but asks
-!! without any (doc/theory, "Condensed contact").
+!! without any (doc/theory, "Static condensation").
 module nested_dissection
   use, intrinsic :: iso_c_binding, only: c_funptr, c_ptr, c_int32_t, c_associated, &
     c_f_procpointer, c_loc

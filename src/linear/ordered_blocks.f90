@@ -1,5 +1,5 @@
 !> The matrix of a body as its factorisation takes it: columns from the blocks of all bodies, in the
-!! order of elimination, without a copy of it (doc/theory, "Linear systems").
+!! order of elimination, without a copy of it (doc/theory, "Sparse factorisation").
 module ordered_blocks
   use kinds, only: wp
   use block_matrix, only: block_matrix_t

@@ -1,6 +1,5 @@
 !> The inverse of a symmetric positive definite matrix from its Cholesky factor: LAPACK's, or by
-!! halves that two threads share (doc/theory, "Condensed
-!! contact").
+!! halves that two threads share (doc/theory, "Static condensation").
 module product_inverse
   use kinds, only: wp
   use lapack_interface, only: dpotri, dsyrk, dtrsm

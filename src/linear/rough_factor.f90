@@ -1,5 +1,5 @@
 !> The factor of a matrix that only precedes an iteration: made in single precision, where it stays
-!! near (doc/theory, "A bulk that is not linear").
+!! near (doc/theory, "Nonlinear bulk").
 module rough_factor
   use kinds, only: wp, sp, long
   use costs, only: cost_t, begin_cost, end_cost, cost_symmetric_factor

@@ -1,6 +1,6 @@
 !> The order of the columns within a supernode. It is free: the rows of other supernodes that are
 !! among them shall follow each other, so that what one supernode takes from another is put in its
-!! place in long runs (doc/theory, "Linear systems").
+!! place in long runs (doc/theory, "Sparse factorisation").
 module row_runs
   use kinds, only: wp, long
   use supernodes, only: supernodes_t

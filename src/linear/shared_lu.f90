@@ -1,5 +1,5 @@
-!> LU factors of a dense matrix in single precision that threads share (doc/theory, "Linear
-!! systems").
+!> LU factors of a dense matrix in single precision that threads share (doc/theory, "Sparse
+!! factorisation").
 module shared_lu
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds, only: sp, wp

@@ -1,5 +1,5 @@
 !> Cholesky factor of a lower triangle in single precision, in the supernodes of CHOLMOD's analysis:
-!! left-looking (doc/theory, "A bulk that is not linear").
+!! left-looking (doc/theory, "Nonlinear bulk").
 module single_factor
   use kinds, only: wp, sp, long
   use lapack_interface, only: sgemm, ssyrk, strsm, spotrf

@@ -1,6 +1,6 @@
 !> Wide supernodes of a factor of CHOLMOD's, split into panels before it is made (doc/theory,
-!! "Linear systems"). A supernode is stored as a rectangle: half of its square on the diagonal is
-!! room that nothing uses, and the work space holds all that one supernode takes from another.
+!! "Sparse factorisation"). A supernode is stored as a rectangle: half of its square on the diagonal
+!! is room that nothing uses, and the work space holds all that one supernode takes from another.
 module supernode_panels
   use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_sizeof, c_f_pointer
   use kinds, only: long

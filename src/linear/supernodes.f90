@@ -1,5 +1,5 @@
 !> The supernodes of a factor of CHOLMOD's, and substitutions that end at the last unknowns, in
-!! double and in single precision (doc/theory, "Condensed contact").
+!! double and in single precision (doc/theory, "Static condensation").
 module supernodes
   use, intrinsic :: iso_c_binding, only: c_ptr, c_f_pointer
   use kinds, only: wp, sp, long

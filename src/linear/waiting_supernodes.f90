@@ -1,5 +1,6 @@
 !> The order in which a left-looking factorisation takes the supernodes of a factor of CHOLMOD's:
-!! each waits for the next one that it is to be subtracted from (doc/theory, "Linear systems").
+!! each waits for the next one that it is to be subtracted from (doc/theory, "Sparse
+!! factorisation").
 module waiting_supernodes
   use kinds, only: wp, long
   use supernodes, only: supernodes_t

@@ -1,5 +1,5 @@
 !> Faces on each other that are to be joined beside such as are in contact: the sides of contact
-!! pairs before TIE, and where a joint and a pair share nodes (doc/theory, "Joints and contact").
+!! pairs before TIE, and where a joint and a pair share nodes (doc/theory, "Ties and self contact").
 module bonded_faces
   use kinds, only: wp
   use deck_types, only: deck_t, record_t

@@ -1,5 +1,5 @@
 !> Whether elements of ten nodes have a shape that can be computed with: the Jacobian of a curved
-!! element must be positive everywhere (doc/theory, "Ten nodes").
+!! element must be positive everywhere (doc/theory, "Ten-node tetrahedron").
 module curved_checks
   use kinds, only: wp
   use text, only: to_text, count_noun

@@ -1,5 +1,5 @@
 !> Whether elements of ten nodes fit together: neighbours share the nodes in the middle of their
-!! edges (doc/theory, "Ten nodes").
+!! edges (doc/theory, "Ten-node tetrahedron").
 module edge_checks
   use kinds, only: wp
   use text, only: to_text

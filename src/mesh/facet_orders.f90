@@ -1,5 +1,5 @@
 !> The order of corners of a surface that nothing stands behind: neighbours must run along their
-!! common edge in opposite directions (doc/theory, "Sides of a tool").
+!! common edge in opposite directions (doc/theory, "Orientation of tool surfaces").
 module facet_orders
   use key_sorting, only: sort_columns
   use facets, only: facet_neighbours

@@ -1,5 +1,5 @@
 !> SURFace name PLANe, CYLInder, SPHEre: surfaces that are rigid and exact, with nothing behind them
-!! (doc/theory, "Round facets").
+!! (doc/theory, "Exact tools").
 !!
 !! They are nodes and facets behind those of the mesh. A plane is made of triangles; of a cylinder
 !! or a sphere each corner has an inner node on the axis or at the centre, and the element bends

@@ -1,5 +1,5 @@
 !> Pairs whose slave starts behind its master, deeper than contact is looked for there: nothing
-!! would press, and nothing would be said (doc/theory, "Hosts").
+!! would press, and nothing would be said (doc/theory, "Undetected penetration").
 module behind_checks
   use kinds, only: wp
   use text, only: to_text, count_noun

@@ -1,5 +1,5 @@
 !> Consistent nodal values of loads on facets and in cells: here, and nowhere else, the shape of a
-!! facet or a cell counts (doc/theory, "Loads").
+!! facet or a cell counts (doc/theory, "Loads", eq. (9.2)).
 module consistent_loads
   use kinds, only: wp
   use vectors, only: cross

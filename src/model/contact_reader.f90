@@ -7,9 +7,9 @@ module contact_reader
   use friction_return, only: has_friction
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, direction_vector, &
-    direction_circumferential, direction_radial, direction_field, form_node_to_surface, &
-    form_quadrature_to_surface
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto, penalty_own, &
+    own_factor, direction_vector, direction_circumferential, direction_radial, &
+    direction_field, form_node_to_surface, form_quadrature_to_surface
   use facet_quadrature, only: has_rule, list_rules
   implicit none
   private
@@ -172,14 +172,14 @@ contains
 
     i = 3
     if (is_word(record%items(2), 'auto')) then
-      pair%penalty_kind = penalty_auto
+      pair%penalty_kind = merge(penalty_auto, penalty_own, item_count(record) > 2)
     else if (is_word(record%items(2), 'area')) then
       pair%penalty_kind = penalty_area
     else
       pair%penalty_kind = penalty_nodal
       i = 2
     end if
-    pair%penalty = 10.0_wp
+    pair%penalty = own_factor
     if (item_count(record) >= i) pair%penalty = item_real(record, i)
   end subroutine read_penalty
 

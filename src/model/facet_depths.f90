@@ -1,5 +1,6 @@
 !> How deep below a facet of the master a point still counts as below it: nearly as deep as the
-!! body behind the facet is thick. What is deeper lies behind the body (doc/theory, "Hosts").
+!! body behind the facet is thick. What is deeper lies behind the body (doc/theory, "Undetected
+!! penetration").
 module facet_depths
   use kinds, only: wp
   use threads, only: worth_threads

@@ -1,5 +1,5 @@
 !> Moves slave nodes with a small gap or penetration onto the master, in the reference
-!! configuration, before anything is built on it (doc/theory, "Initial gaps").
+!! configuration, before anything is built on it (doc/theory, "Initial gap adjustment").
 module gap_adjustment
   use kinds, only: wp
   use mesh_types, only: mesh_t

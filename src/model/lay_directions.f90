@@ -50,7 +50,7 @@ contains
   end subroutine lay_on_facet
 
   !> What elmt03 needs for a convected lay: the components c of the lay at corner 3 and their
-  !! derivatives by xi and eta (doc/theory, "Lay that varies").
+  !! derivatives by xi and eta (doc/theory, "Varying lay", eq. (3.6)).
   pure function convected_lay(pair, facet, x) result(c)
     type(pair_t), intent(in) :: pair !! has the direction
     integer, intent(in) :: facet !! number of the facet

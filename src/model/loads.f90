@@ -1,4 +1,5 @@
-!> Loads: the factor of a table at a time, and what all loads prescribe then (doc/theory, "Loads").
+!> Loads: the factor of a table at a time, and what all loads prescribe then (doc/theory, "Loads",
+!! eq. (9.1)).
 module loads
   use kinds, only: wp
   use model_types, only: model_t, load_t, load_table_t, nodal_values_t, form_sine, form_versine

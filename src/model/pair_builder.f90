@@ -197,7 +197,7 @@ contains
   end subroutine take_master
 
   !> Facets in the order of the elements behind them: which of several is taken for a point on
-  !! their edge must not depend on the numbers of nodes (doc/theory, "Exact touch").
+  !! their edge must not depend on the numbers of nodes (doc/theory, "Exact closure").
   pure subroutine order_facets(mesh, surface)
     type(mesh_t), intent(in) :: mesh !! elements
     type(master_surface_t), intent(inout) :: surface !! facets and facet_elements in that order

@@ -1,15 +1,17 @@
-!> Penalty parameters and tributary areas of the slave nodes of a pair.
+!> Penalty parameters and tributary areas of the slave nodes of a pair (doc/theory, "Penalty").
 !!
-!! AUTO takes on each side the mean cell size h = (6 V)^(1/3) and the smallest Young's modulus E of
-!! the elastic elements next to the pair, and the softer side's E/h; a node gets
+!! AUTO with a factor takes on each side the mean cell size h = (6 V)^(1/3) and the smallest Young's
+!! modulus E of the elastic elements next to the pair, and the softer side's E/h; a node gets
 !! factor E/h A with its tributary area A, or with A = h^2 where no facet lies in the slave set.
+!! AUTO alone takes the stiffness of the layer of elements that is pressed, at each point.
 module penalty_values
   use kinds, only: wp
-  use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_own
   use contact_points, only: count_points
   use contact_parameters, only: has_field, field_penalty
   use model_types, only: model_t
   use tetrahedra, only: tetrahedron_volume
+  use pressed_layers, only: pressed_stiffness
   implicit none
   private
   public :: set_penalties
@@ -29,10 +31,15 @@ contains
     type(model_t), intent(in) :: model !! mesh and materials
     type(pair_t), intent(inout) :: pair !! the pair
     logical, intent(out) :: found !! the penalties are known
+    logical, allocatable :: behind_slave(:), behind_master(:)
+    real(wp), allocatable :: unit(:), layer(:)
     type(side_t) :: side
 
     found = .true.
-    side = softer_side(slave_side(model, pair), master_side(model, pair))
+    behind_slave = slave_elements(model, pair)
+    behind_master = master_elements(model, pair)
+    side = softer_side(side_of(model, behind_slave), side_of(model, behind_master))
+    if (side%elements > 0) unit = unit_penalties(pair, side)
     select case (pair%penalty_kind)
     case (penalty_nodal)
       allocate (pair%points%epsilon(count_points(pair)), source=pair%penalty)
@@ -42,11 +49,14 @@ contains
     case default
       found = side%elements > 0
       if (.not. found) return
-      pair%points%epsilon = pair%penalty*unit_penalties(pair, side)
+      layer = unit
+      if (pair%penalty_kind == penalty_own) layer = areas(pair, side)* &
+        pressed_stiffness(model, pair, behind_slave, behind_master)
+      pair%points%epsilon = pair%penalty*layer
     end select
     if (side%elements == 0 .or. size(pair%points%epsilon) == 0 .or. side%modulus <= 0.0_wp) return
-    if (has_field(pair)) pair%points%epsilon = field_penalty*unit_penalties(pair, side)
-    pair%points%relative = maxval(pair%points%epsilon)/maxval(unit_penalties(pair, side))
+    if (has_field(pair)) pair%points%epsilon = field_penalty*unit
+    pair%points%relative = maxval(pair%points%epsilon)/maxval(unit)
     pair%points%cell = side%h
   end subroutine set_penalties
 
@@ -56,8 +66,17 @@ contains
     type(side_t), intent(in) :: side !! its softer side, an elastic one
     real(wp) :: epsilon(size(pair%points%area))
 
-    epsilon = (side%modulus/side%h)*merge(pair%points%area, side%h**2, pair%points%area > 0.0_wp)
+    epsilon = (side%modulus/side%h)*areas(pair, side)
   end function unit_penalties
+
+  !> A of each point, h^2 where it has none.
+  pure function areas(pair, side) result(area)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(side_t), intent(in) :: side !! its softer side, an elastic one
+    real(wp) :: area(size(pair%points%area))
+
+    area = merge(pair%points%area, side%h**2, pair%points%area > 0.0_wp)
+  end function areas
 
   !> The side with the smaller E/h; a rigid side is ignored.
   pure function softer_side(a, b) result(side)
@@ -71,11 +90,10 @@ contains
     if (b%modulus/b%h < a%modulus/a%h) side = b
   end function softer_side
 
-  !> Stiffness of the elements that hold a slave node.
-  function slave_side(model, pair) result(side)
+  !> The elements that hold a slave node.
+  function slave_elements(model, pair) result(near)
     type(model_t), intent(in) :: model !! mesh and materials
     type(pair_t), intent(in) :: pair !! the pair
-    type(side_t) :: side
     logical, allocatable :: is_slave(:), near(:)
     integer :: e, k, p
 
@@ -90,20 +108,17 @@ contains
         if (is_slave(model%mesh%ix(k, e))) near(e) = .true.
       end do
     end do
-    side = side_of(model, near)
-  end function slave_side
+  end function slave_elements
 
-  !> Stiffness of the elements behind the master facets.
-  function master_side(model, pair) result(side)
+  !> The elements behind the master facets.
+  function master_elements(model, pair) result(near)
     type(model_t), intent(in) :: model !! mesh and materials
     type(pair_t), intent(in) :: pair !! the pair
-    type(side_t) :: side
     logical, allocatable :: near(:)
 
     allocate (near(model%mesh%elements), source=.false.)
     near(pack(pair%surface%facet_elements, pair%surface%facet_elements > 0)) = .true.
-    side = side_of(model, near)
-  end function master_side
+  end function master_elements
 
   !> Smallest modulus and mean cell size of the elastic elements among those marked.
   pure function side_of(model, near) result(side)

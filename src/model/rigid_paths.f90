@@ -1,5 +1,4 @@
-!> What is prescribed of rigid bodies with a point at a time (doc/theory, "Rigid bodies with a
-!! point").
+!> What is prescribed of rigid bodies with a point at a time (doc/theory, "Rigid bodies").
 module rigid_paths
   use kinds, only: wp
   use model_types, only: model_t, point_load_t

@@ -1,5 +1,5 @@
 !> Reads RIGId: rigid bodies with a point. What is prescribed becomes loads of their nodes, what is
-!! free is left to the solution (doc/theory, "Rigid bodies with a point").
+!! free is left to the solution (doc/theory, "Rigid bodies").
 module rigid_reader
   use kinds, only: wp, pi
   use text, only: to_text

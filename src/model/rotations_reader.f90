@@ -1,6 +1,6 @@
 !> Reads ROTAtion: nodes that turn about an axis by any angle. The displacement of a node at r from
 !! the axis is sin(angle) a x r + (1 - cos(angle)) a x (a x r): two loads, whose factors are these
-!! functions of the table's (doc/theory, "Loads").
+!! functions of the table's (doc/theory, "Loads", eq. (9.4)).
 module rotations_reader
   use kinds, only: wp, pi
   use text, only: to_text

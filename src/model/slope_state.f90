@@ -1,5 +1,5 @@
-!> What derivatives along a run need of a state to go on from it (doc/theory, "Derivatives along the
-!! path").
+!> What derivatives along a run need of a state to go on from it (doc/theory, "Sensitivities along
+!! the path").
 module slope_state
   use kinds, only: wp
   implicit none

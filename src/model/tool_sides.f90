@@ -1,5 +1,5 @@
 !> Which side of a tool of triangles is outside: files often have it wrong, for all facets or for
-!! some (doc/theory, "Sides of a tool").
+!! some (doc/theory, "Orientation of tool surfaces", eq. (10.9)).
 module tool_sides
   use kinds, only: wp
   use text, only: to_text, count_noun

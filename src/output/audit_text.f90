@@ -2,14 +2,15 @@
 !! of a body out of balance (doc/manual, "The audit").
 module audit_text
   use kinds, only: wp, pi
-  use text, only: to_text, count_noun
+  use text, only: to_text, count_noun, lower
+  use json_lines, only: item, list_item, object
   use model_types, only: model_t
   use system_types, only: system_t
   use diagnosis, only: body_name
   use bulk_laws, only: laws
   use statics, only: verdict_t, judge_at_rest, statics_carried
   use statics_report, only: motion_text, turned_text
-  use body_audit, only: farthest_turn
+  use body_measures, only: farthest_turn
   use shape_audit, only: most_swelling
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
@@ -17,7 +18,7 @@ module audit_text
     check_edges, check_penalty
   implicit none
   private
-  public :: audit_table, audit_finding, audit_warning, balance_message, shape_message
+  public :: audit_table, audit_record, audit_finding, audit_warning, balance_message, shape_message
 
   character(7), parameter :: verdict_words(0:2) = [character(7) :: 'ok', 'warning', 'FAILED']
   character(1), parameter :: nl = new_line('a')
@@ -49,6 +50,24 @@ contains
         finding(model, system, audit, i)
     end do
   end function audit_table
+
+  !> The table of an end time, as items of a record.
+  function audit_record(model, system, audit) result(t)
+    type(model_t), intent(in) :: model !! names
+    type(system_t), intent(in) :: system !! bodies
+    type(audit_t), intent(in) :: audit !! an audited end time
+    character(:), allocatable :: t, checks
+    integer :: i
+
+    checks = ''
+    do i = 1, n_checks
+      checks = checks//object(item('name', trim(check_names(i)))//item('verdict', &
+        trim(lower(verdict_words(audit%verdict(i)))))//item('value', audit%value(i))// &
+        item('finding', finding(model, system, audit, i)))
+    end do
+    t = item('step', audit%step)//item('time', audit%time)//item('verdict', &
+      trim(lower(verdict_words(maxval(audit%verdict)))))//list_item('checks', checks)
+  end function audit_record
 
   !> A check that is ok, in a line of its own.
   function audit_finding(model, system, audit, check) result(t)
@@ -122,11 +141,11 @@ contains
     type(audit_t), intent(in) :: audit !! an audited end time
     character(:), allocatable :: t
 
-    t = to_text(100.0_wp*audit%value(check_work), 2)//' % of it'
+    t = 'energy imbalance '//to_text(100.0_wp*audit%value(check_work), 2)//' % of the work, '
     if (audit%sum%work >= audit%strain_energy + audit%penalty_energy + audit%dissipation) then
-      t = t//' not found again'
+      t = t//'lost'
     else
-      t = t//' found too much'
+      t = t//'gained'
     end if
     if (audit%value(check_work) <= most_lost .or. audit%verdict(check_work) /= 0) return
     if (audit%depends_on_path) then

@@ -1,5 +1,5 @@
 !> What contact does to the two surfaces of a pair at one time: forces of points become
-!! tractions of nodes and facets (doc/theory, "Contact as fields").
+!! tractions of nodes and facets (doc/theory, "Contact fields", eq. (6.20)).
 module contact_surfaces
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp

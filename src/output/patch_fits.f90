@@ -1,5 +1,5 @@
 !> Polynomials fitted to values at points of the elements around a corner (doc/theory, "Nodal
-!! stress").
+!! stress", eq. (8.14)).
 module patch_fits
   use kinds, only: wp
   use mesh_types, only: mesh_t

@@ -13,7 +13,7 @@ module run_log
   use costs, only: cost_t, cost_names, n_costs
   use contact_points, only: used_points
   use contact_parameters, only: has_field
-  use contact_types, only: pair_t, penalty_nodal, penalty_area
+  use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
   use bulk_laws, only: laws
   use result_types, only: origin_t
   use friction_laws, only: cone_laws, first_value, acts
@@ -189,8 +189,10 @@ contains
     case (penalty_nodal)
     case (penalty_area)
       text = ' ('//to_text(pair%penalty)//' times its area)'
-    case default
+    case (penalty_auto)
       text = ' (AUTO, factor '//to_text(pair%penalty)//')'
+    case default
+      text = ' (AUTO)'
     end select
   end function penalty_origin
 

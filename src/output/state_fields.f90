@@ -18,7 +18,7 @@ module state_fields
   public :: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, is_kept, forget_unused, &
     address_of, real_component, integer_component
 
-  !> When a field is there (doc/theory, "First touch", "A bulk that is not linear").
+  !> When a field is there (doc/theory, "Contact initiation", "Nonlinear bulk").
   integer, parameter :: part_always = 0 !! always
   integer, parameter :: part_mark = 1 !! always
   integer, parameter :: part_scene = 2 !! always

@@ -2,7 +2,8 @@
 module batch_augment
   use model_types, only: model_t
   use system_types, only: system_t
-  use contact_system, only: load_contact, couple
+  use contact_system, only: load_contact
+  use contact_coupling, only: couple
   use augmentation, only: check_gaps, update_multipliers
   use residuals, only: form_residual
   use batch_position, only: is_passing

@@ -2,10 +2,10 @@
 module batch_run
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: to_text
   use costs, only: wall_seconds
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
-  use increments, only: accept, look_for_strays
+  use accepted_state, only: accept
+  use increments, only: look_for_strays
   use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver
@@ -19,11 +19,10 @@ module batch_run
   use touch_report, only: keep_touches
   use run_audit, only: audit_end_time
   use run_log, only: log_increment, log_increment_t, log_warning
-  use terminal, only: print_line
   use batch_position, only: check_increment, is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
   use saved_states, only: saved_states_t
-  use run_monitor, only: step_text, time_left, foresee_end
+  use run_monitor, only: foresee_end, tell_end_time
   use run_context, only: context_t
   use sensitivity_table, only: derivative_rows, write_sensitivities
   use result_types, only: derivative_rows_t
@@ -315,9 +314,7 @@ contains
     context%monitor%solves_before = context%monitor%solves
     call log_increment(context%files%log, line, error)
     call foresee_end(context%monitor, line%step, wall_seconds())
-    call print_line(context%terminal, step_text(context%monitor, line%step)//'  time '// &
-      to_text(line%time)//'  '//to_text(line%iterations)//' solves  '// &
-      to_text(line%seconds, 3)//' s'//time_left(context%monitor))
+    call tell_end_time(context%monitor, line)
   end subroutine finish_step
 
   !> TIME: moves to the next end time and begins its increment.

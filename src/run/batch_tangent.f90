@@ -8,7 +8,8 @@ module batch_tangent
   use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
   use increment_start, only: take_overlaps, begin_at, choose_start
   use host_passes, only: follow_solution, settle_touches
-  use contact_system, only: load_contact, couple
+  use contact_system, only: load_contact
+  use contact_coupling, only: couple
   use residuals, only: estimate_round_off, form_residual, residual_norm
   use solver_choice, only: choose_solver
   use stepping, only: raise_outcome

@@ -14,12 +14,12 @@ module command_line
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
     '[--threads N] [--restart run.vtkhdf [--step K]] [--sens NAME,NAME] '// &
-    '[--vary NAME=VALUES]... [--log LEVEL] [--quiet]'
+    '[--vary NAME=VALUES]... [--log LEVEL] [--quiet] [--verbose] [--json]'
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(14) = [character(10) :: '--set', '--out', '--check', &
+  character(10), parameter :: known(17) = [character(10) :: '--set', '--out', '--check', &
     '--solver', '--threads', '--restart', '--step', '--sens', '--vary', '--log', '--quiet', &
-    '--version', '--help', '-h']
+    '--verbose', '-v', '--json', '--version', '--help', '-h']
 
   !> What the command line asks for.
   type :: options_t
@@ -36,6 +36,8 @@ module command_line
     type(override_t), allocatable :: overrides(:) !! parameters of --set
     logical :: check = .false. !! read and report only
     logical :: quiet = .false. !! nothing on standard output
+    logical :: verbose = .false. !! lines of the log on standard output, too
+    logical :: json = .false. !! standard output is for a program
     logical :: version = .false. !! print the version
     logical :: help = .false. !! print help
   end type options_t
@@ -56,6 +58,10 @@ contains
     options%sens = ''
     options%vary = ''
     allocate (options%overrides(0))
+    ! First of all, so that what is wrong with the others is told as it wants it.
+    do i = 1, command_argument_count()
+      options%json = argument(i) == '--json' .or. options%json
+    end do
     i = 1
     do while (i <= command_argument_count())
       item = argument(i)
@@ -91,7 +97,8 @@ contains
     equals = index(item, '=')
     name = item
     if (equals > 0) name = item(:equals - 1)
-    if (equals > 0 .and. any(name == [character(9) :: '--check', '--quiet', '--version'])) then
+    if (equals > 0 .and. any(name == [character(9) :: '--check', '--quiet', '--version', &
+      '--verbose', '-v', '--json'])) then
       call raise(error, exit_deck, 'command line: error: '//item//new_line('a')//'  '//name// &
         ' takes no value')
       return
@@ -101,6 +108,9 @@ contains
       options%check = .true.
     case ('--quiet')
       options%quiet = .true.
+    case ('--verbose', '-v')
+      options%verbose = .true.
+    case ('--json') ! read before
     case ('--version')
       options%version = .true.
     case ('--help', '-h')

@@ -7,13 +7,14 @@ module run_audit
   use audit_types, only: audit_t, n_checks, check_balance, check_turning, check_volume, &
     verdict_warning, verdict_failed
   use audit, only: audit_state
-  use audit_text, only: audit_table, audit_warning, balance_message, shape_message
-  use increments, only: complete_state
+  use audit_text, only: audit_table, audit_record, audit_warning, balance_message, shape_message
+  use accepted_state, only: complete_state
   use system_types, only: settings_t
   use element_types, only: task_stress
   use assembly, only: recover
   use element_fields, only: recover_fields
   use run_log, only: log_full
+  use json_lines, only: print_record
   use run_context, only: context_t
   implicit none
   private
@@ -42,6 +43,7 @@ contains
       full = full .or. any(audit%verdict == verdict_failed) .or. &
         context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))
+      if (context%terminal%json) call print_record('audit', audit_record(model, system, audit))
       call tell_warnings(context)
       call end_cost(system%costs, cost_audit)
       if (any(audit%verdict([check_turning, check_volume]) == verdict_failed)) then

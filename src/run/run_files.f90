@@ -12,7 +12,7 @@ module run_files
   use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t
-  use body_audit, only: lever_ends
+  use body_measures, only: lever_ends
   use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &

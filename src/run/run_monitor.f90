@@ -4,17 +4,18 @@ module run_monitor
   use errors, only: error_t
   use text, only: to_text, count_noun
   use monitors, only: monitor_t, iteration_t
-  use terminal, only: terminal_t, show_progress, print_warning
+  use terminal, only: terminal_t, show_progress, print_line, print_warning, print_detail
+  use json_lines, only: item, print_record
   use errors, only: raise, exit_no_convergence
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use sensitivity_types, only: sensitivity_t
   use sensitivities, only: follow_increment
-  use run_log, only: log_t, log_iteration_t, log_iteration, log_line, &
+  use run_log, only: log_t, log_iteration_t, log_increment_t, log_iteration, log_line, &
     log_warning, log_cut, log_brief, log_full
   implicit none
   private
-  public :: run_monitor_t, step_text, time_left, foresee_end
+  public :: run_monitor_t, step_text, time_left, foresee_end, tell_end_time
 
   !> Runs that have taken longer than this say how long the rest may take [s].
   real(wp), parameter :: long_run = 20.0_wp
@@ -70,10 +71,20 @@ contains
       end if
     end if
     if (allocated(error)) call move_alloc(error, self%trouble)
-    if (associated(self%terminal)) call show_progress(self%terminal, step_text(self, self%step) &
-      //', time '//to_text(report%time)//', solve ' &
-      //to_text(report%number)//', residual '//to_text(report%relative, 3)//', contact ' &
-      //to_text(report%active)//' ('//to_text(report%slip)//' slip)'//time_left(self))
+    if (.not. associated(self%terminal)) return
+    if (self%terminal%json) then
+      call print_record('iteration', item('step', self%step)//item('steps', self%steps)// &
+        item('time', report%time)//item('solve', report%number)//item('residual', &
+        report%residual)//item('relative', report%relative)//item('energy', report%energy)// &
+        item('line_search', report%step_length)//item('active', report%active)//item('stick', &
+        report%stick)//item('slip', report%slip)//item('solver', trim(report%solver))// &
+        item('seconds', report%seconds))
+      return
+    end if
+    call show_progress(self%terminal, step_text(self, self%step)//', time '// &
+      to_text(report%time)//', solve '//to_text(report%number)//', residual '// &
+      to_text(report%relative, 3)//', contact '//to_text(report%active)//' ('// &
+      to_text(report%slip)//' slip)'//time_left(self))
   end subroutine take_iteration
 
   !> Logs one line.
@@ -82,6 +93,7 @@ contains
     character(*), intent(in) :: text !! the line
     type(error_t), allocatable :: error
 
+    if (associated(self%terminal)) call print_detail(self%terminal, text)
     if (associated(self%log)) call log_line(self%log, text, error)
     if (allocated(error)) call move_alloc(error, self%trouble)
   end subroutine take_event
@@ -117,6 +129,12 @@ contains
     character(*), intent(in) :: reason !! why it failed
     type(error_t), allocatable :: error
 
+    if (associated(self%terminal)) then
+      if (self%terminal%json) call print_record('cut', item('step', self%step)//item('time', &
+        time)//item('size', old_size)//item('new_size', new_size)//item('reason', reason))
+      if (self%terminal%verbose) call print_detail(self%terminal, 'cut: from time '// &
+        to_text(time)//', size '//to_text(old_size)//' to '//to_text(new_size)//': '//reason)
+    end if
     if (associated(self%log)) then
       call log_cut(self%log, self%step, time, old_size, new_size, reason, error)
     end if
@@ -144,6 +162,21 @@ contains
       to_text(state%time, 12)//': '//trouble//new_line('a')//'  leave SENSitivity out')
     call move_alloc(error, self%trouble)
   end subroutine take_accepted
+
+  !> Shows an end time that is on disk.
+  subroutine tell_end_time(self, line)
+    class(run_monitor_t), intent(inout) :: self !! the receiver
+    type(log_increment_t), intent(in) :: line !! what is known of it
+
+    if (self%terminal%json) then
+      call print_record('end_time', item('step', line%step)//item('steps', self%steps)// &
+        item('time', line%time)//item('solves', line%iterations)//item('residual', &
+        line%residual)//item('seconds', line%seconds))
+      return
+    end if
+    call print_line(self%terminal, step_text(self, line%step)//'  time '//to_text(line%time)// &
+      '  '//to_text(line%iterations)//' solves  '//to_text(line%seconds, 3)//' s'//time_left(self))
+  end subroutine tell_end_time
 
   !> The number of an end time, and of how many where the deck says.
   pure function step_text(self, step) result(t)

@@ -10,7 +10,7 @@ module saved_states
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_cells, only: begin_cells
-  use contact_system, only: couple_as_saved
+  use contact_coupling, only: couple_as_saved
   use condensed_bodies, only: free_condensed
   use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t

@@ -35,6 +35,7 @@ module session
   use touch_report, only: tell_untouched
   use run_audit, only: tell_warnings
   use check_report, only: print_check, report_gaps
+  use json_report, only: tell_start, tell_problems, tell_costs
   use saved_states, only: saved_states_t, take_state, restart_base
   use state_reader, only: read_state
   use restored_balance, only: check_time, check_balance
@@ -56,21 +57,34 @@ module session
 
 contains
 
-  !> Reads the deck, and unless only a check is asked for, carries out its commands.
+  !> One run, and what a program that reads along wants to know of its deck.
   subroutine run_session(options, error)
     type(options_t), intent(in) :: options !! the command line
     type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
     type(context_t), target :: context
+    type(diagnostics_t) :: diagnostics
+
+    context%terminal = open_terminal(this_rank() > 0 .or. options%quiet, this_rank() == 0)
+    context%terminal%json = this_rank() == 0 .and. options%json
+    context%terminal%verbose = options%verbose
+    call carry_out(options, context, diagnostics, error)
+    if (context%terminal%json) call tell_problems(diagnostics)
+  end subroutine run_session
+
+  !> Reads the deck, and unless only a check is asked for, carries out its commands.
+  subroutine carry_out(options, context, diagnostics, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(context_t), target, intent(inout) :: context !! what the run works on
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's lines
+    type(error_t), allocatable, intent(out) :: error !! whatever stopped the run
     type(batch_command_t), allocatable :: commands(:)
     character(:), allocatable :: deck_text
     type(study_t) :: study
-    type(diagnostics_t) :: diagnostics
     type(error_t), allocatable :: unsound
 
     call set_threads(options%threads)
     call set_blas_threads(1)
     context%system%whole%forced = options%solver
-    context%terminal = open_terminal(this_rank() > 0 .or. options%quiet, this_rank() == 0)
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
       diagnostics, error)
@@ -97,7 +111,7 @@ contains
     call run_problem(options, context, commands, deck_text, study, diagnostics, error)
     call close_terminal(context%terminal)
     call free_solver(context%system%whole%solver)
-  end subroutine run_session
+  end subroutine carry_out
 
   !> What makes the files of this run.
   function origin_of(options, commands, deck_text, derivatives, study) result(origin)
@@ -198,6 +212,7 @@ contains
       files%log%level = options%log_level
       context%monitor%log => context%files%log
       context%monitor%terminal => context%terminal
+      if (context%terminal%json) call tell_start(context, states%base, options%deck, commands)
       call report_start(options, states, context, error)
       if (.not. allocated(error)) call start_derivatives(options, states, context, error)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
@@ -210,6 +225,7 @@ contains
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
+      if (context%terminal%json) call tell_costs(context)
       call begin_writing()
       call close_files(files, system, trouble)
       if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)

@@ -1,10 +1,10 @@
-!> What small strain cannot mean ends a variant of a study, as it ends a run (doc/theory, "The
-!! audit"). Variants are not audited otherwise.
+!> What small strain cannot mean ends a variant of a study, as it ends a run (doc/theory, "Strain
+!! and rotation"). Variants are not audited otherwise.
 module variant_limits
   use kinds, only: wp, pi
   use errors, only: error_t, raise, exit_no_convergence
   use model_types, only: model_t
-  use body_audit, only: rigid_turns, farthest_turn, has_finite_strain
+  use body_measures, only: rigid_turns, farthest_turn, has_finite_strain
   use body_volumes, only: find_volumes
   use shape_audit, only: most_swelling
   use audit_types, only: audit_t, verdict_failed, check_turning, check_volume

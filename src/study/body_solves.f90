@@ -1,5 +1,5 @@
 !> Displacements of a condensed body under any forces: its factor lacks the part of the candidates,
-!! whose place their compliance takes (doc/theory, "Derivatives along the path").
+!! whose place their compliance takes (doc/theory, "Sensitivities along the path").
 module body_solves
   use, intrinsic :: iso_c_binding, only: c_f_pointer
   use kinds, only: wp, long

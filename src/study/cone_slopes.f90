@@ -1,6 +1,6 @@
 !> Derivatives of one contact element by what is not a position: old tip, coefficients of friction,
 !! slip rule, lay, shift; and of its stick, slip and gap criteria (doc/theory, "Derivatives of the
-!! element").
+!! contact element").
 !!
 !! All is taken at one state of elmt03, whose tasks give forces and tangents. Lengths, as there:
 !! the penalty is divided out, and comes in where forces are made of these.

@@ -1,5 +1,5 @@
 !> A deck read again with other values of its parameters, and what then differs (doc/theory,
-!! "Parameters of a deck").
+!! "Parameters of the input").
 module deck_variants
   use kinds, only: wp
   use errors, only: error_t

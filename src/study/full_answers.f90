@@ -1,5 +1,5 @@
 !> Derivatives of an increment with the matrix of all nodes: its tangent at the converged state has
-!! one right-hand side a parameter (doc/theory, "Derivatives along the path").
+!! one right-hand side a parameter (doc/theory, "Sensitivities along the path", eq. (14.3)).
 module full_answers
   use kinds, only: wp
   use element_types, only: status_open

@@ -1,5 +1,5 @@
 !> Derivatives of the start tips of an increment: of the tips that the last one has left, carried to
-!! the hosts of this one (doc/theory, "Derivatives of hosts").
+!! the hosts of this one (doc/theory, "Derivatives of edge crossings").
 module host_slopes
   use kinds, only: wp
   use vectors, only: cross

@@ -1,5 +1,5 @@
 !> The linear system of an increment that has been accepted, for all parameters at once: right-hand
-!! sides, and displacements of the candidates (doc/theory, "Derivatives along the path").
+!! sides, and displacements of the candidates (doc/theory, "Sensitivities along the path").
 module increment_answers
   use kinds, only: wp
   use element_types, only: status_open

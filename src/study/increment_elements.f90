@@ -1,5 +1,5 @@
 !> The contact elements of an increment that has been accepted: their slopes, what parameters and
-!! the last increment do to them, and what they make of it (doc/theory, "Derivatives along the
+!! the last increment do to them, and what they make of it (doc/theory, "Sensitivities along the
 !! path").
 module increment_elements
   use kinds, only: wp

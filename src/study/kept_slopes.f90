@@ -1,4 +1,4 @@
-!> Derivatives as a part of the state that a run goes on from (doc/theory, "Derivatives along the
+!> Derivatives as a part of the state that a run goes on from (doc/theory, "Sensitivities along the
 !! path").
 module kept_slopes
   use, intrinsic :: iso_fortran_env, only: int64

@@ -1,5 +1,5 @@
 !> Derivatives of the displacements of candidates that contact does not touch: what its forces do to
-!! them is found when somebody asks (doc/theory, "Derivatives along the path").
+!! them is found when somebody asks (doc/theory, "Sensitivities along the path").
 module late_displacements
   use kinds, only: wp
   use condensed_types, only: condensed_body_t

@@ -1,5 +1,5 @@
 !> Resultants of sets of supports by virtual work: from forces and prescribed values alone
-!! (doc/theory, "Derivatives along the path").
+!! (doc/theory, "Sensitivities along the path", eq. (14.5)).
 module lever_sums
   use kinds, only: wp
   use model_types, only: model_t, load_t

@@ -1,5 +1,5 @@
 !> The linear system of the last increment once more, for many right-hand sides at once
-!! (doc/theory, "Derivatives along the path").
+!! (doc/theory, "Sensitivities along the path", eq. (14.2)).
 module linear_answers
   use kinds, only: wp
   use block_solves, only: solve_block

@@ -1,5 +1,5 @@
 !> The linear system of an increment that has been accepted, with multipliers that are the forces of
-!! their points (doc/theory, "Derivatives along the path").
+!! their points (doc/theory, "Sensitivities along the path").
 module multiplier_answers
   use kinds, only: wp
   use model_types, only: model_t

@@ -1,5 +1,5 @@
 !> Derivatives of the multipliers of an increment: each is the force of its point, in the frame of
-!! its facet (doc/theory, "Derivatives along the path").
+!! its facet (doc/theory, "Sensitivities along the path", eq. (14.4)).
 module multiplier_slopes
   use kinds, only: wp
   use element_types, only: status_open

@@ -1,5 +1,5 @@
 !> What a parameter of the deck changes: the deck is read again with values next to its own
-!! (doc/theory, "Parameters of a deck").
+!! (doc/theory, "Parameters of the input", eq. (14.8)).
 module parameter_slopes
   use kinds, only: wp, pi
   use errors, only: error_t

@@ -1,6 +1,6 @@
 !> Direct differentiation of an increment that has been accepted: derivatives of tips,
-!! displacements, contact forces and reactions by all parameters (doc/theory, "Derivatives along the
-!! path").
+!! displacements, contact forces and reactions by all parameters (doc/theory, "Sensitivities along
+!! the path", eq. (14.1)).
 module sensitivities
   use kinds, only: wp
   use element_types, only: status_open

@@ -1,5 +1,5 @@
 !> Reads SENSitivity and --sens: which parameters, and what a unit of each of them changes
-!! (doc/theory, "Parameters of a deck").
+!! (doc/theory, "Parameters of the input").
 module sensitivity_reader
   use kinds, only: wp
   use text, only: to_text, lower, count_noun

@@ -1,5 +1,5 @@
 !> What the derivatives need of a scene, once: how supports answer to contact forces, and what the
-!! changed loads do (doc/theory, "Derivatives along the path").
+!! changed loads do (doc/theory, "Sensitivities along the path").
 module sensitivity_start
   use kinds, only: wp
   use text, only: to_text, string_t

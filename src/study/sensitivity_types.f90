@@ -1,4 +1,4 @@
-!> What the derivatives along a run are made of (doc/theory, "Derivatives along the path").
+!> What the derivatives along a run are made of (doc/theory, "Sensitivities along the path").
 module sensitivity_types
   use kinds, only: wp
   use text, only: string_t

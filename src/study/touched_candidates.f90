@@ -1,5 +1,5 @@
 !> Compliances times blocks of forces: on the candidates that closed elements touch, on all live
-!! ones, and on all candidates (doc/theory, "Derivatives along the path").
+!! ones, and on all candidates (doc/theory, "Sensitivities along the path").
 module touched_candidates
   use kinds, only: wp
   use lapack_interface, only: dgemm, dgemv, dsymm, dsymv

@@ -1,5 +1,5 @@
 !> Unfolding of two facets about their common edge, and its derivatives (doc/theory, "Derivatives of
-!! hosts"): by areas and the feet of the altitudes, linear in the point.
+!! edge crossings", eq. (14.7)): by areas and the feet of the altitudes, linear in the point.
 module unfolding
   use kinds, only: wp
   use vectors, only: cross

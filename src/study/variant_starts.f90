@@ -1,5 +1,5 @@
 !> Where the increments of a variant start: from the contact forces that variants with values next
-!! to its own had at the same end times (doc/theory, "Variants of a run").
+!! to its own had at the same end times (doc/theory, "Variants of a run", eq. (14.9)).
 module variant_starts
   use kinds, only: wp
   use lapack_interface, only: dgelss

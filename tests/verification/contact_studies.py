@@ -11,7 +11,7 @@ POINTS = 'the rule of fixed points on slave facets that lie over several master 
     'Poisson ratio that is drawn: sheared, 2 on 3, 2.3e-2 at 0.24 and 3.3e-2 at 0.42 with 3 points, there ' \
     '8.9e-3 with 6 and 3.4e-3 with 12; SEGMent has 1e-8'
 WHOLE = ('NTOS hands the force of a slave node to one facet, which is not the integral of a uniform pressure '
-         'over the master facets (theory.md, "Quadrature points"); GTOS and SEGMent integrate')
+         'over the master facets (doc/theory, "Quadrature points"); GTOS and SEGMent integrate')
 NOT_MATCHING = ((3, 2), (2, 3), (4, 3), (6, 4), (7, 5), (5, 8))
 
 

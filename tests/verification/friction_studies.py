@@ -7,7 +7,7 @@ import meshing
 
 EXACT = 'exact'
 PARTLY = ('a facet of the sole has lifted in part, and the cells of SEGMent wander over its kink of the pressure '
-          '(theory.md, "Segmentation"); where all is closed it is 1e-11')
+          '(doc/theory, "Segmentation"); where all is closed it is 1e-11')
 RULES = ('collinear', 'tensor', 'associated')
 
 

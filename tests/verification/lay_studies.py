@@ -85,7 +85,7 @@ PROPortional 1
 
 
 def law(m, mu, v, lay):
-    """Friction force per normal force of a steady drag along v; theory, "Return map"."""
+    """Friction force per normal force of a steady drag along v: doc/theory, eq. (4.4)."""
     across = (-lay[1], lay[0])
     c = (v[0]*lay[0] + v[1]*lay[1], v[0]*across[0] + v[1]*across[1])
     size = math.sqrt(sum((k**(m - 1)*a)**2 for k, a in zip(mu, c)))

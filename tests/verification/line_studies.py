@@ -57,20 +57,21 @@ def line_load(x, z, nu, young):
 class Cylinders:
     """Their mesh: slices of one cell, the lower one coarser; sets of faces."""
 
-    def __init__(self, radius, a, cell, coarser, ten):
-        self.radius, self.a, self.thick, self.high = radius, a, cell, OUTER*a
+    def __init__(self, radius, a, cell, coarser, ten, *, outer=OUTER, way=0.0):
+        """way: by which the place of contact moves to x = 0, from the left."""
+        self.radius, self.a, self.thick, self.high, self.way = radius, a, cell, outer*a, way
         self.mesh, self.parts = meshing.Mesh(), {}
         for name, sign, size in (('upper', 1, cell), ('lower', -1, cell*coarser)):
             self.add(name, sign, size, ten)
 
-    def rise(self, x):
-        """Height of the profile, flat beyond 2 a."""
+    def rise(self, x, _):
+        """Height of the profile of a body, flat beyond 2 a."""
         return min(x*x, 4*self.a**2)/(2*self.radius)
 
     def add(self, name, sign, cell, ten):
         """One body: a mesh of its own, mapped to the profile, then put beside the others."""
-        right = half_spaces.graded(cell, 1.3*self.a, self.high, 1.3)
-        across = [-x for x in reversed(right[1:])] + right
+        right, left = (half_spaces.graded(cell, 1.3*self.a + way, self.high + way, 1.3) for way in (0.0, self.way))
+        across = [-x for x in reversed(left[1:])] + right
         levels = half_spaces.graded(cell, 0.5*self.a, self.high, 1.3)
         body = meshing.Mesh()
         body.box((len(across) - 1, 1, len(levels) - 1),
@@ -79,11 +80,12 @@ class Cylinders:
             body = quadratic.ten_nodes(body)
         first, limit, far = len(self.mesh.nodes), 1.3*self.a + 1.5*cell, 1 - 1e-9
         if sign > 0:
-            self.columns = [x for x in across if abs(x) < limit]
-        self.parts[name] = [first + n for n, x in enumerate(body.nodes, 1) if x[2] == 0 and abs(x[0]) < limit]
+            self.columns = [x for x in across if -limit - self.way < x < limit]
+        self.parts[name] = [first + n for n, x in enumerate(body.nodes, 1)
+                            if x[2] == 0 and -limit - self.way < x[0] < limit]
         self.parts[name + '_far'] = [first + n for n, x in enumerate(body.nodes, 1)
-                                     if max(abs(x[0]), x[2]) > far*self.high]
-        self.mesh.nodes += [(x, y, sign*(z + self.rise(x)*(1 - z/self.high))) for x, y, z in body.nodes]
+                                     if max(x[0], -x[0] - self.way, x[2]) > far*self.high]
+        self.mesh.nodes += [(x, y, sign*(z + self.rise(x, sign)*(1 - z/self.high))) for x, y, z in body.nodes]
         # mirrored, the lower body's elements are numbered the other way round; the program turns them
         self.mesh.elements += [(m, *(first + n for n in nodes)) for m, *nodes in body.elements]
 

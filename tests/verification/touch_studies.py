@@ -179,5 +179,5 @@ def misses(form, steps):
     """How far a row may be off that is known to miss, and why."""
     if steps == 4 and form == 'GTOS +SMOO':
         return 0.05, 'the outermost ring of facets is closed in part, and the gaps of its points do not ' \
-            'follow the law of the front: its way before the touch is 4 % too long (theory.md, "First touch")'
+            'follow the law of the front: its way before the touch is 4 % too long (doc/theory, "Contact initiation")'
     return None, ''

@@ -1,6 +1,6 @@
 !> The exact solution of some nodes of a matrix, those that contact holds and one ring around them:
 !! each rank has all of it, factorises it and adds what belongs to its own nodes (doc/theory,
-!! "Beyond one machine").
+!! "Iterative solution in parallel").
 module petsc_block
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer

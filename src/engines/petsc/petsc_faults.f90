@@ -1,4 +1,5 @@
-!> The first error that a routine of PETSc or MPI has returned (doc/theory, "Beyond one machine").
+!> The first error that a routine of PETSc or MPI has returned (doc/theory, "Iterative solution in
+!! parallel").
 module petsc_faults
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none

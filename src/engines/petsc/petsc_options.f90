@@ -1,5 +1,5 @@
 !> PETSc's settings: the ways of multigrid, factors and iterations, by their names in its manual
-!! (doc/theory, "Beyond one machine").
+!! (doc/theory, "Iterative solution in parallel").
 module petsc_options
   use, intrinsic :: iso_c_binding, only: c_null_ptr, c_int, c_null_char
   use kinds, only: wp

@@ -1,5 +1,5 @@
-!> Which rank owns which node: parts of equal size with few edges between them (doc/theory, "Beyond
-!! one machine").
+!> Which rank owns which node: parts of equal size with few edges between them (doc/theory,
+!! "Iterative solution in parallel").
 !!
 !! Every rank parts the whole graph by itself, and all take what the first one has found: what is
 !! decided once cannot differ. Results do not hang on it, only the messages that ranks send.

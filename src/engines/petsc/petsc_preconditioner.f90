@@ -1,5 +1,6 @@
 !> What precedes each iteration of GMRES: multigrid, and after it the exact solution of the nodes
-!! that contact holds with one ring of nodes around them (doc/theory, "Beyond one machine").
+!! that contact holds with one ring of nodes around them (doc/theory, "Iterative solution in
+!! parallel", eq. (12.18)).
 module petsc_preconditioner
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_f_pointer

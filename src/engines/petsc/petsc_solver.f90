@@ -1,6 +1,6 @@
 !> Linear systems through PETSc: GMRES to the accuracy that is asked for, on multigrid of the bulk
 !! and the exact solution of what contact holds; conjugate gradients where nothing is in contact
-!! (doc/theory, "Beyond one machine").
+!! (doc/theory, "Iterative solution in parallel").
 module petsc_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_null_ptr, c_int, c_double, c_null_char, &
     c_associated, c_loc, c_funloc

@@ -1,5 +1,5 @@
 !> The audit of an end time: whether each body is in balance, and how far the state lies within what
-!! small strain, penalty and mesh can bear (doc/theory, "The audit").
+!! small strain, penalty and mesh can bear (doc/theory, "Audit and error").
 module audit
   use kinds, only: wp
   use element_types, only: status_open
@@ -15,7 +15,7 @@ module audit
   use rigid_report, only: rigid_imbalance
   use balance_audit, only: judge_balance
   use held_bodies, only: supports_of
-  use body_audit, only: measure_bodies, find_balance, lever_ends
+  use body_measures, only: measure_bodies, find_balance, lever_ends
   use body_volumes, only: find_volumes
   use shape_audit, only: judge_turns, judge_volumes
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums

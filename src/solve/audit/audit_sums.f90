@@ -1,11 +1,11 @@
 !> The audit of an end time without displacements inside: balance, work and energy from the linear
-!! sums of the condensed form (doc/theory, "The audit").
+!! sums of the condensed form (doc/theory, "Energy", eq. (13.2)).
 module audit_sums
   use kinds, only: wp
   use model_types, only: model_t
   use linear_sums, only: mapped_sums, direct_works
   use sum_rows, only: body_rows, reaction_rows, load_rows
-  use body_audit, only: find_balance
+  use body_measures, only: find_balance
   use audit_types, only: audit_t
   use system_types, only: system_t, state_t
   implicit none

@@ -1,4 +1,4 @@
-!> Whether each body is in balance, beyond what round-off makes (doc/theory, "The audit").
+!> Whether each body is in balance, beyond what round-off makes (doc/theory, "Balance", eq. (13.1)).
 module balance_audit
   use kinds, only: wp, machine_epsilon
   use vectors, only: norm_of, largest_of

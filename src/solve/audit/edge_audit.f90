@@ -1,5 +1,5 @@
 !> How deep the bodies of a pair lie in each other where no contact point is: at nodes and middles
-!! of edges of slave facets, and at nodes of the master (doc/theory, "The audit").
+!! of edges of slave facets, and at nodes of the master (doc/theory, "Contact resolution").
 module edge_audit
   use kinds, only: wp
   use vectors, only: cross

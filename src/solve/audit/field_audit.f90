@@ -1,4 +1,5 @@
-!> Strain and rotation of the elements: how far small strain is left (doc/theory, "The audit").
+!> Strain and rotation of the elements: how far small strain is left (doc/theory, "Strain and
+!! rotation").
 module field_audit
   use kinds, only: wp, pi
   use lapack_interface, only: dsyev

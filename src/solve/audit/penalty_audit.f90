@@ -1,5 +1,5 @@
-!> What penalties take of forces and approaches, from the energy that they hold (doc/theory, "The
-!! audit").
+!> What penalties take of forces and approaches, from the energy that they hold (doc/theory,
+!! "Penalty error", eq. (13.3)).
 module penalty_audit
   use kinds, only: wp
   use element_types, only: status_open

@@ -1,5 +1,5 @@
 !> What of an audit can be said before the first solve: facets, locking, moved nodes, and room for
-!! points (doc/theory, "The audit").
+!! points (doc/theory, "Model").
 module scene_audit
   use kinds, only: wp
   use model_types, only: model_t

@@ -1,10 +1,10 @@
 !> Bodies that have turned or swollen farther than a linear theory can mean
-!! (doc/theory, "The audit").
+!! (doc/theory, "Strain and rotation").
 module shape_audit
   use kinds, only: wp, pi
   use model_types, only: model_t
   use sum_rows, only: turn_rows, swelling_row
-  use body_audit, only: find_turns, angle_of, has_finite_strain, farthest_turn
+  use body_measures, only: find_turns, angle_of, has_finite_strain, farthest_turn
   use body_volumes, only: find_volumes, find_part_turns
   use field_audit, only: most_rotation
   use audit_types, only: audit_t, verdict_ok, verdict_warning, verdict_failed, check_turning, &

@@ -160,7 +160,7 @@ contains
   end subroutine compute_one
 
   !> Matrix and force of one element. A contact point may be taken for one that sticks, is closed or
-  !! slips (doc/theory, "First direction").
+  !! slips (doc/theory, "Predicted active set").
   subroutine compute_tangent(list, k, e)
     type(element_list_t), intent(in) :: list !! elements
     integer, intent(in) :: k !! the element

@@ -1,5 +1,5 @@
 !> Products with the bulk's matrix, wherever that is: here, or with a solver that has taken it
-!! (doc/theory, "Beyond one machine").
+!! (doc/theory, "Iterative solution in parallel").
 module bulk_products
   use kinds, only: wp
   use block_matrix, only: block_matrix_t, multiply, multiply_absolute

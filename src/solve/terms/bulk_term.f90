@@ -1,5 +1,5 @@
 !> The bulk as a term of the residual: its elements, and its forces and tangent at any state
-!! (doc/theory, "Bulk elements", "Finite strain").
+!! (doc/theory, "Four-node tetrahedron", "Finite strain").
 module bulk_term
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern

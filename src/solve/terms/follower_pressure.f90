@@ -1,6 +1,6 @@
 !> Pressures that follow the facets of regions of finite strain: forces that change with the
-!! displacements, and their tangent (doc/theory, "Loads"). They count with the forces of the bulk
-!! while Newton iterates, and with the loads once a state is accepted.
+!! displacements, and their tangent (doc/theory, "Loads", eq. (9.3)). They count with the forces of
+!! the bulk while Newton iterates, and with the loads once a state is accepted.
 module follower_pressure
   use kinds, only: wp
   use vectors, only: cross

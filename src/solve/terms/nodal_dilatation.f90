@@ -1,5 +1,5 @@
 !> SOLId NODAl: the volumetric energy of tetrahedra of four nodes on the dilatation of their nodes,
-!! which keeps them from locking (doc/theory, "Near incompressibility").
+!! which keeps them from locking (doc/theory, "Near incompressibility", eqs. (8.6), (8.7)).
 !!
 !! The elements have the energy without its volumetric part. A node takes its share, a quarter, of
 !! the elements around it that have one material: J_n = sum V_e J_e/(4 V_n).

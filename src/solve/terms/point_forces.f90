@@ -1,5 +1,5 @@
 !> Forces and multipliers of the points of one pair in the axes of its multiplier field, and what
-!! the field's conditions leave of them (doc/theory, "Multipliers on slave facets").
+!! the field's conditions leave of them (doc/theory, "Multiplier fields", eq. (7.11)).
 module point_forces
   use kinds, only: wp
   use element_types, only: status_open

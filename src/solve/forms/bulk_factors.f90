@@ -1,0 +1,102 @@
+!> Factors of a bulk that is not linear: of its bodies at rest, or of a state on the way
+!! (doc/theory, "Nonlinear bulk").
+module bulk_factors
+  use kinds, only: wp
+  use costs, only: cost_t
+  use back_ends, only: solver_done, solver_not_definite
+  use condensation, only: body_work, halve_body
+  use condensed_types, only: condensed_t
+  use condensed_bodies, only: condense_all
+  use bulk_term, only: form_solid_tangent
+  use body_turns, only: start_turns, mark_turns
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: condense_bulk, condense_at_rest, renew_factors
+
+  !> Each tangent in a row that is not positive definite makes it four times as long until the next
+  !! one is tried, up to so many doublings.
+  integer, parameter :: most_doublings = 20
+
+contains
+
+  !> The first factors of a run: of the bodies at rest, or those that a saved state had.
+  subroutine condense_bulk(system, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in back_ends
+
+    call start_turns(system)
+    if (allocated(system%condensed%made_at)) then
+      call condense_at(system, system%condensed%made_at, spread(.true., 1, system%body%bodies), &
+        outcome)
+      if (outcome /= solver_not_definite) return
+    end if
+    call condense_at_rest(system, spread(.true., 1, system%body%bodies), outcome)
+  end subroutine condense_bulk
+
+  !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law. Those that
+  !! are not wanted keep their factors, if they are at rest.
+  subroutine condense_at_rest(system, wanted, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
+    integer, intent(out) :: outcome !! as in back_ends
+    logical :: deformed
+
+    deformed = allocated(system%condensed%made_at)
+    if (deformed) deallocate (system%condensed%made_at)
+    call condense_at(system, 0.0_wp*system%u, wanted .or. deformed, outcome)
+  end subroutine condense_at_rest
+
+  !> Condenses the bodies as they are at a state; the tangent at hand is left alone.
+  subroutine condense_at(system, u, wanted, outcome)
+    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    logical, intent(in) :: wanted(:) !! (bodies) those to condense
+    integer, intent(out) :: outcome !! as in back_ends
+    real(wp), allocatable :: values(:, :, :)
+
+    allocate (values, source=system%whole%bulk_matrix%val)
+    call form_solid_tangent(system%condensed%rigid%x, u, system)
+    call condense_all(system, wanted, outcome)
+    call move_alloc(values, system%whole%bulk_matrix%val)
+    call mark_turns(system%condensed%rigid%x, u, system)
+    if (outcome == solver_done) call finish_factors(system%condensed, system%costs)
+  end subroutine condense_at
+
+  !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it
+  !! is not, the bodies at rest serve on.
+  subroutine renew_factors(system, outcome)
+    type(system_t), intent(inout) :: system !! u given; gets the bodies of condensed
+    integer, intent(out) :: outcome !! as in back_ends
+    logical :: all_bodies(system%body%bodies), definite
+
+    associate (condensed => system%condensed)
+      condensed%made_at = system%u
+      all_bodies = .true.
+      call condense_at(system, condensed%made_at, all_bodies, outcome)
+      definite = outcome /= solver_not_definite
+      condensed%refusals = merge(0, condensed%refusals + 1, definite)
+      if (.not. definite) call condense_at_rest(system, all_bodies, outcome)
+      condensed%wear = 0.0_wp
+      condensed%failed = outcome
+      if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
+    end associate
+  end subroutine renew_factors
+
+  !> The passes that would pay for new factors: a count, no clock. What passes have reduced with
+  !! older factors goes.
+  subroutine finish_factors(condensed, costs)
+    type(condensed_t), intent(inout) :: condensed !! refusals given; gets worn, reduced goes
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer :: b
+
+    condensed%worn = 0.0_wp
+    do b = 1, size(condensed%bodies)
+      if (.not. allocated(condensed%bodies(b)%node)) cycle
+      if (allocated(condensed%bodies(b)%reduced)) deallocate (condensed%bodies(b)%reduced)
+      condensed%worn = max(condensed%worn, body_work(condensed%bodies(b)))
+      call halve_body(condensed%bodies(b), costs)
+    end do
+    condensed%worn = condensed%worn*2.0_wp**min(most_doublings, 2*condensed%refusals)
+  end subroutine finish_factors
+end module bulk_factors

@@ -1,0 +1,124 @@
+!> Passes by the older factors of bodies that are not linear, with today's contact, in the mean
+!! rotations of the bodies (doc/theory, "Nonlinear bulk").
+module bulk_passes
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, cost_solve
+  use lapack_interface, only: dsymv
+  use right_side, only: gather_right
+  use equation_values, only: spread_values, gather_values
+  use body_turns, only: follow_turns, to_frames, from_frames
+  use condensation, only: reduce_body, complete_body
+  use contact_answer, only: answer
+  use condensed_motions, only: push_bodies, in_lengths, add_live_motion, add_motion_inside
+  use contact_tangent, only: form_element_matrices
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: begin_direction, solve_pass
+
+  !> Share of a right-hand side that the answer of contact within a pass may leave.
+  real(wp), parameter :: pass_accuracy = 1.0e-4_wp
+  !> Share of it that is not passed on where it is all that stands inside a body.
+  real(wp), parameter :: least_inside = 1.0e-4_wp
+
+contains
+
+  !> Frames of the bodies, element matrices in them, and the right-hand side.
+  subroutine begin_direction(system, x)
+    type(system_t), intent(inout) :: system !! u given; gets tangent of condensed, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call follow_turns(x, system)
+    call form_element_matrices(system, x)
+    call gather_right(system, 0.0_wp, .false.)
+  end subroutine begin_direction
+
+  !> One pass: the older bulk with today's contact, solved for a right-hand side.
+  subroutine solve_pass(system, right, most, solution, answered)
+    type(system_t), intent(inout) :: system !! condensed bodies, tangent of contact
+    real(wp), intent(in) :: right(:) !! (equations) [force]
+    integer, intent(in) :: most !! iterations of contact allowed
+    real(wp), intent(out) :: solution(:) !! (equations) [length]
+    logical, intent(out) :: answered !! contact has been solved for
+    real(wp) :: field(3, size(system%equation, 2)), force(system%condensed%n)
+    real(wp) :: moved(system%condensed%n), alpha(system%condensed%rigid%modes)
+    integer :: b
+
+    call spread_values(system%equation, right, field)
+    call to_frames(system, field)
+    call push_bodies(system, field, alpha)
+    do b = 1, system%body%bodies
+      associate (body => system%condensed%bodies(b))
+        if (.not. allocated(body%node)) cycle
+        call reduce_body(body, field, least_inside*norm2(right), system%costs)
+        force(body%first + 1:body%first + body%m) = body%reduced(body%equation)
+      end associate
+    end do
+    call begin_cost(system%costs, cost_solve)
+    call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, alpha, answered)
+    call end_cost(system%costs, cost_solve)
+    do b = 1, system%body%bodies
+      associate (body => system%condensed%bodies(b))
+        if (.not. allocated(body%node)) cycle
+        call complete_body(body, moved(body%first + 1:body%first + body%m), field, system%costs)
+      end associate
+    end do
+    call add_motion_inside(system, alpha, field)
+    call from_frames(system, field)
+    call gather_values(system%equation, field, solution)
+  end subroutine solve_pass
+
+  !> Displacements of the candidates under forces there and the answer of contact to them, without
+  !! the rigid motions that supports leave, and these.
+  subroutine answer_contact(system, floor, most, force, moved, alpha, answered)
+    type(system_t), intent(inout) :: system !! condensed, tangent of contact
+    real(wp), intent(in) :: floor !! force that the answer may leave [force]
+    integer, intent(in) :: most !! iterations of contact allowed
+    real(wp), intent(inout) :: force(:) !! (n) in: without contact; out: with it [force]
+    real(wp), intent(out) :: moved(:) !! (n) [length]
+    real(wp), intent(inout) :: alpha(:) !! (modes) in: work of all forces on the rigid motions
+    !! [force]; out: these [length]
+    logical, intent(out) :: answered !! contact has been solved for
+    real(wp), allocatable :: y(:), t(:)
+    logical :: dead(size(system%condensed%bodies))
+    integer :: b
+
+    answered = .true.
+    associate (condensed => system%condensed)
+      call apply_all(system, force, moved, spread(.true., 1, size(condensed%bodies)))
+      if (condensed%tangent%elements == 0 .and. condensed%rigid%modes == 0) return
+      allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
+      do b = 1, size(dead)
+        associate (body => condensed%bodies(b))
+          dead(b) = any(condensed%alive%live_place(body%first + 1:body%first + body%m) == 0)
+        end associate
+      end do
+      call answer(condensed, moved(condensed%alive%live), in_lengths(condensed, alpha), floor, &
+        most, y, t, answered)
+      if (condensed%rigid%modes > 0) then
+        alpha = condensed%rigid%alpha_next
+        call add_live_motion(condensed, -alpha, t)
+      end if
+      force(condensed%alive%live) = force(condensed%alive%live) - y
+      call apply_all(system, force, moved, dead)
+      moved(condensed%alive%live) = t
+    end associate
+  end subroutine answer_contact
+
+  !> Compliance of the bodies times forces on all candidates.
+  subroutine apply_all(system, force, moved, wanted)
+    type(system_t), intent(in) :: system !! condensed bodies
+    real(wp), intent(in) :: force(:) !! (n) [force]
+    real(wp), intent(inout) :: moved(:) !! (n) of other bodies they stay [length]
+    logical, intent(in) :: wanted(:) !! (bodies) those that are wanted
+    integer :: b
+
+    do b = 1, size(system%condensed%bodies)
+      associate (body => system%condensed%bodies(b))
+        if (wanted(b) .and. body%m > 0) call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
+          force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
+          moved(body%first + 1:body%first + body%m), 1)
+      end associate
+    end do
+  end subroutine apply_all
+end module bulk_passes

@@ -1,0 +1,316 @@
+!> The Newton direction of the condensed form: (I + C k) du = d + C r with the element matrices k
+!! (doc/theory, "Static condensation", eq. (12.4)).
+module condensed_direction
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
+  use back_ends, only: solver_done, solver_singular
+  use condensed_types, only: condensed_t
+  use live_candidates, only: apply_compliance
+  use condensed_motions, only: sum_forces, push_live, in_lengths
+  use live_values, only: begin_trials
+  use tree_compliance, only: has_trees
+  use contact_answer, only: answer, answer_points, apply_either, most_vectors, inner_accuracy
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest
+  use condensed_ground, only: stay_in_place
+  use rigid_bodies, only: spread_rigid
+  use rough_tangent, only: has_long_products, show_direction
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: find_condensed_direction, find_chord, respond, next_condensed_length, defect_energy
+  public :: answer_force, push_direction, answer, is_worth_trying, most_allowed, most_stale
+
+  !> Iterations of GMRES with an older factor.
+  integer, parameter :: most_stale = 12
+  !> The same with blocks, where the other way is a dense factor of many rows.
+  integer, parameter :: most_of_blocks = 150
+  !> A factor is worth trying again if no more elements than these have changed their status.
+  !! Where points are many, one in so many may.
+  integer, parameter :: most_changes = 3, changes_share = 20
+  !> Blocks need not find more digits of a direction than a step with the same factor has, while one
+  !! element in so many changes its status from iteration to iteration.
+  integer, parameter :: share_settled = 200
+  !> Accuracies of a direction; the coarsest where products are long, too.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp, of_long = 1.0e-3_wp
+  !> And of a step with the factor of an earlier iteration, which leaves a share of the residual
+  !! anyway, unless multipliers go with it; where products are long the factor mostly does without
+  !! any.
+  real(wp), parameter :: of_chord = 1.0e-2_wp, of_factor = 0.1_wp
+  !> Share of the residual by which displacements may be off after a step of the first kind: steps
+  !! with the same factor follow.
+  real(wp), parameter :: early_share = 1.0e-3_wp
+
+contains
+
+  !> The direction: displacements of the live candidates and the change of their forces. Where
+  !! blocks do not arrive and there is no dense matrix, it is what they have found: the bulk is in
+  !! balance with it, and what is left stands in the next residual.
+  subroutine find_condensed_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du, force_change
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+    real(wp), allocatable :: y(:)
+    real(wp) :: floor
+    logical :: arrived
+
+    outcome = system%condensed%failed
+    if (outcome /= solver_done) return
+    call form_element_matrices(system, x)
+    associate (condensed => system%condensed)
+      allocate (y(condensed%alive%n_live))
+      floor = max(wanted_accuracy(condensed, is_unsettled(system))*residual_size(condensed), &
+        1.0e-3_wp*system%scale%round_off)
+      arrived = .false.
+      if (is_worth_trying(system)) then
+        condensed%tangent%fresh = .false.
+        call form_rest(system)
+        call answer_points(system, most_stale, arrived)
+        if (arrived) call respond(system, 1.0_wp, floor, most_stale, y, arrived)
+        if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
+      end if
+      if (.not. arrived) then
+        call factorise_tangent(system, x, outcome)
+        if (outcome /= solver_done) return
+        call form_rest(system)
+        call answer_points(system, most_allowed(condensed), arrived)
+        if (.not. condensed%points%known .and. condensed%points%n > 0) outcome = solver_singular
+        if (outcome /= solver_done) return
+        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+        if (.not. (arrived .or. has_trees(condensed)) .and. condensed%tangent%parts%iterated) &
+          call answer_densely(system, x, floor, y, arrived, outcome)
+        if (outcome /= solver_done) return
+      end if
+      condensed%norm_before = residual_size(condensed)
+    end associate
+    call stay_in_place(system)
+    call take_answer(system, y)
+    call show_direction(system, early_share*residual_size(system%condensed))
+    call begin_trials(system)
+  end subroutine find_condensed_direction
+
+  !> The direction for the present residual with the tangent and factor of the last one.
+  subroutine find_chord(system, arrived)
+    type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
+    logical, intent(out) :: arrived !! there is one
+    real(wp) :: y(system%condensed%alive%n_live), floor, share
+
+    associate (condensed => system%condensed)
+      share = merge(of_factor, of_chord, has_long_products(condensed))
+      if (system%motion%active) share = coarsest
+      floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
+      call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+      if (.not. arrived) return
+      condensed%norm_before = residual_size(condensed)
+    end associate
+    call take_answer(system, y)
+  end subroutine find_chord
+
+  !> The direction from the answer of contact.
+  subroutine take_answer(system, y)
+    type(system_t), intent(inout) :: system !! gets solution, du, force_change
+    real(wp), intent(in) :: y(:) !! (live) answer of contact [force]
+    integer :: i
+
+    associate (condensed => system%condensed)
+      condensed%bulk%force_change = 0.0_wp
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          condensed%bulk%force_change(c) = y(i) - condensed%alive%right(i)
+          system%du(condensed%direction(c), condensed%node(c)) = condensed%alive%change(i)
+          system%solution(system%equation(condensed%direction(c), condensed%node(c))) = &
+            condensed%alive%change(i)
+        end associate
+      end do
+      if (condensed%rigid%modes > 0) then
+        condensed%rigid%alpha_change = condensed%rigid%alpha_next
+        call sum_forces(condensed, condensed%bulk%force_change, condensed%rigid%imbalance_change)
+        condensed%rigid%imbalance_change = condensed%rigid%imbalance_change &
+          + condensed%rigid%drag*condensed%rigid%alpha_change
+      end if
+      if (condensed%points%n == 0) return
+      system%solution(system%equations + 1:) = condensed%points%change
+      call spread_rigid(system, system%solution, system%du)
+    end associate
+  end subroutine take_answer
+
+  !> Displacements that forces at the live candidates bring by themselves, with the present tangent.
+  subroutine answer_force(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: du(:) !! (live) [length]
+    real(wp) :: push(system%condensed%rigid%modes), y(size(force)), b(size(force))
+    logical :: arrived
+
+    call begin_cost(system%costs, cost_solve)
+    call push_live(system%condensed, force, push)
+    b = 0.0_wp
+    call apply_compliance(system%condensed, force, b)
+    call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
+      most_allowed(system%condensed), y, du, arrived)
+    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
+    call end_cost(system%costs, cost_solve)
+  end subroutine answer_force
+
+  !> The direction once more, now with forces at the live candidates that come beside the residual.
+  subroutine push_direction(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, force_change
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp) :: y(size(force)), floor
+    logical :: arrived
+
+    system%condensed%alive%right = system%condensed%alive%right + force
+    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
+    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
+    call stay_in_place(system)
+    call take_answer(system, y)
+  end subroutine push_direction
+
+  !> Iterations of GMRES with the factor or blocks at hand.
+  pure integer function most_allowed(condensed) result(most)
+    type(condensed_t), intent(in) :: condensed !! its tangent
+
+    most = merge(most_of_blocks, most_vectors, condensed%tangent%parts%iterated)
+  end function most_allowed
+
+  !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
+  !! until other candidates are live.
+  subroutine answer_densely(system, x, floor, y, arrived, outcome)
+    type(system_t), intent(inout) :: system !! right given; gets change of condensed
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
+    logical, intent(out) :: arrived !! at the floor
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    system%condensed%tangent%parts%dense = .true.
+    call form_element_matrices(system, x)
+    call factorise_tangent(system, x, outcome)
+    if (outcome /= solver_done) return
+    call form_rest(system)
+    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+  end subroutine answer_densely
+
+  !> The factor at hand may serve once more: the live candidates are the same, and hardly any
+  !! element has changed its status; none, where blocks are cheaply formed anew. A drag or
+  !! grounding in it would hold the bodies for as long as it serves.
+  pure logical function is_worth_trying(system) result(worth)
+    type(system_t), intent(in) :: system !! contact elements, condensed
+    integer :: most
+
+    worth = allocated(system%condensed%tangent%status)
+    if (.not. worth) return
+    worth = system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    if (system%condensed%rigid%modes > 0) worth = worth .and. &
+      .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
+    if (.not. worth) return
+    associate (tangent => system%condensed%tangent)
+      most = max(most_changes, tangent%elements/changes_share)
+      if (tangent%parts%iterated) most = 0
+      worth = count(tangent%status /= system%contact%status) <= most
+    end associate
+  end function is_worth_trying
+
+  !> Many elements have changed their status since the tangent was factorised last, where blocks
+  !! answer.
+  pure logical function is_unsettled(system) result(unsettled)
+    type(system_t), intent(in) :: system !! contact elements, condensed
+
+    associate (tangent => system%condensed%tangent)
+      unsettled = tangent%parts%iterated .and. allocated(tangent%status)
+      if (unsettled) unsettled = share_settled*count(tangent%status /= system%contact%status) &
+        > tangent%elements
+    end associate
+  end function is_unsettled
+
+  !> As many digits as Newton can use: a tenth of the square of the share that the last iteration
+  !! left.
+  pure real(wp) function wanted_accuracy(condensed, unsettled) result(accuracy)
+    type(condensed_t), intent(in) :: condensed !! right given
+    logical, intent(in) :: unsettled !! its contacts are not yet those of the solution
+
+    accuracy = merge(of_chord, merge(of_long, coarsest, has_long_products(condensed)), unsettled)
+    if (condensed%norm_before > 0.0_wp) accuracy = min(accuracy, max(finest, &
+      0.1_wp*(residual_size(condensed)/condensed%norm_before)**2))
+  end function wanted_accuracy
+
+  !> Forces out of balance on candidates, bodies and their motions.
+  pure real(wp) function residual_size(condensed) result(norm)
+    type(condensed_t), intent(in) :: condensed !! right, defects, imbalance
+
+    norm = hypot(norm2(condensed%alive%right), condensed%bulk%defect_norm)
+    if (condensed%rigid%modes > 0) norm = hypot(norm, norm2(condensed%rigid%imbalance))
+  end function residual_size
+
+  !> change = b - C y for b = share d + C r with the answer y of contact.
+  subroutine respond(system, share, floor, most, y, arrived)
+    type(system_t), intent(inout) :: system !! right given; gets change of condensed
+    real(wp), intent(in) :: share !! of the defect
+    real(wp), intent(in) :: floor !! residual to arrive at [force]
+    integer, intent(in) :: most !! iterations allowed
+    real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
+    logical, intent(out) :: arrived !! at the floor
+    real(wp), allocatable :: b(:)
+    real(wp) :: push(system%condensed%rigid%modes)
+
+    call begin_cost(system%costs, cost_solve)
+    associate (condensed => system%condensed)
+      if (condensed%points%n > 0) condensed%points%asked = system%right(system%equations + 1:)
+      call push_live(condensed, condensed%alive%right, push)
+      if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
+        + (1.0_wp - share)*condensed%rigid%imbalance_change)
+      allocate (b(condensed%alive%n_live), source=0.0_wp)
+      call yield_to_residual(condensed, b)
+      b = b + share*condensed%bulk%defect(condensed%alive%live)
+      call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
+    end associate
+    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
+    call end_cost(system%costs, cost_solve)
+  end subroutine respond
+
+  !> C times the residual of the live candidates, unless it is that of the last time.
+  subroutine yield_to_residual(condensed, y)
+    type(condensed_t), intent(inout) :: condensed !! live compliances, right; keeps the product
+    real(wp), intent(inout) :: y(:) !! (n_live) gets the product [length]
+    logical :: known
+
+    associate (alive => condensed%alive)
+      known = condensed%active .and. allocated(alive%pushed) .and. &
+        (alive%roughly .eqv. condensed%tangent%rough%used)
+      if (known) known = size(alive%pushed) == size(alive%right)
+      if (known) known = all(abs(alive%right - alive%pushed) <= 0.0_wp)
+      if (known) then
+        y = alive%yields
+      else
+        call apply_either(condensed, alive%right, y)
+        alive%roughly = condensed%tangent%rough%used
+        alive%pushed = alive%right
+        alive%yields = y
+      end if
+    end associate
+  end subroutine yield_to_residual
+
+  !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
+  pure real(wp) function defect_energy(system) result(energy)
+    type(system_t), intent(in) :: system !! direction found
+
+    energy = 0.0_wp
+    if (.not. system%condensed%active) return
+    energy = abs(dot_product(system%condensed%bulk%force_change, system%condensed%bulk%defect))
+    if (system%condensed%rigid%modes > 0) energy = energy + abs(dot_product( &
+      system%condensed%rigid%alpha_change, system%condensed%rigid%imbalance))
+  end function defect_energy
+
+  !> Length of the direction that the leading part of the present tangent gives for the residual of
+  !! a trial.
+  real(wp) function next_condensed_length(system, length) result(next)
+    type(system_t), intent(inout) :: system !! right of the trial given
+    real(wp), intent(in) :: length !! the trial's share of the direction
+    real(wp), allocatable :: y(:)
+    logical :: arrived
+
+    allocate (y(system%condensed%alive%n_live))
+    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
+    next = norm2(system%condensed%alive%change)
+    if (system%condensed%points%n > 0) next = hypot(next, norm2(system%condensed%points%change))
+  end function next_condensed_length
+end module condensed_direction

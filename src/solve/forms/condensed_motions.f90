@@ -1,0 +1,249 @@
+!> The rigid motions of the bodies of a condensed system that contact holds (doc/theory, "Condensed
+!! floating bodies", eqs. (12.11), (12.12)).
+module condensed_motions
+  use kinds, only: wp
+  use text, only: to_text
+  use rigid_motions, only: choose_pins, mode_row
+  use condensed_types, only: condensed_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
+    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, &
+    set_center
+
+  !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
+  !! costs are missing where the body touches.
+  real(wp), parameter :: most_slender = 1.0e5_wp
+
+contains
+
+  !> The rigid motions that the supports leave a body, and the pins that stop them.
+  subroutine pin_body(system, b)
+    type(system_t), intent(inout) :: system !! gets motions and pins of a body of condensed
+    integer, intent(in) :: b !! the body
+
+    associate (body => system%condensed%bodies(b))
+      if (allocated(body%pin_node)) return
+      body%motions = system%body%motions(b)
+      allocate (body%pin_node(0), body%pin_direction(0))
+      if (body%motions%n == 0) return
+      call choose_pins(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
+        body%motions, &
+        body%pin_node, body%pin_direction)
+    end associate
+  end subroutine pin_body
+
+  !> Why the condensed form would lack digits where a body that contact alone holds touches: its
+  !! compliances differ too much. Empty if they do not.
+  function lost_digits(condensed) result(why)
+    type(condensed_t), intent(in) :: condensed !! bodies with their compliances
+    character(:), allocatable :: why
+    real(wp) :: slenderness
+    integer :: b
+
+    slenderness = 1.0_wp
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0 .or. body%m == 0) cycle
+        slenderness = max(slenderness, maxval(body%diagonal)/max(minval(body%diagonal), &
+          tiny(1.0_wp)))
+      end associate
+    end do
+    why = ''
+    if (slenderness > most_slender) why = 'it would cost digits: a body that contact alone '// &
+      'holds is '//to_text(slenderness, 2)//' times softer in one place than in another'
+  end function lost_digits
+
+  !> Work of nodal forces on the rigid motions that supports leave.
+  pure subroutine push_bodies(system, force, push)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: i, k, b, first(system%body%bodies)
+
+    push = 0.0_wp
+    first = [(sum(system%body%motions(:b - 1)%n), b=1, system%body%bodies)]
+    do i = 1, size(system%body%node_body)
+      b = system%body%node_body(i)
+      if (b == 0) cycle
+      if (system%body%motions(b)%n == 0) cycle
+      do k = 1, 3
+        if (abs(force(k, i)) <= 0.0_wp) cycle
+        associate (mine => push(first(b) + 1:first(b) + system%body%motions(b)%n))
+          mine = mine + force(k, i)*mode_row(system%body%motions(b), k, &
+            system%condensed%rigid%x(:, i))
+        end associate
+      end do
+    end do
+  end subroutine push_bodies
+
+  !> What the rigid motions of each body do to its candidates.
+  pure subroutine place_modes(condensed)
+    type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
+    integer :: b, i
+
+    condensed%rigid%modes = 0
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%first_mode = condensed%rigid%modes
+        condensed%rigid%modes = condensed%rigid%modes + body%motions%n
+        if (body%motions%n == 0) cycle
+        body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
+        do i = 1, body%m
+          associate (n => body%first + i)
+            body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
+              condensed%rigid%x(:, condensed%node(n)))
+          end associate
+        end do
+      end associate
+    end do
+    if (.not. allocated(condensed%rigid%alpha)) then
+      allocate (condensed%rigid%alpha(condensed%rigid%modes), &
+        condensed%rigid%alpha_change(condensed%rigid%modes), &
+        condensed%rigid%imbalance(condensed%rigid%modes), &
+          condensed%rigid%imbalance_change(condensed%rigid%modes), &
+        source=0.0_wp)
+    end if
+  end subroutine place_modes
+
+  !> Adds rigid motions of the bodies to displacements of the candidates.
+  pure subroutine add_motion(condensed, alpha, u)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: u(:) !! (n) [length]
+    integer :: b
+
+    if (condensed%rigid%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        associate (mine => u(body%first + 1:body%first + body%m))
+          mine = mine + matmul(body%modes, alpha(body%first_mode + 1:body%first_mode &
+            + body%motions%n))
+        end associate
+      end associate
+    end do
+  end subroutine add_motion
+
+  !> What contact forces and loads do to the rigid motions: zero in equilibrium.
+  pure subroutine find_imbalance(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force and factors given; gets imbalance
+
+    if (condensed%rigid%modes == 0) return
+    call sum_forces(condensed, condensed%bulk%force, condensed%rigid%imbalance)
+    condensed%rigid%imbalance = condensed%rigid%imbalance - matmul(condensed%outer%pushes, &
+      condensed%outer%factors)
+    if (condensed%rigid%drag > 0.0_wp) condensed%rigid%imbalance = condensed%rigid%imbalance &
+      + condensed%rigid%drag*(condensed%rigid%alpha - condensed%rigid%center)
+  end subroutine find_imbalance
+
+  !> Measures a drag on the rigid motions from where they are: it has no force there.
+  pure subroutine set_center(condensed, drag)
+    type(condensed_t), intent(inout) :: condensed !! gets drag, center; imbalance follows
+    real(wp), intent(in) :: drag !! 0: none [force/length]
+
+    associate (rigid => condensed%rigid)
+      if (rigid%modes == 0) return
+      if (rigid%drag > 0.0_wp) rigid%imbalance = rigid%imbalance - rigid%drag*(rigid%alpha &
+        - rigid%center)
+      rigid%drag = drag
+      rigid%center = rigid%alpha
+    end associate
+  end subroutine set_center
+
+  !> Work of forces at the candidates on the rigid motions.
+  pure subroutine sum_forces(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies
+    real(wp), intent(in) :: force(:) !! (n) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [force]
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%motions%n == 0) cycle
+        push(body%first_mode + 1:body%first_mode + body%motions%n) = &
+          matmul(force(body%first + 1:body%first + body%m), body%modes)
+      end associate
+    end do
+  end subroutine sum_forces
+
+  !> Adds rigid motions of the bodies to the displacements of all nodes.
+  pure subroutine add_motion_inside(system, alpha, u)
+    type(system_t), intent(in) :: system !! bodies of condensed
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
+    integer :: i, k
+
+    if (system%condensed%rigid%modes == 0) return
+
+    associate (condensed => system%condensed)
+      do i = 1, size(system%body%node_body)
+        if (system%body%node_body(i) == 0) cycle
+        associate (body => condensed%bodies(system%body%node_body(i)))
+          if (body%motions%n == 0) cycle
+          do k = 1, 3
+            u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, &
+              condensed%rigid%x(:, i)), alpha(body%first_mode + 1:body%first_mode &
+              + body%motions%n))
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_motion_inside
+
+  !> What forces at the live candidates do to the rigid motions, in the unit of displacements.
+  pure subroutine push_live(condensed, force, push)
+    type(condensed_t), intent(in) :: condensed !! live candidates, motions
+    real(wp), intent(in) :: force(:) !! (live) [force]
+    real(wp), intent(out) :: push(:) !! (modes) [length]
+    integer :: b, i
+
+    push = 0.0_wp
+    if (condensed%rigid%modes == 0) return
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => push(condensed%bodies(b)%first_mode + 1: &
+        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
+        if (body%motions%n == 0) cycle
+        do i = 1, body%n_live
+          mine = mine + force(body%first_live + i)*body%modes(body%gathered(i), :)
+        end do
+      end associate
+    end do
+    push = in_lengths(condensed, push)
+  end subroutine push_live
+
+  !> Forces on the rigid motions times the compliance of their bodies.
+  pure function in_lengths(condensed, push) result(way)
+    type(condensed_t), intent(in) :: condensed !! bodies
+    real(wp), intent(in) :: push(:) !! (modes) [force]
+    real(wp) :: way(size(push))
+    integer :: b
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first_mode + 1, &
+        last => condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n)
+        way(first:last) = body%softness*push(first:last)
+      end associate
+    end do
+  end function in_lengths
+
+  !> Adds rigid motions of the bodies to displacements of the live candidates.
+  pure subroutine add_live_motion(condensed, alpha, t)
+    type(condensed_t), intent(in) :: condensed !! modes of its bodies, live candidates
+    real(wp), intent(in) :: alpha(:) !! (modes) [length]
+    real(wp), intent(inout) :: t(:) !! (live) [length]
+    integer :: b, i
+
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b), mine => alpha(condensed%bodies(b)%first_mode + 1: &
+        condensed%bodies(b)%first_mode + condensed%bodies(b)%motions%n))
+        if (body%motions%n == 0) cycle
+        do i = 1, body%n_live
+          t(body%first_live + i) = t(body%first_live + i) &
+            + dot_product(body%modes(body%gathered(i), :), mine)
+        end do
+      end associate
+    end do
+  end subroutine add_live_motion
+end module condensed_motions

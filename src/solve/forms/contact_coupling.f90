@@ -1,0 +1,142 @@
+!> The pattern of the coupled matrix: bulk and contact elements.
+module contact_coupling
+  use costs, only: begin_cost, end_cost, cost_pattern
+  use elmlib, only: routine_none, routine_mfec
+  use model_types, only: model_t
+  use contact_points, only: count_points, coupled_nodes
+  use block_matrix, only: find_block
+  use bulk_term, only: take_bulk_back
+  use block_graph, only: build_graph, graph_holds, locate_elements
+  use csc_matrix, only: csc_matrix_t, build_pattern
+  use linear_solver, only: start_pattern
+  use condensed_system, only: couple_condensed
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: couple, couple_as_saved
+
+contains
+
+  !> Makes sure that the pattern of the coupled matrix holds every contact element.
+  subroutine couple(system)
+    type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
+
+    if (system%condensed%active .or. system%condensed%preconditions) then
+      call couple_condensed(system)
+      return
+    end if
+    if (system%contact%n == 0) then
+      system%whole%apart = stays_apart(system)
+      call fit_pattern(system)
+      return
+    end if
+    if ((system%whole%apart .eqv. stays_apart(system)) .and. graph_holds(system%whole%matrix, &
+      system%contact)) then
+      call fit_pattern(system)
+    else
+      call build_coupled(system)
+    end if
+    call locate_elements(system%whole%matrix, system%contact)
+  end subroutine couple
+
+  !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
+  !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
+  pure logical function stays_apart(system) result(apart)
+    type(system_t), intent(in) :: system !! the system
+
+    apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
+      .not. any(system%body%weak) .and. system%tools%border%n == 0 .and. &
+      .not. allocated(system%loads%pressed)
+  end function stays_apart
+
+  !> Builds the pattern of the free equations if it is not there.
+  subroutine fit_pattern(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    if (allocated(system%whole%csc%ptr) .neqv. system%whole%solver%by_nodes) return
+    call begin_cost(system%costs, cost_pattern)
+    call build_free(system)
+    call end_cost(system%costs, cost_pattern)
+  end subroutine fit_pattern
+
+  !> Builds the pattern of the free equations anew; a solver that takes its matrix by nodes has
+  !! none.
+  subroutine build_free(system)
+    type(system_t), intent(inout) :: system !! gets csc
+
+    associate (whole => system%whole)
+      whole%csc = csc_matrix_t()
+      whole%symmetric = .false.
+      if (whole%solver%by_nodes) return
+      if (system%contact%n > 0) then
+        call build_pattern(whole%matrix, system%equation, whole%csc)
+      else
+        call build_pattern(whole%bulk_matrix, system%equation, whole%csc)
+      end if
+    end associate
+  end subroutine build_free
+
+  !> Builds the pattern of bulk and contact elements anew.
+  subroutine build_coupled(system)
+    type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
+
+    call begin_cost(system%costs, cost_pattern)
+    system%whole%apart = stays_apart(system)
+    if (system%whole%apart) then
+      if (allocated(system%whole%bulk_place)) deallocate (system%whole%bulk_place)
+      call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
+    else
+      call take_bulk_back(system%position%x_now - system%u, system)
+      call build_graph(size(system%equation, 2), system%bulk, system%whole%matrix, &
+        system%contact, system%volumes)
+      call place_bulk(system)
+    end if
+    call build_free(system)
+    call start_pattern(system%whole%solver)
+    system%place%coupled_hosts = system%place%hosts
+    call end_cost(system%costs, cost_pattern)
+  end subroutine build_coupled
+
+  !> Builds the pattern that a run had at a saved state, so that equations are eliminated in the
+  !! same order and a restart gives the same numbers to the last digit.
+  subroutine couple_as_saved(model, system, hosts)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! gets contact, matrix, csc
+    integer, intent(in) :: hosts(:) !! (contact elements) facets when the pattern was built
+    integer :: k, p, element
+
+    if (system%contact%n == 0) return
+    if (allocated(system%whole%matrix%ptr) .and. all(system%place%coupled_hosts == hosts)) return
+    system%place%hosts = hosts
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        element = system%place%first_point(k) + p - 1
+        system%contact%routine(element) = routine_none
+        if (hosts(element) == 0) cycle
+        system%contact%routine(element) = routine_mfec
+        associate (nodes => coupled_nodes(model%pairs(k), p, hosts(element)))
+          system%contact%nel(element) = size(nodes)
+          system%contact%ix(:size(nodes), element) = nodes
+        end associate
+      end do
+    end do
+    call build_coupled(system)
+    call locate_elements(system%whole%matrix, system%contact)
+  end subroutine couple_as_saved
+
+  !> Where each block of the bulk's matrix stands in the coupled matrix.
+  subroutine place_bulk(system)
+    type(system_t), intent(inout) :: system !! gets bulk_place
+    integer :: j, k
+
+    if (.not. allocated(system%whole%bulk_place)) then
+      allocate (system%whole%bulk_place(size(system%whole%bulk_matrix%row)))
+    end if
+    do j = 1, system%whole%bulk_matrix%nodes
+      do k = system%whole%bulk_matrix%ptr(j), system%whole%bulk_matrix%ptr(j + 1) - 1
+        system%whole%bulk_place(k) = find_block(system%whole%matrix, &
+          system%whole%bulk_matrix%row(k), j)
+      end do
+    end do
+  end subroutine place_bulk
+end module contact_coupling

@@ -1,0 +1,96 @@
+!> Directions by the factors alone, where the bulk has hardly strained since they were made: one
+!! pass each, and no tangent of the bulk (doc/theory, "Nonlinear bulk").
+module near_steps
+  use kinds, only: wp
+  use costs, only: count_cost, cost_bulk_krylov
+  use back_ends, only: solver_done
+  use condensed_direction, only: is_worth_trying, most_allowed, most_stale
+  use contact_tangent, only: factorise_tangent, form_rest
+  use bulk_passes, only: begin_direction, solve_pass
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: find_near_direction, find_near_again, judge_nearness, note_near_step
+
+  !> Factors are near if a step by them leaves less than this share where there is no contact.
+  real(wp), parameter :: near_share = 0.1_wp
+  !> Share of the residual that a step by new factors leaves.
+  real(wp), parameter :: new_share = 1.0e-3_wp
+
+contains
+
+  !> The direction that the factors give by themselves: one pass, and no tangent of the bulk.
+  subroutine find_near_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution; near, if there is none
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+    logical :: answered
+
+    outcome = solver_done
+    answered = .false.
+    if (.not. (system%motion%active .or. any(system%body%weak))) then
+      call begin_direction(system, x)
+      if (is_worth_trying(system)) then
+        system%condensed%tangent%fresh = .false.
+        call form_rest(system)
+        call solve_pass(system, system%right, most_stale, system%solution, answered)
+        if (.not. answered) call begin_direction(system, x)
+      end if
+      if (.not. answered) then
+        call factorise_tangent(system, x, outcome)
+        if (outcome /= solver_done) return
+        call form_rest(system)
+        call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
+          answered)
+      end if
+      system%condensed%norm_before = norm2(system%right)
+      call count_cost(system%costs, cost_bulk_krylov, 1)
+    end if
+    system%condensed%near = answered
+  end subroutine find_near_direction
+
+  !> The same for the present residual, with the contact of the last one.
+  subroutine find_near_again(system, answered)
+    type(system_t), intent(inout) :: system !! right given; gets solution
+    logical, intent(out) :: answered !! there is one
+
+    call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
+      answered)
+    call count_cost(system%costs, cost_bulk_krylov, 1)
+  end subroutine find_near_again
+
+  !> Whether the factors are near enough to go on with them alone: the step went its whole way, and
+  !! left little at nodes that contact does not touch. After the step from the last state that is
+  !! tried.
+  subroutine judge_nearness(system, start, length)
+    type(system_t), intent(inout) :: system !! residual after a step; near may go
+    real(wp), intent(in) :: start !! norm of the residual before it [force]
+    real(wp), intent(in) :: length !! share of its direction that it went
+    real(wp) :: rest(size(system%right))
+    integer :: i
+
+    if (system%inner%linearised) system%condensed%near = system%condensed%preconditions .and. &
+      length >= 1.0_wp .and. system%inner%inverted == 0
+    if (system%inner%linearised .or. .not. system%condensed%near) return
+    rest = system%right
+    associate (condensed => system%condensed)
+      do i = 1, condensed%alive%n_live
+        associate (c => condensed%alive%live(i))
+          rest(system%equation(condensed%direction(c), condensed%node(c))) = 0.0_wp
+        end associate
+      end do
+      condensed%near = length >= 1.0_wp .and. norm2(rest) <= near_share*start
+      if (condensed%near) call note_near_step(system, norm2(rest)/start)
+    end associate
+  end subroutine judge_nearness
+
+  !> A full step by near factors has been taken. New factors would leave so little that fewer such
+  !! passes lead as far: what is lost wears them out.
+  subroutine note_near_step(system, left)
+    type(system_t), intent(inout) :: system !! direction, residual after it; wear grows
+    real(wp), intent(in) :: left !! share of the residual that the pass has left
+
+    system%condensed%wear = system%condensed%wear + max(0.0_wp, 1.0_wp - &
+      log(max(left, new_share))/log(new_share))
+  end subroutine note_near_step
+end module near_steps

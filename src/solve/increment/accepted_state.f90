@@ -1,0 +1,83 @@
+!> What has converged becomes the state: displacements, reactions, history of contact.
+module accepted_state
+  use kinds, only: wp
+  use linear_solver, only: rest_solver
+  use model_types, only: model_t
+  use contact_system, only: settle_contact
+  use first_touch, only: keep_path
+  use condensed_system, only: refresh_candidates, recover_interior, keep_forces
+  use linear_sums, only: can_do_without, form_sums, take_sums
+  use follower_pressure, only: take_pressure_force
+  use springs, only: spring_reactions
+  use rigid_bodies, only: keep_rigid
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: accept, complete_state
+
+contains
+
+  !> Takes the converged iterate as the new state.
+  subroutine accept(model, system, state, time, known)
+    type(model_t), intent(inout) :: model !! history is committed
+    type(system_t), intent(inout) :: system !! converged
+    type(state_t), intent(inout) :: state !! becomes the new state
+    real(wp), intent(in) :: time !! its time
+    logical, intent(in), optional :: known !! the displacements inside are known
+    logical :: recover
+
+    if (can_do_without(model, system)) then
+      state%whole = system%inside_due
+      if (.not. system%condensed%sums%known) call form_sums(model, system)
+    else
+      state%whole = .true.
+    end if
+    if (system%condensed%active) then
+      recover = state%whole
+      if (present(known)) recover = recover .and. .not. known
+      if (recover) call recover_interior(system)
+      if (.not. state%whole) call refresh_candidates(system)
+      call keep_forces(system%condensed)
+    end if
+    call keep_path(model, system, state, time)
+    state%u = system%u
+    state%time = time
+    if (state%whole) then
+      call take_reactions(model, system, state)
+    else
+      call take_sums(system)
+    end if
+    system%position%x_now = model%mesh%x + state%u
+    call settle_contact(model, system)
+    call rest_solver(system%whole%solver)
+  end subroutine accept
+
+  !> Forces of the supports, from those of the bulk.
+  subroutine take_reactions(model, system, state)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! bulk_force given
+    type(state_t), intent(inout) :: state !! gets reaction, rigid
+
+    call take_pressure_force(model%mesh%x, system)
+    where (system%equation == 0)
+      state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
+    else where
+      state%reaction = 0.0_wp
+    end where
+    call spring_reactions(system, state)
+    call keep_rigid(system, state)
+  end subroutine take_reactions
+
+  !> Displacements inside and reactions of the state, where they have been spared.
+  subroutine complete_state(model, system, state)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! as accepted
+    type(state_t), intent(inout) :: state !! becomes whole
+
+    if (state%whole) return
+    call recover_interior(system)
+    state%whole = .true.
+    state%u = system%u
+    call take_reactions(model, system, state)
+  end subroutine complete_state
+end module accepted_state

@@ -1,0 +1,90 @@
+!> One way to solve an increment: its start, its continuation, and how multipliers move.
+module attempt_paths
+  use kinds, only: wp
+  use model_types, only: model_t
+  use increment_start, only: start_here, start_again, leave_bodies
+  use first_touch, only: begin_touch_again
+  use softening, only: begin_softening
+  use force_scales, only: force_scale
+  use drag, only: let_free, drag_patience
+  use newton, only: newton_t
+  use attempts, only: attempt_t, trail_t, start_chosen, start_same, start_other, path_penalties, &
+    path_drag, multipliers_along, multipliers_rest_first
+  use multiplier_updates, only: solve_from_start, rest_then_along, come_along
+  use soft_penalties, only: solve_from_soft
+  use monitors, only: monitor_t
+  use system_types, only: system_t, settings_t
+  implicit none
+  private
+  public :: try_attempt
+
+  !> With a drag a body first goes this share of a facet in an iteration.
+  real(wp), parameter :: drag_way = 0.05_wp
+
+contains
+
+  !> Solves in one way.
+  subroutine try_attempt(attempt, start, model, system, time, settings, monitor, progress, trail)
+    type(attempt_t), intent(in) :: attempt !! the way
+    real(wp), intent(in) :: start(:, :) !! (3, nodes) displacements of the start chosen [length]
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(trail_t), intent(inout) :: trail !! gets rested
+    type(settings_t) :: now
+
+    if (attempt%told /= '') call monitor%detail('  no convergence: once more '//trim(attempt%told))
+    call go_to_start(attempt%start, start, trail%carried_left, model, system, monitor)
+    if (attempt%start /= start_chosen) progress = newton_t()
+    now = settings
+    if (attempt%path == path_drag) call begin_drift(model, system, settings, now)
+    if (attempt%path == path_penalties) then
+      call solve_from_soft(model, system, time, settings, monitor, progress)
+    else if (attempt%multipliers == multipliers_along) then
+      call come_along(model, system, time, now, monitor, progress)
+    else if (attempt%multipliers == multipliers_rest_first) then
+      call rest_then_along(model, system, time, now, monitor, progress, trail%rested)
+    else
+      call solve_from_start(model, system, time, now, monitor, progress)
+    end if
+    if (attempt%path == path_drag) call let_free(system)
+  end subroutine try_attempt
+
+  !> Where an attempt starts; those with a continuation of their own start where the bodies were.
+  subroutine go_to_start(which, start, carried, model, system, monitor)
+    integer, intent(in) :: which !! one of the starts
+    real(wp), intent(in) :: start(:, :) !! (3, nodes) displacements of the start chosen [length]
+    logical, intent(in) :: carried !! the other start is that of the bodies carried along
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    real(wp) :: norm
+
+    if (which == start_other) call start_again(model, system, carried, monitor)
+    if (which /= start_same) return
+    call begin_touch_again(system)
+    call begin_softening(model, system)
+    system%u = start
+    call start_here(model, system, norm)
+  end subroutine go_to_start
+
+  !> From where the bodies were, with a drag and more patience than usual.
+  subroutine begin_drift(model, system, settings, patient)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left given; u becomes the start, gets first_drag
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(settings_t), intent(out) :: patient !! those with a drag
+    real(wp) :: norm
+
+    call leave_bodies(system)
+    call start_here(model, system, norm)
+    patient = settings
+    patient%most_solves = drag_patience*settings%most_solves
+    patient%most_passes = drag_patience*settings%most_passes
+    system%body%first_drag = max(force_scale(system), norm)/(drag_way*max(system%scale%facet_size, &
+      tiny(1.0_wp)))
+  end subroutine begin_drift
+end module attempt_paths

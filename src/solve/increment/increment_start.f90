@@ -1,0 +1,258 @@
+!> Where an increment starts from: conditions at its end, bodies carried along or left where they
+!! were, hosts and residual there.
+module increment_start
+  use kinds, only: wp
+  use loads, only: conditions_at, load_factor
+  use follower_pressure, only: set_pressures
+  use rigid_bodies, only: begin_rigid, return_rigid, forget_carrying
+  use model_types, only: model_t
+  use contact_cells, only: forget_first_cells
+  use contact_parameters, only: shifts_gap
+  use contact_system, only: restart_points, move_hosts, load_contact
+  use contact_coupling, only: couple
+  use first_touch, only: begin_touch, begin_touch_again
+  use softening, only: begin_softening
+  use expected_status, only: expect_status, forget_expected
+  use predictor, only: carry_bodies, turn_bodies
+  use contact_carrying, only: carry_with_contact
+  use force_scales, only: begin_scales, force_scale
+  use touch_path, only: touch_waits
+  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
+  use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
+  use bulk_term, only: start_bulk, return_bulk, jumps_little
+  use residuals, only: form_residual, residual_norm
+  use monitors, only: monitor_t
+  use system_types, only: system_t, state_t, settings_t
+  implicit none
+  private
+  public :: take_overlaps, begin_at, choose_start, start_here, start_again, &
+    start_rubbing, leave_bodies
+
+  !> Bodies that contact carries along start there if the residual is not more than so many times
+  !! what it is without.
+  real(wp), parameter :: most_growth = 20.0_wp
+
+contains
+
+  !> The start that was not chosen at first, after the first has led nowhere.
+  subroutine start_again(model, system, carried, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left and carried given; u becomes the start
+    logical, intent(in) :: carried !! start from the bodies carried along
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    real(wp) :: norm
+
+    call begin_touch_again(system)
+    call begin_softening(model, system)
+    system%condensed%near = .false.
+    if (carried) then
+      call take_along(system)
+      call monitor%detail('  no convergence: once more with the predictor')
+    else
+      call leave_bodies(system)
+      call monitor%detail('  no convergence: once more without the predictor')
+    end if
+    call start_here(model, system, norm)
+    call forget_expected(system%contact)
+  end subroutine start_again
+
+  !> SHRInk: what of the overlaps of the start is not taken up at `time`.
+  pure subroutine take_overlaps(model, time)
+    type(model_t), intent(inout) :: model !! tables; pairs: withheld
+    real(wp), intent(in) :: time !! end of the increment
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%shrinking%shrink >= 0) model%pairs(k)%shrinking%withheld = 1.0_wp - &
+        load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)
+    end do
+  end subroutine take_overlaps
+
+  !> Prescribed displacements and applied forces at `time`.
+  subroutine begin_at(model, system, state, time)
+    type(model_t), intent(in) :: model !! conditions and loads
+    type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+
+    call conditions_at(model, time, displacement=system%u, force=system%loads%external)
+    where (system%equation > 0) system%u = state%u
+    call begin_rigid(model, system, state, time)
+    call set_pressures(model, time, system)
+  end subroutine begin_at
+
+  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
+  !! smaller residual; chooses the hosts there. Forces that are foretold carry the bodies well.
+  subroutine choose_start(model, system, state, time, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm
+    integer :: k
+    logical :: taken
+
+    do k = 1, size(model%pairs)
+      call forget_first_cells(model%pairs(k))
+    end do
+    call begin_scales(model%mesh%x, state, system)
+    call begin_touch(model, system, time - state%time)
+    call begin_softening(model, system)
+    call start_bulk(state%u, system)
+    system%position%left = system%u
+    system%position%carried = system%u
+    if (system%bulk%linear) then
+      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    else
+      call turn_bodies(model%mesh%x, system%equation, system%body%node_body, &
+        system%body%bodies, state%u, system%position%carried)
+    end if
+    system%position%x_ahead = model%mesh%x + system%position%carried
+    if (system%condensed%active) then
+      call begin_condensed(model, system, state, time)
+      if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
+      call place_starts(system)
+      if (system%condensed%outer%foretold) then
+        call take_along(system)
+        call start_here(model, system, norm)
+        return
+      end if
+    end if
+    call start_carried(model, system, state, taken)
+    if (taken) return
+    call take_better(model, system, monitor)
+    if (.not. system%condensed%near) return
+    system%condensed%near = jumps_little(model%mesh%x, system)
+    if (.not. system%condensed%near) call take_better(model, system, monitor)
+  end subroutine choose_start
+
+  !> Starts from where bodies that contact holds roll and glide to with what they touch, if that
+  !! leaves not much more than where they were: penalties make much of small ways along normals.
+  subroutine start_carried(model, system, state, taken)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left, carried given; u may become the start
+    type(state_t), intent(in) :: state !! last converged state
+    logical, intent(out) :: taken !! it has
+    real(wp), allocatable :: alone(:, :)
+    real(wp) :: norm, norm_left
+
+    if (allocated(system%position%x_alone)) deallocate (system%position%x_alone)
+    taken = .false.
+    if (.not. any(system%body%weak)) return
+    alone = system%position%carried
+    call carry_with_contact(model, system, state, taken)
+    if (.not. taken) return
+    system%position%x_alone = system%position%x_ahead
+    system%position%x_ahead = model%mesh%x + system%position%carried
+    call leave_bodies(system)
+    call start_here(model, system, norm_left)
+    call take_along(system)
+    call start_here(model, system, norm)
+    taken = norm <= most_growth*norm_left
+    if (taken) return
+    system%position%carried = alone
+    call move_alloc(system%position%x_alone, system%position%x_ahead)
+    call forget_carrying(system)
+  end subroutine start_carried
+
+  !> Starts from where the bodies were.
+  pure subroutine leave_bodies(system)
+    type(system_t), intent(inout) :: system !! left given; u
+
+    system%u = system%position%left
+    system%tools%ahead = .false.
+  end subroutine leave_bodies
+
+  !> Starts from where the predictor takes the bodies.
+  pure subroutine take_along(system)
+    type(system_t), intent(inout) :: system !! carried given; u
+
+    system%u = system%position%carried
+    system%tools%ahead = .true.
+  end subroutine take_along
+
+  !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
+  !! condensed form the defects of the latter, which cost next to nothing, often tell that it leaves
+  !! more; not with bodies that contact holds, whose defects depend on how they move.
+  subroutine take_better(model, system, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! left, carried given; u becomes the start
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm_left, norm_carried, least_left
+    logical :: moved, carried_first
+
+    moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
+    carried_first = moved .and. (system%condensed%active .or. system%condensed%near) .and. &
+      .not. any(system%body%weak)
+    norm_carried = huge(1.0_wp)
+    if (carried_first) then
+      least_left = force_scale(system)
+      if (system%condensed%active) then
+        call leave_bodies(system)
+        call restore_forces(system%condensed)
+        call find_defects(system)
+        least_left = system%condensed%bulk%defect_norm
+      end if
+      call take_along(system)
+      call start_here(model, system, norm_carried)
+      if (norm_carried <= least_left) return
+    end if
+    call leave_bodies(system)
+    call start_here(model, system, norm_left)
+    if (.not. moved) return
+    if (.not. (carried_first .and. norm_left < norm_carried)) then
+      call take_along(system)
+      call start_here(model, system, norm_carried)
+      if (norm_carried <= norm_left) return
+      call leave_bodies(system)
+      call start_here(model, system, norm_left)
+    end if
+    call monitor%detail('  predictor dropped: it does not lower the residual')
+  end subroutine take_better
+
+  !> Friction begins to act at points that have touched first: where forces with it are foretold,
+  !! the increment goes on from there.
+  subroutine start_rubbing(model, system, settings)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u may be moved
+    type(settings_t), intent(in) :: settings !! how far a tip may lie outside its host
+    integer :: changes
+    logical :: taken
+
+    if (.not. system%condensed%active) return
+    call note_touching(system%condensed)
+    call take_rubbed(system, taken)
+    if (.not. taken) return
+    system%position%x_now = model%mesh%x + system%u
+    call move_hosts(model, system, settings%extrapolation, changes)
+  end subroutine start_rubbing
+
+  !> Hosts and residual at the present u. A solve that follows needs not form them again, unless
+  !! multipliers or a drag are still to come.
+  subroutine start_here(model, system, norm)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u given; residual formed
+    real(wp), intent(out) :: norm !! norm of the residual there
+    integer :: changes
+
+    call return_rigid(system)
+    call return_bulk(model%mesh%x, system)
+    system%position%x_now = model%mesh%x + system%u
+    if (size(model%pairs) > 0) then
+      call restart_points(model, system)
+      call move_hosts(model, system, 0.0_wp, changes)
+      call load_contact(model, system)
+    end if
+    if (system%condensed%active) then
+      call restore_forces(system%condensed)
+      call couple(system)
+      call find_defects(system)
+    end if
+    call expect_status(model, system)
+    call form_residual(system, model%mesh%x)
+    norm = residual_norm(system)
+    system%place%begun = .not. (any(system%body%weak) .or. any(shifts_gap(model%pairs)))
+  end subroutine start_here
+end module increment_start

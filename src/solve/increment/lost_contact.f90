@@ -1,0 +1,193 @@
+!> Whether Newton's iteration has thrown bodies out of the contact that held them. Where all is
+!! driven by way, "nothing touches" is in balance, too (doc/theory, "Continuation").
+module lost_contact
+  use kinds, only: wp, pi
+  use elmlib, only: routine_none
+  use model_types, only: model_t
+  use force_scales, only: force_scale
+  use rigid_bodies, only: is_carried
+  use body_measures, only: rigid_turns, has_small_strain, farthest_turn
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: has_thrown, has_turned, find_turned
+
+  !> Contact forces on a body below this share of its loads, or of the forces of the increment if it
+  !! has none, are none.
+  real(wp), parameter :: no_force = 1.0e-6_wp
+  !> A body that goes farther than this many times what it may touch does, and farther
+  !! than this share of a facet, has not gone along.
+  real(wp), parameter :: along = 4.0_wp, far = 0.25_wp
+  !> A body has been thrown, and does not roll, if this share of the turn that is too far for small
+  !! strain was made in one increment.
+  real(wp), parameter :: at_once = 0.5_wp
+
+contains
+
+  !> A body that contact alone holds has flown, and contact does nothing to it now. Each body is
+  !! judged by itself and by what it may touch: forces and ways elsewhere say nothing of it.
+  pure logical function has_thrown(model, system) result(thrown)
+    type(model_t), intent(in) :: model !! pairs, reference positions
+    type(system_t), intent(in) :: system !! converged; positions of the last state
+    logical :: free(0:system%body%bodies)
+    real(wp), dimension(0:system%body%bodies) :: way, others
+
+    thrown = .false.
+    if (.not. any(system%body%weak)) return
+    call find_free(system, free)
+    if (.not. any(free)) return
+    call find_ways(model, system, way, others)
+    call find_others(model, system, free, way, others)
+    thrown = any(free .and. way > max(along*others, far*system%scale%facet_size))
+  end function has_thrown
+
+  !> A body of small strain that supports do not hold has turned farther than a linear theory can
+  !! mean, most of it in this increment; 0 if there is none. Its forces are no solution, whatever
+  !! they balance: another start, or a shorter increment, may lead to one.
+  subroutine find_turned(model, system, body, angle)
+    type(model_t), intent(in) :: model !! reference positions
+    type(system_t), intent(in) :: system !! converged; positions of the last state
+    integer, intent(out) :: body !! the body
+    real(wp), intent(out) :: angle !! how far it has turned in all [degree]
+    real(wp), dimension(3, system%body%bodies) :: turn, since
+    logical :: small(0:system%body%bodies), known(size(system%body%node_body))
+    integer :: b
+
+    body = 0
+    angle = 0.0_wp
+    if (.not. any(system%body%weak)) return
+    known = .true.
+    if (system%condensed%active) known = system%condensed%candidate(:size(known))
+    call rigid_turns(model%mesh%x, system%u, model%mesh%x + system%u - system%position%x_old, &
+      system%body%node_body, known, turn, since)
+    if (all(norm2(turn, 1) <= sin(farthest_turn))) return
+    small = has_small_strain(system)
+    do b = 1, system%body%bodies
+      if (.not. (small(b) .and. system%body%weak(b))) cycle
+      if (norm2(turn(:, b)) <= sin(farthest_turn)) cycle
+      if (norm2(since(:, b)) <= at_once*sin(farthest_turn)) cycle
+      body = b
+      angle = asin(min(1.0_wp, norm2(turn(:, b))))*180.0_wp/pi
+      return
+    end do
+  end subroutine find_turned
+
+  !> There is such a body.
+  logical function has_turned(model, system)
+    type(model_t), intent(in) :: model !! reference positions
+    type(system_t), intent(in) :: system !! converged; positions of the last state
+    real(wp) :: angle
+    integer :: body
+
+    call find_turned(model, system, body, angle)
+    has_turned = body > 0
+  end function has_turned
+
+  !> Bodies that supports do not hold, and that contact does nothing to.
+  pure subroutine find_free(system, free)
+    type(system_t), intent(in) :: system !! contact forces, loads
+    logical, intent(out) :: free(0:) !! (0:bodies)
+    real(wp), dimension(0:system%body%bodies) :: force, load
+    integer :: i
+
+    force = 0.0_wp
+    load = 0.0_wp
+    do i = 1, size(system%body%node_body)
+      associate (b => system%body%node_body(i))
+        force(b) = max(force(b), norm2(system%contact_force(:, i)))
+        load(b) = load(b) + norm2(system%loads%external(:, i))
+      end associate
+    end do
+    where (load <= 0.0_wp) load = force_scale(system)
+    free(0) = .false.
+    free(1:) = system%body%weak .and. force(1:) <= no_force*load(1:)
+  end subroutine find_free
+
+  !> How far each body has gone in this increment, by its nodes that are prescribed or that contact
+  !! elements have, and how far its supports have.
+  pure subroutine find_ways(model, system, way, given)
+    type(model_t), intent(in) :: model !! reference positions
+    type(system_t), intent(in) :: system !! converged; positions of the last state
+    real(wp), intent(out) :: way(0:) !! (0:bodies) [length]
+    real(wp), intent(out) :: given(0:) !! (0:bodies) prescribed ways [length]
+    logical :: touches(size(system%body%node_body))
+    real(wp) :: move(3)
+    integer :: i, k
+
+    touches = .false.
+    do k = 1, system%contact%n
+      if (system%contact%routine(k) == routine_none) cycle
+      touches(system%contact%ix(:system%contact%nel(k), k)) = .true.
+    end do
+    way = 0.0_wp
+    given = 0.0_wp
+    do i = 1, size(touches)
+      if (.not. (touches(i) .or. any(system%equation(:, i) == 0))) cycle
+      associate (b => system%body%node_body(i))
+        move = model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)
+        way(b) = max(way(b), norm2(move))
+        if (.not. is_loose(system, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
+          system%equation(:, i) == 0)))
+      end associate
+    end do
+  end subroutine find_ways
+
+  !> The node goes along with a rigid body that is free in all its motions: nothing prescribes it.
+  pure logical function is_loose(system, node) result(loose)
+    type(system_t), intent(in) :: system !! rigid bodies
+    integer, intent(in) :: node !! the node
+
+    loose = is_carried(system, node)
+    if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
+  end function is_loose
+
+  !> How far what pairs join a weak body with has gone: neighbours, and across weak ones theirs.
+  !! Bodies that nothing acts on may have flown themselves: what is prescribed of them counts alone.
+  pure subroutine find_others(model, system, free, way, others)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! bodies
+    logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
+    real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
+    real(wp), intent(inout) :: others(0:) !! (0:bodies) in: prescribed ways; out: the farthest of
+    !! these and of the ways of the others [length]
+    real(wp) :: before(0:system%body%bodies)
+    integer :: k
+
+    before = -1.0_wp
+    do while (any(others > before))
+      before = others
+      do k = 1, size(model%pairs)
+        associate (slaves => model%pairs(k)%points%point_nodes(1, :), &
+          masters => model%pairs(k)%surface%facets(1, :))
+          call pass_on(system, free, way, masters, slaves, others)
+          call pass_on(system, free, way, slaves, masters, others)
+        end associate
+      end do
+    end do
+  end subroutine find_others
+
+  !> The farthest way at one side of a pair, told to the bodies at the other.
+  pure subroutine pass_on(system, free, way, from, to, others)
+    type(system_t), intent(in) :: system !! bodies
+    logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
+    real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
+    integer, intent(in) :: from(:), to(:) !! nodes of the two sides
+    real(wp), intent(inout) :: others(0:) !! (0:bodies) grows at bodies of `to` [length]
+    real(wp) :: farthest
+    integer :: i
+
+    farthest = 0.0_wp
+    do i = 1, size(from)
+      associate (b => system%body%node_body(from(i)))
+        if (.not. free(b)) farthest = max(farthest, way(b))
+        if (b == 0) cycle
+        if (system%body%weak(b)) farthest = max(farthest, others(b))
+      end associate
+    end do
+    do i = 1, size(to)
+      associate (b => system%body%node_body(to(i)))
+        others(b) = max(others(b), farthest)
+      end associate
+    end do
+  end subroutine pass_on
+end module lost_contact

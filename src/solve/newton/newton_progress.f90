@@ -1,0 +1,215 @@
+!> How far Newton's iteration is: what it counts, how it ends, and when it has converged
+!! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
+module newton_progress
+  use kinds, only: wp
+  use element_types, only: status_open
+  use residuals, only: residual_norm, largest_resultant, round_off_factor
+  use force_scales, only: force_scale, in_bounds, least_meaning
+  use line_search, only: next_energy
+  use live_values, only: direction_norm
+  use system_types, only: system_t, settings_t
+  implicit none
+  private
+  public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
+    count_creeping, judge_progress, judge_settled
+  public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
+    outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
+    outcome_gaps, outcome_inverted, outcome_adrift, outcome_through, &
+    outcome_turned, outcome_thrown
+
+  !> How a solve ended.
+  integer, parameter :: outcome_going_on = 0
+  integer, parameter :: outcome_converged = 1
+  integer, parameter :: outcome_stalled = 2
+  integer, parameter :: outcome_too_many = 3
+  integer, parameter :: outcome_singular = 4
+  integer, parameter :: outcome_memory = 5
+  integer, parameter :: outcome_stopped = 6
+  integer, parameter :: outcome_open = 7
+  integer, parameter :: outcome_restless = 8
+  integer, parameter :: outcome_gaps = 9 !! AUGMent has not closed the gaps
+  integer, parameter :: outcome_inverted = 10 !! an element would be turned inside out
+  integer, parameter :: outcome_adrift = 11 !! a step of a body with a drag is done
+  integer, parameter :: outcome_through = 12 !! the slave has gone through a master
+  integer, parameter :: outcome_turned = 13 !! a body has turned too far for small strain
+  integer, parameter :: outcome_thrown = 14 !! a body has been thrown out of contact
+
+  !> Below this share of the estimate it is converged at once.
+  real(wp), parameter :: round_off_share = 0.1_wp
+  !> The same in the condensed form, where another iteration costs next to nothing.
+  real(wp), parameter :: condensed_share = 1.0e-3_wp
+  !> Round-off at many nodes has a resultant of up to this many times its norm, unless that is more
+  !! than this share of the forces.
+  real(wp), parameter :: resultant_factor = 8.0_wp, resultant_share = 1.0e-4_wp
+  !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
+  real(wp), parameter :: residual_share = 1.0e-3_wp
+  !> So does one that steps of any length have met in so many iterations on end: few points that
+  !! stick and slip in turn keep them short.
+  real(wp), parameter :: creeping_share = 0.1_wp
+  integer, parameter :: most_creeping = 8
+  !> Points are settled if a full step changes no more than this share of the closed ones,
+  real(wp), parameter :: settled_share = 0.02_wp
+  !> and which of them stick and slip is known once its energy is below this share of the first.
+  real(wp), parameter :: rough_energy = 1.0e-3_wp
+  !> Residual over forces before an iteration after which the tangent of contact serves on, where
+  !! that is all that an iteration forms.
+  real(wp), parameter :: close_share = 0.01_wp
+  !> Smooth surfaces follow steps after one whose energy is below this share of the largest: with
+  !! points that still close, open, stick and slip single steps against ever new shapes went in
+  !! circles. The first energy will not do: an increment may begin in balance, and hosts change.
+  real(wp), parameter :: close_energy = 1.0e-4_wp
+  !> Steps up to this length count as short.
+  real(wp), parameter :: short_step = 1.0_wp/16.0_wp
+
+  !> Progress of the iteration within one increment.
+  type :: newton_t
+    integer :: solves = 0 !! linear solves of the increment
+    real(wp) :: first_energy = 0.0_wp !! |R.du| of the first iteration
+    real(wp) :: energy = 0.0_wp !! |R.du| of the last iteration
+    real(wp) :: most_energy = 0.0_wp !! the largest |R.du| of the increment so far
+    real(wp) :: start = 0.0_wp !! residual norm before the last iteration
+    real(wp) :: share = 0.0_wp !! residual norm after it over that, 0 before the first iteration
+    real(wp) :: lowest = 0.0_wp !! lowest residual norm of this solve
+    real(wp) :: shortest = huge(1.0_wp) !! shortest direction of this solve
+    integer :: fewest = huge(1) !! sticking points of this solve, lowest number
+    integer :: since_lowest = 0 !! iterations since residual or direction has fallen
+    integer :: since_fewest = 0 !! iterations since one of the three has fallen
+    integer :: turns = 0 !! iterations of this solve with a point whose slip has turned back
+    real(wp) :: length = 0.0_wp !! share of its direction that the last iteration went
+    logical :: updated = .false. !! this solve follows an update of multipliers, its first iteration
+    logical :: indefinite = .false. !! a symmetric matrix was not positive definite
+    logical :: halved = .true. !! the last iteration, or step with a drag, has halved the residual
+    integer :: short = 0 !! iterations on end that went hardly anywhere
+    integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
+    logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
+    logical :: energy_met = .false. !! the last full step met the energy tolerance
+    integer :: creeping = 0 !! iterations on end that met it, full steps or not
+    integer :: outcome = outcome_going_on !! one of the outcomes
+  end type newton_t
+
+contains
+
+  !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
+  !! gone farther than a body can (doc/theory, "Convergence criteria").
+  logical function is_converged(system, settings, progress) result(converged)
+    type(system_t), intent(in) :: system !! residual formed
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+    real(wp) :: norm
+
+    converged = .false.
+    if (.not. in_bounds(system)) return
+    norm = residual_norm(system)
+    if (is_round_off(system, progress%halved)) then
+      converged = .true.
+    else if (settings%roughly) then
+      converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
+    else if (settings%residual_tolerance > 0.0_wp) then
+      converged = norm <= settings%residual_tolerance*force_scale(system)
+    else
+      converged = progress%energy_met .and. &
+        norm <= wanted_share(settings)*force_scale(system)
+      converged = converged .or. (progress%creeping >= most_creeping .and. &
+        norm <= creeping_share*sqrt(settings%energy_tolerance)*force_scale(system))
+    end if
+  end function is_converged
+
+  !> The residual is at its round-off, and so are its resultants: where it only seems so, as nodes
+  !! are many, a body still lacks a share of its weight.
+  logical function is_round_off(system, halved)
+    type(system_t), intent(in) :: system !! residual formed
+    logical, intent(in) :: halved !! the last iteration, or step with a drag, has halved it
+    real(wp) :: factor
+
+    factor = merge(round_off_share, round_off_factor, halved .and. system%contact%n > 0)
+    if (system%condensed%active .and. halved) factor = condensed_share
+    is_round_off = residual_norm(system) <= min(factor*system%scale%round_off, &
+      least_meaning(system))
+    if (is_round_off) is_round_off = largest_resultant(system) <= round_off_factor* &
+      max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
+      resultant_share*force_scale(system)))
+  end function is_round_off
+
+  !> The last step was so small that hardly any point will close, open, stick or slip any more.
+  pure logical function is_close(progress) result(close)
+    type(newton_t), intent(in) :: progress !! energies
+
+    close = progress%energy <= close_energy*progress%most_energy
+  end function is_close
+
+  !> The residual that a converged increment may have, over the forces.
+  pure real(wp) function wanted_share(settings) result(share)
+    type(settings_t), intent(in) :: settings !! tolerances
+
+    share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
+  end function wanted_share
+
+  !> Counts iterations on end whose energy met the tolerance. A drag keeps steps small by itself.
+  subroutine count_creeping(system, settings, progress)
+    type(system_t), intent(in) :: system !! drag
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(inout) :: progress !! energies; gets creeping
+
+    progress%creeping = progress%creeping + 1
+    if (progress%energy > settings%energy_tolerance*progress%first_energy .or. &
+        system%body%drag > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
+  end subroutine count_creeping
+
+  !> Whether nearly all points are what they were before the last step.
+  pure subroutine judge_settled(before, length, system)
+    integer, intent(in) :: before(:) !! (contact elements) their status before it
+    real(wp), intent(in) :: length !! share of its direction that was gone
+    type(system_t), intent(inout) :: system !! contact elements; gets settled
+
+    system%body%settled = length >= 1.0_wp .and. real(count(system%contact%status /= before), wp) &
+      <= settled_share*real(count(before > status_open), wp)
+  end subroutine judge_settled
+
+  !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
+  !! by the factor at hand, that the next step's would by far.
+  logical function meets_energy(system, settings, progress) result(met)
+    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(newton_t), intent(in) :: progress !! energies
+
+    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+      met = progress%energy <= tolerance*first
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
+      ! a step with the same tangent asks the same
+      if (system%condensed%preconditions .and. may_go_on(system, progress)) return
+      met = next_energy(system) <= tolerance**1.5_wp*first
+    end associate
+  end function meets_energy
+
+  !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
+  !! dragged; nor where the tangent was that of the last state, and the bulk is not linear: a new
+  !! one costs less than the steps that it saves.
+  pure logical function may_go_on(system, progress) result(may)
+    type(system_t), intent(in) :: system !! contact elements, bodies
+    type(newton_t), intent(in) :: progress !! the last iteration
+
+    may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
+      .and. system%body%drag <= 0.0_wp .and. .not. any(system%body%grounded)
+    if (system%condensed%preconditions) may = may .and. .not. progress%linearised
+    if (system%condensed%near) may = may .and. progress%start <= close_share*force_scale(system)
+  end function may_go_on
+
+  !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
+  !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
+  !! has one after which fewer points stick than ever (doc/theory, "Algorithms").
+  subroutine judge_progress(system, sticking, progress)
+    type(system_t), intent(in) :: system !! state after the iteration
+    integer, intent(in) :: sticking !! points that stick now
+    type(newton_t), intent(inout) :: progress !! gets counts and lowest values
+
+    progress%since_lowest = progress%since_lowest + 1
+    progress%since_fewest = progress%since_fewest + 1
+    progress%short = merge(progress%short + 1, 0, progress%length <= short_step)
+    if (residual_norm(system) < progress%lowest .or. &
+      direction_norm(system) < progress%shortest) progress%since_lowest = 0
+    if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
+    progress%lowest = min(progress%lowest, residual_norm(system))
+    progress%shortest = min(progress%shortest, direction_norm(system))
+    progress%fewest = min(progress%fewest, sticking)
+  end subroutine judge_progress
+end module newton_progress

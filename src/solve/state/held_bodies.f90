@@ -1,0 +1,69 @@
+!> HOLD where no pair can hold anything: what supports leave a body to move is stopped at as many of
+!! its nodes. In balance these pins carry nothing; the audit does not count them among the supports
+!! (doc/theory, "Floating bodies").
+module held_bodies
+  use kinds, only: wp
+  use model_types, only: model_t
+  use rigid_motions, only: motions_t, find_motions, choose_pins
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: pin_held, pin_reaction, supports_of
+
+contains
+
+  !> Chooses the pins of the bodies that the deck holds.
+  subroutine pin_held(model, system)
+    type(model_t), intent(in) :: model !! mesh, HOLD, conditions
+    type(system_t), intent(inout) :: system !! bodies and equations given; gets pinned
+    type(motions_t) :: motions
+    integer :: equation(3, size(system%equation, 2)), body, k, b
+    integer, allocatable :: node(:), direction(:)
+    logical :: wanted(0:system%body%bodies)
+
+    if (size(model%pairs) > 0 .or. .not. allocated(model%held)) return
+    wanted = .false.
+    wanted(pack(system%body%node_body, model%held)) = .true.
+    do b = 1, size(model%conditions%rigid)
+      wanted(system%body%node_body(model%conditions%rigid(b)%nodes)) = .false.
+    end do
+    if (.not. any(wanted(1:))) return
+    equation = system%equation
+    if (allocated(model%conditions%spring)) where (model%conditions%spring > 0.0_wp) equation = 0
+    allocate (system%body%pinned(3, size(equation, 2)), source=.false.)
+    do body = 1, system%body%bodies
+      if (.not. wanted(body)) cycle
+      call find_motions(model%mesh%x, equation, system%body%node_body, body, motions)
+      if (motions%n == 0) cycle
+      call choose_pins(model%mesh%x, equation, system%body%node_body, body, motions, node, &
+        direction)
+      do k = 1, motions%n
+        system%body%pinned(direction(k), node(k)) = .true.
+      end do
+    end do
+  end subroutine pin_held
+
+  !> What the pins of a body carry.
+  pure real(wp) function pin_reaction(system, body) result(force)
+    type(system_t), intent(in) :: system !! converged: forces of the bulk
+    integer, intent(in) :: body !! the body
+    integer :: i
+
+    force = 0.0_wp
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) /= body) cycle
+      force = hypot(force, norm2(pack(system%inner%bulk_force(:, i) &
+        - system%loads%external(:, i), system%body%pinned(:, i))))
+    end do
+  end function pin_reaction
+
+  !> Forces of the supports without those of pins.
+  pure function supports_of(system, reaction) result(force)
+    type(system_t), intent(in) :: system !! pinned, if the deck holds anything
+    real(wp), intent(in) :: reaction(:, :) !! (3, nodes) of all restrained directions [force]
+    real(wp) :: force(3, size(reaction, 2))
+
+    force = reaction
+    if (allocated(system%body%pinned)) where (system%body%pinned) force = 0.0_wp
+  end function supports_of
+end module held_bodies

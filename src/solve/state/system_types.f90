@@ -1,0 +1,188 @@
+!> The discrete system: equations, element lists, matrices, and the state that is solved for.
+module system_types
+  use kinds, only: wp
+  use costs, only: cost_t
+  use element_lists, only: bulk_list_t, volume_list_t, element_list_t
+  use block_matrix, only: block_matrix_t
+  use csc_matrix, only: csc_matrix_t
+  use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
+  use condensed_types, only: condensed_t, defects_t, carried_t
+  use rigid_motions, only: motions_t
+  use touch_path, only: touch_t
+  use softening_state, only: softening_t
+  use multiplier_types, only: multiplier_motion_t
+  use rigid_types, only: rigid_t, border_t
+  use slope_state, only: kept_slopes_t
+  implicit none
+  private
+  public :: system_t, state_t, settings_t
+
+  !> When an increment counts as converged, and how far the nonlinear solution goes.
+  type :: settings_t
+    real(wp) :: energy_tolerance = 1.0e-16_wp !! relative energy (FEAP)
+    real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
+    integer :: most_solves = 50 !! linear solves of one increment
+    logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
+    integer :: most_passes = 8 !! changes of contact hosts within one increment
+    real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a
+    !! start is better than usual [force length]
+    real(wp) :: extrapolation = 1.0e-6_wp !! tip outside its facet at a flat edge, shape functions
+  end type settings_t
+
+  !> The state at the last converged time.
+  type :: state_t
+    real(wp) :: time = 0.0_wp !! time
+    integer :: step = 0 !! end times so far
+    logical :: whole = .true. !! displacements inside and reactions are those of its time
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
+    real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free translation and rotation vector
+    !! of their points [length, radian]
+    type(kept_slopes_t) :: slopes !! derivatives that go on from here, if they are asked for
+  end type state_t
+
+  !> What acts on the bodies from outside.
+  type :: outer_t
+    real(wp), allocatable :: spring(:, :) !! (3, nodes) springs to ground, if there are any; zero
+    !! where restrained [force/length]
+    integer, allocatable :: pressed(:, :) !! (6, facets) nodes of facets whose pressure follows,
+    !! zeros behind the last; not allocated if there are none
+    integer, allocatable :: pressed_by(:) !! (facets) place in pressure
+    real(wp), allocatable :: pressure(:) !! at the end of the increment [force/length^2]
+    real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
+  end type outer_t
+
+  !> A step of implicit Euler of bodies in honey: where it began, how long it has been solved for.
+  type :: euler_t
+    integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
+    real(wp) :: first = 0.0_wp !! residual after the first of them [force]
+    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the drag
+    integer :: steady = 0 !! steps on end after which it was the same
+    real(wp) :: too_small = 0.0_wp !! a drag that has been, or nearly so [force/length]
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
+    real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
+    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
+    type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
+    type(defects_t) :: bulk !! of the condensed form
+    type(carried_t) :: carried !! of the condensed form
+  end type euler_t
+
+  !> The connected bodies, and what holds them.
+  type :: bodies_t
+    integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
+    integer :: bodies = 0 !! number of bodies
+    type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
+    logical, allocatable :: pinned(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
+    logical, allocatable :: weak(:) !! (bodies) supports alone do not hold it
+    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
+    logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
+    logical :: settled = .false. !! the last full step has left nearly all points as they were
+    real(wp) :: drag = 0.0_wp !! stiffness against rigid motions in the tangent alone [force/length]
+    real(wp) :: first_drag = 0.0_wp !! the same at the start of a solve [force/length]
+    integer :: in_vain = 0 !! drags since the last accepted increment that have led nowhere
+    type(euler_t) :: euler !! the step with a drag that is under way
+    logical :: adrift = .false. !! a solve was left while a body with a drag was on its way
+  end type bodies_t
+
+  !> The system as one sparse matrix, and its solver.
+  type :: whole_form_t
+    type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
+    type(block_matrix_t) :: matrix !! tangent of bulk and contact
+    logical :: apart = .false. !! matrix has contact's share alone
+    logical :: given = .false. !! the solver has the values of bulk_matrix, which keeps its graph
+    type(block_matrix_t) :: rim !! of these what the solver has not: restrained rows and columns
+    integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
+    type(csc_matrix_t) :: csc !! its free part
+    logical :: symmetric = .false. !! its values are symmetric
+    type(linear_solver_t) :: solver !! its factor
+    integer :: forced = solver_unknown !! what --solver asks for, unknown if it does not
+    integer :: asked = solver_auto !! what --solver or SOLVer asks for
+    logical :: declined = .false. !! AUTO has found no way with the condensed form to this end time
+    integer :: choice = solver_unknown !! what is taken, unknown before the next increment
+  end type whole_form_t
+
+  !> Where the nodes are, were and start.
+  type :: positions_t
+    real(wp), allocatable :: left(:, :) !! (3, nodes) start without predictor [length]
+    real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
+    real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
+    real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
+    real(wp), allocatable :: x_alone(:, :) !! (3, nodes) the same without what contact carries,
+    !! where that is not the same [length]
+  end type positions_t
+
+  !> What the bulk answers to the displacements of the iterate.
+  type :: bulk_answer_t
+    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
+    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
+    logical :: linearised = .false. !! the bulk answers by its tangent at the last state
+    logical :: known = .false. !! bulk_force is that of u for the next residual
+    real(wp), allocatable :: rows(:, :, :) !! (3, 3, nodes) sums of |K| along the rows of each node,
+    !! undeformed, where the bulk is not linear [force/length]
+    real(wp), allocatable :: bulk_start(:, :) !! (3, nodes) its force there [force]
+    real(wp), allocatable :: u_start(:, :) !! (3, nodes) displacements there [length]
+    real(wp) :: bulk_energy = 0.0_wp !! strain energy of a bulk that is not linear [force length]
+    integer :: inverted = 0 !! element that was, or would be, turned inside out
+  end type bulk_answer_t
+
+  !> Rigid bodies with a point, and their unknowns beside those of the nodes.
+  type :: rigid_part_t
+    type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
+    logical :: ahead = .false. !! they start with the predictor
+    integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
+    type(border_t) :: border !! what these unknowns add to the matrix
+  end type rigid_part_t
+
+  !> Which contact elements are whose, and what facets they lie on.
+  type :: contact_places_t
+    integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
+    integer, allocatable :: hosts(:) !! (contact elements) facet of its pair, 0 while idle
+    integer, allocatable :: coupled_hosts(:) !! the same when the pattern was built last
+    logical :: begun = .false. !! elements and residual are those of the start of an increment
+  end type contact_places_t
+
+  !> What forces and displacements are measured against.
+  type :: scales_t
+    real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
+    real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in the increment, 0: none [force]
+    real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
+    real(wp) :: stroke = 0.0_wp !! largest prescribed motion of the increment [length]
+    real(wp) :: stiffest = 0.0_wp !! largest entry of the bulk's matrix [force/length]
+    real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
+    real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
+  end type scales_t
+
+  !> Everything that is built once from a model.
+  type :: system_t
+    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    integer :: equations = 0 !! free degrees of freedom
+    type(bulk_list_t) :: bulk !! bulk elements
+    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
+    type(element_list_t) :: contact !! contact elements, one a point
+    type(condensed_t) :: condensed !! the condensed form, if it is in use
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
+    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
+    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
+    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
+    type(touch_t) :: touch !! first touches of the increment
+    type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
+    type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
+    type(cost_t) :: costs !! cost table
+    type(outer_t) :: loads !! loads and springs
+    type(bodies_t) :: body !! connected bodies
+    type(whole_form_t) :: whole !! the matrix as a whole
+    type(positions_t) :: position !! positions of the nodes
+    type(bulk_answer_t) :: inner !! the bulk's answer
+    type(rigid_part_t) :: tools !! rigid bodies with a point
+    type(contact_places_t) :: place !! where the contact elements are
+    type(scales_t) :: scale !! forces and lengths to compare with
+    logical :: inside_due = .true. !! displacements inside are asked for at the end time
+    integer :: spared = 0 !! end times of the run at which they are not
+    logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
+    logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
+  end type system_t
+end module system_types

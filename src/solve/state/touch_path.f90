@@ -1,0 +1,235 @@
+!> The way on which open points come to a surface within an increment (doc/theory, "Contact
+!! initiation", eqs. (10.5), (10.6), (10.7), (10.8)).
+module touch_path
+  use kinds, only: wp
+  use contact_types, only: pair_t, master_surface_t, contact_point_t
+  use contact_points, only: point_facet, corner_weights
+  use facet_geometry, only: project_on_facet, barycentric, facet_normal, corners
+  use exact_touch, only: round_off
+  use contact_rims, only: on_edge
+  use master_facets, only: is_quadratic, facet_kind, all_nodes
+  use quadratic_facet, only: project_on_quadratic
+  use smooth_patch, only: patch_point_t, patch_at, project_on_patch, patch_from_values, &
+    n_patch_values
+  implicit none
+  private
+  public :: touch_t, touch_none, touch_waits, touch_known
+  public :: touch_time, way_before, first_host, meet, free_way, never
+
+  !> Friction acts everywhere; it waits at points that were open; they have met the surface.
+  integer, parameter :: touch_none = 0
+  integer, parameter :: touch_waits = 1
+  integer, parameter :: touch_known = 2
+  !> The first touch of a body that touches nothing in the increment.
+  real(wp), parameter :: free_way = 1.0_wp
+  !> Time of a point that does not come closer on its free way.
+  real(wp), parameter :: never = huge(1.0_wp)
+  !> When such a point touches.
+  real(wp), parameter :: unforeseen = 0.5_wp
+  !> Share of the straight way that a point has made when the front of contact comes to it; one over
+  !! it is the power of its distance from the front that its gap grows with.
+  real(wp), parameter :: behind_front = 2.0_wp/3.0_wp
+  !> Facets that a point may pass on its way.
+  integer, parameter :: longest_walk = 1000
+
+  !> What an increment knows of first touches, and the state before the last one.
+  type :: touch_t
+    integer :: stage = touch_none !! one of the stages
+    real(wp) :: span = 0.0_wp !! length of this increment [time]
+    real(wp) :: span_before = 0.0_wp !! of the last one, 0 if it is not known [time]
+    real(wp), allocatable :: u_before(:, :) !! (3, nodes) displacements at its start [length]
+    logical, allocatable :: waits(:, :) !! (0:bodies, pairs) friction waits at open points
+    logical, allocatable :: empty(:, :) !! (0:bodies, pairs) the body touched nothing of the pair
+    real(wp), allocatable :: start(:, :) !! (0:bodies, pairs) first touch, share of the increment
+    real(wp), allocatable :: x_free(:, :) !! (3, nodes) positions without a touch [length]
+    real(wp), allocatable :: x_end(:, :) !! (3, nodes) without friction at new points [length]
+  end type touch_t
+
+contains
+
+  !> Something on its way at the time t of the increment, 0 to 1: a place or the shape of a patch.
+  pure function between(old, free, last, start, t) result(x)
+    real(wp), intent(in) :: old(:) !! at the begin of the increment
+    real(wp), intent(in) :: free(:) !! at its end if nothing touches
+    real(wp), intent(in) :: last(:) !! at the end of the first pass
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: x(size(old))
+
+    x = old + min(t, start)*(free - old)
+    if (t > start) x = x + (t - start)/(1.0_wp - start)*(last - x)
+  end function between
+
+  !> Positions of several nodes.
+  pure function places_at(touch, start, x_old, nodes, t) result(x)
+    type(touch_t), intent(in) :: touch !! free and end positions
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at its begin [length]
+    integer, intent(in) :: nodes(:) !! the nodes
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: x(3, size(nodes))
+    integer :: i
+
+    do i = 1, size(nodes)
+      x(:, i) = between(x_old(:, nodes(i)), touch%x_free(:, nodes(i)), touch%x_end(:, nodes(i)), &
+        start, t)
+    end do
+  end function places_at
+
+  !> Where the way of a point begins: its host at the start of the increment, if it had one.
+  pure integer function first_host(pair, p) result(host)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point, with a host
+
+    host = pair%history%new(p)%host
+    if (pair%segmented) return
+    if (pair%history%start(p)%host > 0) host = pair%history%start(p)%host
+  end function first_host
+
+  !> When the free way of a point meets the surface, as a share of the increment; more than 1 if it
+  !! does so later. One that touches exactly does so at once.
+  pure real(wp) function touch_time(pair, touch, x_old, p) result(time)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(touch_t), intent(in) :: touch !! free positions
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
+    integer, intent(in) :: p !! the point, with a host
+    type(contact_point_t) :: point
+    real(wp) :: gap, gap_free, none
+
+    point%host = first_host(pair, p)
+    call meet(pair, touch, free_way, x_old, p, 0.0_wp, point, gap)
+    none = round_off(corners(x_old, pair%surface%facets(:, point%host)), x_old(:, &
+      pair%points%point_nodes(1, p)))
+    call meet(pair, touch, free_way, x_old, p, 1.0_wp, point, gap_free)
+    if (gap <= none) then
+      time = 0.0_wp
+    else if (gap_free >= gap - none) then
+      time = never
+    else
+      time = gap/(gap - gap_free)
+    end if
+  end function touch_time
+
+  !> The part of its path that counts as a point's way before it touches, as a share of the
+  !! increment: to where its free way meets the surface; where contact spreads, to where the front
+  !! comes to it.
+  pure real(wp) function way_before(touch, body, k, time) result(way)
+    type(touch_t), intent(in) :: touch !! first touches of the bodies
+    integer, intent(in) :: body !! the slave body
+    integer, intent(in) :: k !! number of the pair
+    real(wp), intent(in) :: time !! when its free way meets the surface, share of the increment
+    real(wp) :: ratio
+
+    if (touch%empty(body, k) .or. touch%span_before <= 0.0_wp .or. time <= 0.0_wp) then
+      way = merge(unforeseen, min(1.0_wp, time), time >= never)
+      way = max(touch%start(body, k), way)
+    else if (time >= never) then
+      way = behind_front*unforeseen
+    else
+      ratio = touch%span/touch%span_before
+      way = behind_front*min(1.0_wp, 1.0_wp/(ratio*((1.0_wp + 1.0_wp/(ratio*time))**behind_front &
+        - 1.0_wp)))
+    end if
+  end function way_before
+
+  !> Where a point is over the surface at the time t: walks to the facet below it.
+  pure subroutine meet(pair, touch, start, x_old, p, t, point, gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(touch_t), intent(in) :: touch !! free and end positions
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) positions at the begin [length]
+    integer, intent(in) :: p !! number of the point
+    real(wp), intent(in) :: t !! share of the increment
+    type(contact_point_t), intent(inout) :: point !! host: where to begin; gets it and tip there
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+    real(wp) :: y(3), slaves(3, size(pair%points%point_nodes, 1))
+    integer :: step, next, before, first
+
+    slaves = places_at(touch, start, x_old, pair%points%point_nodes(:, p), t)
+    y = matmul(slaves, pair%points%point_weights(:, p))
+    if (allocated(pair%points%side%patch_way)) y = y + lift_at(pair, p, start, t, slaves)
+    before = 0
+    first = point%host
+    do step = 1, longest_walk
+      call project(pair, places_at(touch, start, x_old, all_nodes(pair, point%host), t), &
+        point%host, start, t, y, point%tip, gap)
+      if (pair%segmented) return
+      next = across(pair, point%host, point%tip)
+      if (next == 0 .or. next == before .or. (step > 1 .and. next == first)) return
+      before = point%host
+      point%host = next
+    end do
+  end subroutine meet
+
+  !> How far a point stands over its slave facet on the way.
+  pure function lift_at(pair, p, start, t, slaves) result(way)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp), intent(in) :: slaves(:, :) !! (3, 3) corners of the facet then [length]
+    real(wp) :: way(3), l(3)
+    type(patch_point_t) :: point
+
+    l = corner_weights(pair, p)
+    point = patch_at(patch_from_values(patch_then(pair%points%side, point_facet(pair, p), start, &
+      t)), l(1:2))
+    way = point%x(3)*facet_normal(slaves)
+  end function lift_at
+
+  !> The patch of a facet on the way.
+  pure function patch_then(surface, facet, start, t) result(values)
+    type(master_surface_t), intent(in) :: surface !! it has patches along the way
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp) :: values(n_patch_values)
+
+    associate (way => surface%patch_way(:, facet, :))
+      values = between(way(:, 1), way(:, 2), way(:, 3), start, t)
+    end associate
+  end function patch_then
+
+  !> Projection on a facet or its patch.
+  pure subroutine project(pair, nodes, facet, start, t, y, xi, gap)
+    type(pair_t), intent(in) :: pair !! the pair
+    real(wp), intent(in) :: nodes(:, :) !! (3, 3 or 6) of the facet [length]
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: start !! the first touch of the body, share of the increment
+    real(wp), intent(in) :: t !! share of the increment
+    real(wp), intent(in) :: y(3) !! the point [length]
+    real(wp), intent(out) :: xi(2) !! (xi, eta)
+    real(wp), intent(out) :: gap !! distance, positive outside [length]
+
+    if (is_quadratic(pair, facet)) then
+      call project_on_quadratic(nodes, facet_kind(pair, facet), y, xi, gap)
+    else if (pair%smooth) then
+      call project_on_patch(nodes, patch_from_values(patch_then(pair%surface, facet, start, t)), &
+        y, xi, gap)
+    else
+      call project_on_facet(nodes, y, xi, gap)
+    end if
+  end subroutine project
+
+  !> The neighbour behind the edge that a projection is furthest outside of, 0 if it is inside or
+  !! nothing is there; no way leads over a fold.
+  pure integer function across(pair, host, xi) result(next)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: host !! the facet
+    real(wp), intent(in) :: xi(2) !! the projection
+    real(wp) :: n(3)
+    integer :: trial, k
+
+    next = 0
+    n = barycentric(xi)
+    do trial = 1, 3
+      k = minloc(n, 1)
+      if (n(k) >= -on_edge) return
+      if (pair%surface%neighbours(k, host) > 0 .and. .not. pair%surface%fold(k, host)) then
+        next = pair%surface%neighbours(k, host)
+        return
+      end if
+      n(k) = 1.0_wp
+    end do
+  end function across
+end module touch_path

@@ -1,0 +1,216 @@
+!> The contact elements of a system: hosts to elements, elements to hosts.
+module contact_system
+  use kinds, only: wp
+  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells
+  use element_types, only: status_off, status_open, status_stick, status_slip
+  use elmlib, only: routine_none
+  use element_lists, only: element_list_t
+  use elmt03, only: d03_epsilon
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points, point_position, point_lift, coupling
+  use contact_parameters, only: point_parameters, point_shift
+  use contact_overlap, only: withheld_gap
+  use rigid_bodies, only: nothing_yields
+  use master_facets, only: is_quadratic, facet_routine
+  use contact_hosts, only: begin_increment, follow_tips, settle_points
+  use contact_tips, only: touches
+  use smooth_normals, only: project_on_master
+  use friction_laws, only: keeps_path
+  use tip_ways, only: way_of_tip
+  use first_touch, only: withhold_friction, place_touches
+  use softening, only: hold_coefficients
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: restart_points, move_hosts, load_contact, settle_contact, contact_counts
+
+  !> Points whose gap is larger than this many search radii take no part in a solve.
+  real(wp), parameter :: far_away = 1.0_wp
+
+contains
+
+  !> Working points of all pairs at the start of an increment.
+  subroutine restart_points(model, system)
+    type(model_t), intent(inout) :: model !! pairs: new is set
+    type(system_t), intent(inout) :: system !! cost table
+    integer :: k
+
+    call begin_cost(system%costs, cost_search)
+    do k = 1, size(model%pairs)
+      call begin_increment(model%pairs(k), system%position%x_old)
+    end do
+    call end_cost(system%costs, cost_search)
+  end subroutine restart_points
+
+  !> Lets the hosts of all pairs follow the tips. The first cells of an increment are cut where the
+  !! bodies are when they are carried rigidly, so that they do not depend on the start.
+  subroutine move_hosts(model, system, tolerance, changes)
+    type(model_t), intent(inout) :: model !! pairs: hosts may change
+    type(system_t), intent(inout) :: system !! cost table
+    real(wp), intent(in) :: tolerance !! extrapolation allowed at flat edges
+    integer, intent(out) :: changes !! points with a new host
+    integer :: k
+
+    changes = 0
+    call begin_cost(system%costs, cost_search)
+    do k = 1, size(model%pairs)
+      if (model%pairs(k)%segmented .and. tolerance <= 0.0_wp) then
+        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_ahead, &
+          tolerance, changes)
+      else
+        call follow_tips(model%pairs(k), system%position%x_old, system%position%x_now, &
+          tolerance, changes)
+      end if
+      changes = changes + overlooked(model%pairs(k), system, system%place%first_point(k))
+    end do
+    call place_touches(model, system, .false.)
+    call end_cost(system%costs, cost_search)
+  end subroutine move_hosts
+
+  !> Points that have come through the surface although their elements are idle.
+  pure integer function overlooked(pair, system, first) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: first !! first element of the pair
+    integer :: p
+
+    n = 0
+    do p = 1, count_points(pair)
+      if (system%contact%routine(first + p - 1) /= routine_none) cycle
+      if (touches(pair, system%position%x_now, p, pair%history%new(p)%host)) n = n + 1
+    end do
+  end function overlooked
+
+  !> Makes the contact elements of the present hosts; points far above the surface stay idle.
+  subroutine load_contact(model, system)
+    type(model_t), intent(in) :: model !! pairs with their hosts
+    type(system_t), intent(inout) :: system !! gets contact
+    integer :: k, p
+
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
+      end do
+    end do
+    call hold_coefficients(model, system)
+    call withhold_friction(model, system)
+  end subroutine load_contact
+
+  !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing
+  !! yields to it, and it is what the deck says.
+  subroutine load_point(pair, p, element, system)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: element !! its place in the list
+    type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
+    real(wp) :: xi(2), gap, withheld(3)
+
+    associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
+      list%routine(element) = routine_none
+      list%status(element) = status_off
+      system%place%hosts(element) = 0
+      if (point%host == 0) return
+      list%status(element) = status_open
+      call project_on_master(pair, point%host, x, point_position(pair, p, x), xi, gap)
+      if (gap > far_away*pair%search_radius) return
+      list%routine(element) = facet_routine(pair, point%host)
+      system%place%hosts(element) = coupling(pair, p, point%host)
+      call place_nodes(pair, p, point%host, element, list)
+      list%d(:, element) = point_parameters(pair, p, point%host)
+      list%h1(:, element) = point%tip
+      list%path1(element) = point%path
+      withheld = [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
+      list%shift(:, element) = point_shift(pair, p, point) + withheld
+      if (pair%history%softened .and. nothing_yields(system, list%ix(1:list%nel(element), &
+        element))) then
+        list%d(d03_epsilon, element) = pair%points%epsilon(p)
+        list%shift(:, element) = withheld
+      end if
+    end associate
+  end subroutine load_point
+
+  !> Nodes and weights of one contact element.
+  pure subroutine place_nodes(pair, p, host, element, list)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: host !! its facet
+    integer, intent(in) :: element !! its place in the list
+    type(element_list_t), intent(inout) :: list !! gets ix, weight
+
+    associate (n => pair%points%n_slaves)
+      list%nel(element) = n + 3
+      list%ix(1:n, element) = pair%points%point_nodes(:, p)
+      list%ix(n + 1:n + 3, element) = pair%surface%facets(:, host)
+      if (is_quadratic(pair, host)) then
+        list%nel(element) = n + 6
+        list%ix(n + 4:n + 6, element) = pair%surface%middles(:, host)
+      end if
+      if (n > 1) then
+        list%weight(1:n, element) = pair%points%point_weights(:, p)
+        list%lift(element) = point_lift(pair, p)
+      end if
+    end associate
+  end subroutine place_nodes
+
+  !> Numbers of closed, sticking and slipping points of a range of contact elements.
+  pure subroutine contact_counts(system, first, last, active, stick, slip)
+    type(system_t), intent(in) :: system !! the system
+    integer, intent(in) :: first !! first element
+    integer, intent(in) :: last !! last element
+    integer, intent(out) :: active !! closed
+    integer, intent(out) :: stick !! sticking
+    integer, intent(out) :: slip !! slipping
+
+    stick = count(system%contact%status(first:last) == status_stick)
+    slip = count(system%contact%status(first:last) == status_slip)
+    active = stick + slip
+  end subroutine contact_counts
+
+  !> Hands status and tips of the elements to the working points of the pairs, and what friction has
+  !! dissipated (doc/theory, "Dissipation", eq. (4.9)).
+  subroutine keep_status(model, system)
+    type(model_t), intent(inout) :: model !! pairs: status of new
+    type(system_t), intent(in) :: system !! contact elements
+    real(wp) :: way(3)
+    integer :: k, p, element
+
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        element = system%place%first_point(k) + p - 1
+        associate (point => model%pairs(k)%history%new(p))
+          point%status = system%contact%status(element)
+          point%path = 0.0_wp
+          if (point%status <= status_open) then
+            point%way = 0.0_wp
+            cycle
+          end if
+          way = way_of_tip(system%contact, element, system%position%x_now)
+          point%dissipation = point%dissipation + system%contact%d(d03_epsilon, element) &
+            *dot_product(system%contact%slip(:, element), way)
+          point%way = point%way + way
+          point%tip = system%contact%h2(:, element)
+          if (keeps_path(model%pairs(k)%law)) then
+            point%path = system%contact%path2(element)
+          else
+            point%path = system%contact%path1(element) + norm2(way)
+          end if
+        end associate
+      end do
+    end do
+  end subroutine keep_status
+
+  !> Commits the history of an accepted increment.
+  subroutine settle_contact(model, system)
+    type(model_t), intent(inout) :: model !! pairs: new becomes old
+    type(system_t), intent(inout) :: system !! contact elements at the converged state; cost table
+    integer :: k
+
+    call keep_status(model, system)
+    do k = 1, size(model%pairs)
+      call settle_points(model%pairs(k), system%position%x_now)
+      call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
+      model%pairs(k)%history%cuts = 0
+    end do
+  end subroutine settle_contact
+end module contact_system

@@ -1,0 +1,425 @@
+!> First touch (doc/theory, "Contact initiation"): what counts as slip of a point that was open is
+!! its way after it has met the surface. The increment is solved without friction at such points
+!! first; that tells which of them touch, and with the free motion where the way of each meets the
+!! surface. In more than 400 lines, since its stages share what an increment knows of touches.
+module first_touch
+  use kinds, only: wp
+  use costs, only: count_cost, cost_touch
+  use element_types, only: status_open, status_stick
+  use elmlib, only: routine_none
+  use elmt03, only: d03_mu
+  use friction_return, only: has_friction
+  use model_types, only: model_t
+  use contact_types, only: pair_t, master_surface_t, contact_point_t, forget_moves
+  use contact_points, only: count_points, first_cell, lay_behind, point_position
+  use contact_cells, only: cut_touched
+  use slave_places, only: cell_position
+  use smooth_normals, only: project_on_master, bend
+  use facet_geometry, only: corners, facet_frame, facet_size
+  use predictor, only: carry_bodies
+  use touch_bodies, only: find_held
+  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
+    first_host, meet
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
+    keep_path
+
+  !> A gap below this share of the facet's size is none.
+  real(wp), parameter :: touching = 1.0e-9_wp
+
+contains
+
+  !> Chooses the points at which friction waits in the first pass of an increment.
+  subroutine begin_touch(model, system, span)
+    type(model_t), intent(in) :: model !! pairs with their last converged state
+    type(system_t), intent(inout) :: system !! gets touch
+    real(wp), intent(in) :: span !! length of the increment [time]
+    logical :: held(0:system%body%bodies)
+    integer :: k
+
+    associate (touch => system%touch)
+      touch%stage = touch_none
+      touch%span = span
+      if (allocated(touch%x_free)) deallocate (touch%x_free, touch%x_end)
+      if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
+      if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
+      associate (bodies => system%body%bodies, pairs => size(model%pairs))
+        allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
+        allocate (touch%start(0:bodies, pairs), source=0.0_wp)
+      end associate
+      call find_held(model, system, held)
+      do k = 1, size(model%pairs)
+        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, held, k)
+      end do
+      if (any([(waits_somewhere(model%pairs(k), system, k), k=1, size(model%pairs))])) &
+        touch%stage = touch_waits
+    end associate
+  end subroutine begin_touch
+
+  !> A slave body of a pair waits for its first touch. Bodies without points in it have none: where
+  !! there are no others a first pass without friction would be the second one.
+  pure logical function waits_somewhere(pair, system, k) result(waits)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! waits of touch
+    integer, intent(in) :: k !! number of the pair
+
+    if (pair%segmented) then
+      waits = any(system%touch%waits(system%body%node_body(pair%points%slave_facets(1, :)), k))
+    else
+      waits = any(system%touch%waits(system%body%node_body(pair%points%point_nodes(1, :)), k))
+    end if
+  end function waits_somewhere
+
+  !> A pair with friction.
+  pure logical function rubs(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    rubs = any(has_friction(pair%friction%mu))
+  end function rubs
+
+  !> A point was closed without a depth: it has carried no force, and not slipped.
+  pure logical function barely(pair, system, p)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! positions
+    integer, intent(in) :: p !! the point, with a host
+    real(wp) :: xi(2), gap, least, epsilon
+
+    least = touching*facet_size(system%position%x_old(:, pair%surface%facets(:, &
+      pair%history%old(p)%host)))
+    if (pair%segmented) then
+      epsilon = pair%points%density*pair%history%old_cells(p)%area
+    else
+      epsilon = pair%points%epsilon(p)
+    end if
+    barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
+    if (.not. barely) return
+    call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+      old_place(pair, system, p), xi, &
+                           gap)
+    barely = abs(gap) <= least
+  end function barely
+
+  !> Where a point was at the last converged state.
+  pure function old_place(pair, system, p) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! positions
+    integer, intent(in) :: p !! the point
+    real(wp) :: y(3)
+
+    if (pair%segmented) then
+      y = cell_position(pair, pair%history%old_cells(p), system%position%x_old)
+    else
+      y = point_position(pair, p, system%position%x_old)
+    end if
+  end function old_place
+
+  !> Friction waits where a slave body touches nothing of the pair yet, or no more than that, or
+  !! sticks to it somewhere. Where all closed points slip a new one slips at once; other bodies may
+  !! need the friction of the new points.
+  subroutine look_at_pair(pair, system, held, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! gets waits and empty of touch
+    logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
+    integer, intent(in) :: k !! number of the pair
+    integer :: p, body
+    logical :: sticks(0:system%body%bodies), slides(0:system%body%bodies)
+
+    sticks = .false.
+    slides = .false.
+    system%touch%empty(:, k) = .true.
+    do p = 1, size(pair%history%old)
+      if (pair%history%old(p)%status <= status_open) cycle
+      body = old_body(pair, system, p)
+      system%touch%empty(body, k) = .false.
+      if (pair%history%old(p)%status == status_stick) sticks(body) = .true.
+      if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
+    end do
+    system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
+      .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
+    if (any(system%body%weak) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
+      system, k)
+  end subroutine look_at_pair
+
+  !> A body that contact alone holds and that lies on its master already, without a force so far,
+  !! has touched it: all its way comes after the touch.
+  subroutine mark_resting(pair, system, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! loses waits of touch
+    integer, intent(in) :: k !! number of the pair
+    real(wp) :: xi(2), gap
+    integer :: p, body
+
+    do p = 1, size(pair%history%old)
+      if (pair%history%old(p)%host == 0) cycle
+      body = old_body(pair, system, p)
+      associate (facet => pair%surface%facets(:, pair%history%old(p)%host))
+        if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
+        if (.not. any(system%body%weak([body, system%body%node_body(facet(1))]))) cycle
+        call project_on_master(pair, pair%history%old(p)%host, system%position%x_old, &
+          old_place(pair, system, p), &
+          xi, gap)
+        if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
+          system%touch%waits(body, k) = .false.
+        end if
+      end associate
+    end do
+  end subroutine mark_resting
+
+  !> The slave body of a point of the last converged state.
+  pure integer function old_body(pair, system, p) result(body)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! bodies of the nodes
+    integer, intent(in) :: p !! the point
+
+    if (pair%segmented) then
+      body = system%body%node_body(pair%points%slave_facets(1, max(1, &
+        pair%history%old_cells(p)%slave)))
+    else
+      body = system%body%node_body(pair%points%point_nodes(1, p))
+    end if
+  end function old_body
+
+  !> Another try of the same increment. If the first pass has led nowhere, there is none: friction
+  !! acts everywhere, and the tips of open points stay where they were last.
+  subroutine begin_touch_again(system)
+    type(system_t), intent(inout) :: system !! touch
+
+    system%touch%stage = merge(touch_waits, touch_none, system%touch%stage == touch_known)
+  end subroutine begin_touch_again
+
+  !> Takes friction away from the elements at which it waits.
+  subroutine withhold_friction(model, system)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(inout) :: system !! contact elements made
+    integer :: k, p
+
+    if (system%touch%stage /= touch_waits) return
+    do k = 1, size(model%pairs)
+      if (.not. any(system%touch%waits(:, k))) cycle
+      do p = 1, count_points(model%pairs(k))
+        if (system%contact%routine(system%place%first_point(k) + p - 1) == routine_none) cycle
+        if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
+        system%contact%d(d03_mu:d03_mu + 1, system%place%first_point(k) + p - 1) = 0.0_wp
+      end do
+    end do
+  end subroutine withhold_friction
+
+  !> A working point was open at the last converged state, and its first touch counts.
+  pure logical function is_waiting(pair, system, k, p) result(waiting)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! contact elements
+    integer, intent(in) :: k !! number of the pair
+    integer, intent(in) :: p !! the point
+
+    waiting = .false.
+    if (.not. system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) return
+    if (pair%segmented) then
+      waiting = was_open(pair, p)
+    else
+      waiting = pair%history%old(p)%status <= status_open
+    end if
+  end function is_waiting
+
+  !> A point of a segmented pair was open: the closest point that its facet had then was.
+  pure logical function was_open(pair, p) result(open)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    real(wp) :: distance, least
+    integer :: q
+
+    open = .true.
+    least = huge(1.0_wp)
+    do q = first_cell(pair%history%old_cells, pair%history%cells(p)%slave), &
+      size(pair%history%old_cells)
+      if (q == 0) return
+      if (pair%history%old_cells(q)%slave /= pair%history%cells(p)%slave) return
+      distance = norm2(pair%history%old_cells(q)%weight - pair%history%cells(p)%weight)
+      if (distance >= least .or. lay_behind(pair, q)) cycle
+      least = distance
+      open = pair%history%old(q)%status <= status_open
+    end do
+  end function was_open
+
+  !> After a pass that has converged: if points that friction waits for are closed, their ways are
+  !! known now, and the increment is to be solved again with friction everywhere.
+  subroutine find_touches(model, system, touches)
+    type(model_t), intent(inout) :: model !! pairs: start tips of new points
+    type(system_t), intent(inout) :: system !! converged; gets touch
+    integer, intent(out) :: touches !! points that have touched
+    integer :: k, p
+
+    touches = 0
+    if (system%touch%stage /= touch_waits) return
+    do k = 1, size(model%pairs)
+      do p = 1, count_points(model%pairs(k))
+        if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
+        if (is_waiting(model%pairs(k), system, k, p)) touches = touches + 1
+      end do
+    end do
+    if (touches == 0) return
+    call count_cost(system%costs, cost_touch, 1)
+    system%touch%x_end = system%position%x_now
+    call find_free_way(model, system)
+    do k = 1, size(model%pairs)
+      if (any(system%touch%waits(:, k))) then
+        if (model%pairs(k)%smooth) call find_shapes(model%pairs(k)%surface, system)
+        if (allocated(model%pairs(k)%points%side%patch)) &
+          call find_shapes(model%pairs(k)%points%side, system)
+        call find_start(model%pairs(k), system, k)
+      end if
+      ! hosts that points have left without friction do not bind
+      call forget_moves(model%pairs(k))
+    end do
+    system%touch%stage = touch_known
+    call place_touches(model, system, .true.)
+    call cut_where_touched(model, system)
+  end subroutine find_touches
+
+  !> Segmented pairs: the facets that touch are cut where they do, and their new points get their
+  !! start tips in turn.
+  subroutine cut_where_touched(model, system)
+    type(model_t), intent(inout) :: model !! pairs: cells, start tips
+    type(system_t), intent(in) :: system !! touch known
+    integer :: k, p, changes
+
+    changes = 0
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k))
+        if (.not. (pair%segmented .and. any(system%touch%waits(:, k)))) cycle
+        call cut_touched(pair, [(is_waiting(pair, system, k, p), p=1, count_points(pair))], &
+          system%position%x_old, meeting_place(system, k), changes)
+      end associate
+    end do
+    if (changes > 0) call place_touches(model, system, .false.)
+  end subroutine cut_where_touched
+
+  !> Where all nodes are when the first body of a pair touches.
+  pure function meeting_place(system, k) result(x)
+    type(system_t), intent(in) :: system !! touch known
+    integer, intent(in) :: k !! the pair
+    real(wp) :: x(3, size(system%position%x_old, 2))
+    real(wp) :: share
+
+    share = min(1.0_wp, minval(system%touch%start(:, k), system%touch%waits(:, k)))
+    x = system%position%x_old + share*(system%touch%x_free - system%position%x_old)
+  end function meeting_place
+
+  !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
+  !! from that as the bodies carried rigidly do.
+  subroutine find_free_way(model, system)
+    type(model_t), intent(in) :: model !! mesh
+    type(system_t), intent(inout) :: system !! touch gets x_free
+    real(wp), allocatable :: u(:, :), u_old(:, :)
+    real(wp) :: ratio
+
+    associate (touch => system%touch, x => model%mesh%x)
+      touch%x_free = system%position%x_ahead
+      if (allocated(system%position%x_alone)) touch%x_free = system%position%x_alone
+      if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
+      ratio = touch%span/touch%span_before
+      u_old = system%position%x_old - x
+      u = touch%u_before
+      where (system%equation == 0) u = u_old
+      call carry_bodies(x, system%equation, system%body%node_body, system%body%bodies, &
+        touch%u_before, u)
+      touch%x_free = touch%x_free + ratio*(u_old - u)
+    end associate
+  end subroutine find_free_way
+
+  !> Patches of smooth surfaces along the way.
+  pure subroutine find_shapes(surface, system)
+    type(master_surface_t), intent(inout) :: surface !! one side of a pair: gets patch_way
+    type(system_t), intent(in) :: system !! positions, touch with its free way
+    real(wp) :: present(size(surface%patch, 1), size(surface%patch, 2))
+
+    present = surface%patch
+    if (.not. allocated(surface%patch_way)) &
+      allocate (surface%patch_way(size(present, 1), size(present, 2), 3))
+    call bend(surface, system%position%x_old)
+    surface%patch_way(:, :, 1) = surface%patch
+    call bend(surface, system%touch%x_free)
+    surface%patch_way(:, :, 2) = surface%patch
+    call bend(surface, system%touch%x_end)
+    surface%patch_way(:, :, 3) = surface%patch
+    surface%patch = present
+  end subroutine find_shapes
+
+  !> When each slave body comes to its first touch, as a share of the increment.
+  subroutine find_start(pair, system, k)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(inout) :: system !! touch gets start
+    integer, intent(in) :: k !! number of the pair
+    integer :: p, body
+
+    system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
+    do p = 1, count_points(pair)
+      if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
+      if (.not. is_waiting(pair, system, k, p)) cycle
+      body = system%body%node_body(pair%points%point_nodes(1, p))
+      if (.not. system%touch%empty(body, k)) cycle
+      if (body > 0) then
+        ! what nothing holds falls at once
+        if (system%body%weak(body)) system%touch%start(body, k) = 0.0_wp
+      end if
+      system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
+        system%touch, system%position%x_old, p))
+    end do
+  end subroutine find_start
+
+  !> Start tips of the points that were open: where their ways meet the surface.
+  subroutine place_touches(model, system, all_points)
+    type(model_t), intent(inout) :: model !! pairs: tips and hosts of working points
+    type(system_t), intent(in) :: system !! touch known
+    logical, intent(in) :: all_points !! else only those of segmented pairs, which may be new
+    integer :: k, p
+
+    if (system%touch%stage /= touch_known) return
+    do k = 1, size(model%pairs)
+      if (.not. any(system%touch%waits(:, k))) cycle
+      if (.not. (all_points .or. model%pairs(k)%segmented)) cycle
+      do p = 1, count_points(model%pairs(k))
+        if (model%pairs(k)%history%new(p)%host == 0) cycle
+        if (is_waiting(model%pairs(k), system, k, p)) call place_touch(model%pairs(k), system, k, p)
+      end do
+    end do
+  end subroutine place_touches
+
+  !> Start tip of one point.
+  subroutine place_touch(pair, system, k, p)
+    type(pair_t), intent(inout) :: pair !! the pair: its working point
+    type(system_t), intent(in) :: system !! touch known
+    integer, intent(in) :: k !! number of the pair
+    integer, intent(in) :: p !! the point
+    type(contact_point_t) :: point
+    real(wp) :: start, time, gap
+
+    point = pair%history%new(p)
+    start = system%touch%start(system%body%node_body(pair%points%point_nodes(1, p)), k)
+    time = way_before(system%touch, system%body%node_body(pair%points%point_nodes(1, p)), k, &
+      touch_time(pair, system%touch, system%position%x_old, p))
+    point%host = first_host(pair, p)
+    call meet(pair, system%touch, start, system%position%x_old, p, time, point, gap)
+    associate (before => pair%surface%facets(:, pair%history%new(p)%host), &
+      here => pair%surface%facets(:, point%host), x => system%position%x_old)
+      if (point%host /= pair%history%new(p)%host) point%lambda = matmul(matmul(facet_frame( &
+        corners(x, before)), point%lambda), facet_frame(corners(x, here)))
+    end associate
+    pair%history%new(p) = point
+    pair%history%start(p) = point
+  end subroutine place_touch
+
+  !> The state before an increment that is accepted tells the next one how bodies move.
+  subroutine keep_path(model, system, state, time)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! touch
+    type(state_t), intent(in) :: state !! the state before
+    real(wp), intent(in) :: time !! end of the increment
+    integer :: k
+
+    if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
+    system%touch%u_before = state%u
+    system%touch%span_before = time - state%time
+  end subroutine keep_path
+end module first_touch

@@ -1,0 +1,164 @@
+!> What an increment is measured against: forces that its iterates cannot enlarge, and how far a
+!! body can go (doc/theory, "Convergence criteria", eq. (11.6)).
+module force_scales
+  use kinds, only: wp
+  use vectors, only: find_extent, norm_of, largest_of
+  use system_types, only: system_t, state_t
+  use rigid_bodies, only: rigid_loads
+  implicit none
+  private
+  public :: begin_scales, note_forces, force_scale, in_bounds, longest_step, &
+    needed_accuracy, least_meaning
+
+  !> No node goes farther in a run than this many times the size of the model, beyond what is
+  !! prescribed.
+  real(wp), parameter :: farthest = 2.0_wp
+  !> An iterative solver may leave this share of what counts as converged, and of what Newton
+  !! itself leaves,
+  real(wp), parameter :: share_of_goal = 0.1_wp
+  !> and shares of the right-hand side within these bounds.
+  real(wp), parameter :: finest = 1.0e-10_wp, coarsest = 1.0e-4_wp
+  !> Without contact one solve may be all that it takes; a body that hardly anything holds goes far
+  !! for a small force.
+  real(wp), parameter :: finest_alone = 1.0e-15_wp, finest_loose = 1.0e-14_wp
+  !> Round-off beyond this share of the forces is no balance; strains below this are none.
+  real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
+
+contains
+
+  !> Scales of an increment: the loads at its end, the forces of the last state, and the bounds.
+  pure subroutine begin_scales(x, state, system)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(state_t), intent(in) :: state !! last converged state
+    type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
+    real(wp) :: low(3), high(3), prescribed
+    integer :: i, k
+
+    system%scale%given_forces = max(hypot(norm_of(system%loads%external), rigid_loads(system)), &
+      norm_of(state%reaction))
+    system%scale%seen_forces = 0.0_wp
+    call find_extent(x, low, high)
+    prescribed = 0.0_wp
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) == 0) prescribed = max(prescribed, abs(system%u(k, i)))
+      end do
+    end do
+    system%scale%bound = farthest*norm2(high - low) + largest_of(state%u) + prescribed
+    system%scale%stroke = largest_of(system%u - state%u)
+  end subroutine begin_scales
+
+  !> Residual over right-hand side that an iterative solver may leave of a direction: as many
+  !! digits as Newton can use, a tenth of the square of the share that the last iteration left.
+  pure real(wp) function needed_accuracy(system, share, converged) result(accuracy)
+    type(system_t), intent(in) :: system !! right given
+    real(wp), intent(in) :: share !! residual over that of the iteration before; 0 if there is none
+    real(wp), intent(in) :: converged !! residual over forces that counts as converged
+    real(wp) :: norm
+
+    norm = norm2(system%right)
+    if (system%contact%n == 0) then
+      accuracy = finest_alone
+      return
+    end if
+    accuracy = merge(finest_loose, finest, any(system%body%weak))
+    if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
+      share_of_goal*converged*force_scale(system)/norm, &
+      merge(share_of_goal*share**2, coarsest, share > 0.0_wp)))
+  end function needed_accuracy
+
+  !> Takes the forces of an iterate for what they are in this increment, if none before were
+  !! smaller. So a runaway cannot make its own residual look small.
+  pure subroutine note_forces(system)
+    type(system_t), intent(inout) :: system !! residual formed; gets seen_forces
+    real(wp) :: forces
+
+    forces = internal_forces(system)
+    if (forces <= 0.0_wp) return
+    if (system%scale%seen_forces <= 0.0_wp) system%scale%seen_forces = forces
+    system%scale%seen_forces = min(system%scale%seen_forces, forces)
+  end subroutine note_forces
+
+  !> Norm of the nodal forces of supports and contact at the iterate.
+  pure real(wp) function internal_forces(system) result(norm)
+    type(system_t), intent(in) :: system !! forces given
+    integer :: i, k
+
+    norm = norm_of(system%contact_force)
+    if (system%condensed%active) return
+    do i = 1, size(system%equation, 2)
+      do k = 1, 3
+        if (system%equation(k, i) > 0) cycle
+        norm = hypot(norm, system%inner%bulk_force(k, i) + system%contact_force(k, i) &
+          - system%loads%external(k, i))
+      end do
+    end do
+  end function internal_forces
+
+  !> The forces that a residual is compared with.
+  pure real(wp) function force_scale(system) result(scale)
+    type(system_t), intent(in) :: system !! its scales
+
+    scale = max(system%scale%given_forces, system%scale%seen_forces)
+  end function force_scale
+
+  !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
+  !! forces themselves, unless these are none.
+  pure real(wp) function least_meaning(system) result(norm)
+    type(system_t), intent(in) :: system !! its force scale, its stiffness
+
+    norm = max(most_round_off*force_scale(system), &
+      no_strain*system%scale%stiffest*system%scale%bound)
+  end function least_meaning
+
+  !> The share of a direction that a body can go in one iteration: its own size and what is
+  !! prescribed in the increment, or the size of a facet where grounding alone holds it.
+  pure real(wp) function longest_step(system) result(share)
+    type(system_t), intent(in) :: system !! direction found
+    real(wp) :: way
+    integer :: i
+
+    share = 1.0_wp
+    if (is_proportional(system)) return
+    if (system%condensed%active) then
+      do i = 1, system%condensed%alive%n_live
+        associate (c => system%condensed%alive%live(i), places => system%condensed)
+          associate (body => system%body%node_body(places%node(c)), &
+            step => abs(system%du(places%direction(c), places%node(c))))
+            way = system%body%motions(body)%size + system%scale%stroke
+            if (system%body%grounded(body)) way = min(way, system%scale%facet_size)
+            if (step*share > way) share = way/step
+          end associate
+        end associate
+      end do
+      return
+    end if
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) == 0) cycle
+      associate (body => system%body%node_body(i))
+        way = system%body%motions(body)%size + system%scale%stroke
+        if (system%body%grounded(body)) way = min(way, system%scale%facet_size)
+        if (maxval(abs(system%du(:, i)))*share > way) share = way/maxval(abs(system%du(:, i)))
+      end associate
+    end do
+  end function longest_step
+
+  !> No node has gone farther than a body can.
+  pure logical function in_bounds(system) result(inside)
+    type(system_t), intent(in) :: system !! u and its bound
+
+    inside = is_proportional(system)
+    if (.not. inside) inside = all(abs(system%u) <= system%scale%bound)
+  end function in_bounds
+
+  !> The answer is in proportion to the loads, however far that goes: a linear bulk that supports
+  !! hold, no contact, no rigid body that is free to turn.
+  pure logical function is_proportional(system) result(yes)
+    type(system_t), intent(in) :: system !! elements, bodies
+
+    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
+      system%body%drag <= 0.0_wp
+    if (yes .and. allocated(system%body%grounded)) yes = .not. any(system%body%grounded)
+    if (yes .and. allocated(system%body%weak)) yes = .not. any(system%body%weak)
+  end function is_proportional
+end module force_scales

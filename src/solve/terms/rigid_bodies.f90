@@ -1,0 +1,350 @@
+!> Rigid bodies with a point: where they are, what acts on their unknowns, and how these move their
+!! nodes (doc/theory, "Rigid bodies", eqs. (9.5), (9.7)).
+module rigid_bodies
+  use kinds, only: wp
+  use vectors, only: identity, cross
+  use rotations, only: rotation_matrix, rotation_vector
+  use model_types, only: model_t
+  use rigid_paths, only: count_rigid, motion_at, load_at
+  use rigid_types, only: rigid_t
+  use system_types, only: system_t, state_t
+  implicit none
+  private
+  public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
+    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_yields, &
+    rigid_values, rigid_force, rigid_loads, carry_rigid, forget_carrying
+
+contains
+
+  !> Lists the bodies and numbers their unknowns; bodies of the nodes are known.
+  subroutine start_rigid(model, system, state)
+    type(model_t), intent(in) :: model !! rigid bodies
+    type(system_t), intent(inout) :: system !! equations and node_body given; gets rigid, carried_by
+    type(state_t), intent(inout) :: state !! gets the motions of the bodies, zero
+    integer :: b, i, k
+
+    allocate (state%rigid(6, count_rigid(model)), source=0.0_wp)
+    if (count_rigid(model) == 0) return
+    allocate (system%tools%rigid(count_rigid(model)))
+    allocate (system%tools%carried_by(model%mesh%nodes), source=0)
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b), body => model%conditions%rigid(b))
+        rigid%node = body%nodes
+        rigid%point = body%point
+        rigid%unknown = pack([(k, k=1, 6)], body%free)
+        rigid%first = system%equations + system%tools%border%n
+        rigid%body = system%body%node_body(body%nodes(1))
+        system%tools%border%n = system%tools%border%n + size(rigid%unknown)
+        allocate (rigid%reach(3, size(rigid%node)), rigid%base(3, size(rigid%node)))
+        do i = 1, size(rigid%node)
+          rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
+        end do
+        rigid%length = maxval(norm2(rigid%reach, 1))
+        rigid%turn = identity
+        rigid%old_turn = rigid%turn
+        if (size(rigid%unknown) > 0) system%tools%carried_by(rigid%node) = b
+      end associate
+    end do
+  end subroutine start_rigid
+
+  !> A node moves with the unknowns of a rigid body.
+  pure logical function is_carried(system, node) result(yes)
+    type(system_t), intent(in) :: system !! rigid bodies
+    integer, intent(in) :: node !! the node
+
+    yes = .false.
+    if (allocated(system%tools%carried_by)) yes = system%tools%carried_by(node) > 0
+  end function is_carried
+
+  !> All nodes of a contact element are prescribed.
+  pure logical function nothing_yields(system, nodes) result(yes)
+    type(system_t), intent(in) :: system !! equations, rigid bodies
+    integer, intent(in) :: nodes(:) !! of the element
+
+    yes = all(system%equation(:, nodes) == 0)
+    if (yes .and. allocated(system%tools%carried_by)) yes = all(system%tools%carried_by(nodes) == 0)
+  end function nothing_yields
+
+  !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
+  subroutine begin_rigid(model, system, state, time)
+    type(model_t), intent(in) :: model !! rigid bodies and tables
+    type(system_t), intent(inout) :: system !! u given at prescribed nodes; completed
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp) :: motion(6)
+    integer :: b
+
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        motion = motion_at(model, b, time)
+        rigid%given = motion(1:3)
+        rigid%load = load_at(model, b, time)
+        rigid%base = system%u(:, rigid%node)
+        rigid%old_move = state%rigid(1:3, b)
+        rigid%old_turn = rotation_matrix(state%rigid(4:6, b))
+      end associate
+    end do
+    call forget_carrying(system)
+    call return_rigid(system)
+  end subroutine begin_rigid
+
+  !> Displacements of the nodes of a body.
+  pure subroutine place_nodes(rigid, move, turn, u)
+    type(rigid_t), intent(in) :: rigid !! the body
+    real(wp), intent(in) :: move(3) !! free translation [length]
+    real(wp), intent(in) :: turn(3, 3) !! free rotation
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
+    integer :: i
+
+    do i = 1, size(rigid%node)
+      u(:, rigid%node(i)) = rigid%base(:, i) + move
+      if (any(rigid%unknown > 3)) u(:, rigid%node(i)) = u(:, rigid%node(i)) &
+        + matmul(turn, rigid%reach(:, i)) - rigid%reach(:, i)
+    end do
+  end subroutine place_nodes
+
+  !> The predictor leaves all bodies where they are but for what is prescribed.
+  pure subroutine forget_carrying(system)
+    type(system_t), intent(inout) :: system !! rigid bodies
+    integer :: b
+
+    system%tools%ahead = .false.
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        rigid%ahead_move = rigid%old_move
+        rigid%ahead_turn = rigid%old_turn
+      end associate
+    end do
+  end subroutine forget_carrying
+
+  !> Moves a body by values of its unknowns, where the predictor takes it.
+  pure subroutine carry_rigid(rigid, values, u)
+    type(rigid_t), intent(inout) :: rigid !! the body: gets ahead_move, ahead_turn
+    real(wp), intent(in) :: values(:) !! (unknowns) [length]
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements with predictor [length]
+    real(wp) :: step(6)
+
+    step = 0.0_wp
+    step(rigid%unknown) = values
+    rigid%ahead_move = rigid%old_move + step(1:3)
+    rigid%ahead_turn = matmul(rotation_matrix(step(4:6)/rigid%length), rigid%old_turn)
+    call place_nodes(rigid, rigid%ahead_move, rigid%ahead_turn, u)
+  end subroutine carry_rigid
+
+  !> Back to the start of the increment.
+  subroutine return_rigid(system)
+    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+    integer :: b
+
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        rigid%move = merge(rigid%ahead_move, rigid%old_move, system%tools%ahead)
+        rigid%turn = merge(rigid%ahead_turn, rigid%old_turn, system%tools%ahead)
+        if (size(rigid%unknown) > 0) call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+      end associate
+    end do
+  end subroutine return_rigid
+
+  !> The unknowns of a solution at one body: translation and spin.
+  pure function step_of(rigid, solution) result(step)
+    type(rigid_t), intent(in) :: rigid !! the body
+    real(wp), intent(in) :: solution(:) !! (equations+n) [length]
+    real(wp) :: step(6)
+
+    step = 0.0_wp
+    step(rigid%unknown) = solution(rigid%first + 1:rigid%first + size(rigid%unknown))
+    step(4:6) = step(4:6)/rigid%length
+  end function step_of
+
+  !> Direction of the nodes of all bodies from a solution, to first order.
+  pure subroutine spread_rigid(system, solution, du)
+    type(system_t), intent(in) :: system !! rigid bodies, u
+    real(wp), intent(in) :: solution(:) !! (equations+n) [length]
+    real(wp), intent(inout) :: du(:, :) !! (3, nodes) gets those of their nodes [length]
+    real(wp) :: step(6)
+    integer :: b, i
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        if (size(rigid%unknown) == 0) cycle
+        step = step_of(rigid, solution)
+        do i = 1, size(rigid%node)
+          du(:, rigid%node(i)) = step(1:3) + cross(step(4:6), lever(rigid, i, system%u, rigid%move))
+        end do
+      end associate
+    end do
+  end subroutine spread_rigid
+
+  !> Node i of a body as seen from its point.
+  pure function lever(rigid, i, u, move) result(r)
+    type(rigid_t), intent(in) :: rigid !! the body
+    integer, intent(in) :: i !! which of its nodes
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(in) :: move(3) !! its free translation [length]
+    real(wp) :: r(3)
+
+    r = rigid%reach(:, i) + (u(:, rigid%node(i)) - rigid%given - move)
+  end function lever
+
+  !> A trial: the nodes go where the exponential map of a share of the step takes them.
+  subroutine try_rigid(system, share)
+    type(system_t), intent(inout) :: system !! solution given; trial at the nodes of the bodies
+    real(wp), intent(in) :: share !! of the step
+    real(wp) :: step(6)
+    integer :: b
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        if (size(rigid%unknown) == 0) cycle
+        step = share*step_of(rigid, system%solution)
+        rigid%trial_move = rigid%move + step(1:3)
+        rigid%trial_turn = matmul(rotation_matrix(step(4:6)), rigid%turn)
+        call place_nodes(rigid, rigid%trial_move, rigid%trial_turn, system%trial)
+      end associate
+    end do
+  end subroutine try_rigid
+
+  !> Moves to the trial.
+  subroutine take_rigid(system)
+    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+    integer :: b
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        if (size(rigid%unknown) == 0) cycle
+        rigid%move = rigid%trial_move
+        rigid%turn = rigid%trial_turn
+        call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+      end associate
+    end do
+  end subroutine take_rigid
+
+  !> Moves what is free of a connected body by a translation.
+  subroutine drop_rigid(system, body, way)
+    type(system_t), intent(inout) :: system !! u of its rigid nodes is moved
+    integer, intent(in) :: body !! connected body
+    real(wp), intent(in) :: way(3) !! the translation [length]
+    integer :: b, k
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
+        do k = 1, 3
+          if (any(rigid%unknown == k)) rigid%move(k) = rigid%move(k) + way(k)
+        end do
+        call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+      end associate
+    end do
+  end subroutine drop_rigid
+
+  !> Sum of forces on the nodes of a body, and of their moments about its point.
+  pure function wrench_on(rigid, u, move, force) result(w)
+    type(rigid_t), intent(in) :: rigid !! the body
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(in) :: move(3) !! its free translation [length]
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) forces [force]
+    real(wp) :: w(6)
+    integer :: i
+
+    w = 0.0_wp
+    do i = 1, size(rigid%node)
+      associate (f => force(:, rigid%node(i)))
+        w = w + [f, cross(lever(rigid, i, u, move), f)]
+      end associate
+    end do
+  end function wrench_on
+
+  !> What forces on the nodes are to the unknowns.
+  pure function rigid_values(system, force) result(values)
+    type(system_t), intent(in) :: system !! rigid bodies, u
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) forces [force]
+    real(wp) :: values(system%tools%border%n), w(6)
+    integer :: b
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first - &
+        system%equations)
+        w = wrench_on(rigid, system%u, rigid%move, force)
+        w(4:6) = w(4:6)/rigid%length
+        values(first + 1:first + size(rigid%unknown)) = w(rigid%unknown)
+      end associate
+    end do
+  end function rigid_values
+
+  !> Residual of the unknowns: what acts on the nodes of a body and on its point.
+  subroutine add_rigid_right(system, u, tried, force)
+    type(system_t), intent(inout) :: system !! gets right behind the equations of the nodes
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, of the iterate or a trial [length]
+    logical, intent(in) :: tried !! those of the trial
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) what acts on the nodes [force]
+    real(wp) :: w(6), move(3)
+    integer :: b
+
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        move = rigid%move
+        if (tried) move = rigid%trial_move
+        w = rigid%load + wrench_on(rigid, u, move, force)
+        w(4:6) = w(4:6)/rigid%length
+        system%right(rigid%first + 1:rigid%first + size(rigid%unknown)) = w(rigid%unknown)
+      end associate
+    end do
+  end subroutine add_rigid_right
+
+  !> Residual of the free translations of a connected body.
+  pure function rigid_force(system, body) result(force)
+    type(system_t), intent(in) :: system !! residual formed
+    integer, intent(in) :: body !! connected body
+    real(wp) :: force(3)
+    integer :: b, k
+
+    force = 0.0_wp
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        if (rigid%body /= body) cycle
+        do k = 1, size(rigid%unknown)
+          if (rigid%unknown(k) <= 3) force(rigid%unknown(k)) = force(rigid%unknown(k)) &
+            + system%right(rigid%first + k)
+        end do
+      end associate
+    end do
+  end function rigid_force
+
+  !> Norm of the loads on points, as forces.
+  pure real(wp) function rigid_loads(system) result(norm)
+    type(system_t), intent(in) :: system !! rigid bodies, their loads
+    integer :: b
+
+    norm = 0.0_wp
+    if (.not. allocated(system%tools%rigid)) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        norm = norm2([norm, rigid%load(1:3), rigid%load(4:6)/rigid%length])
+      end associate
+    end do
+  end function rigid_loads
+
+  !> The converged iterate becomes the new state: its free translations and rotation vectors.
+  subroutine keep_rigid(system, state)
+    type(system_t), intent(in) :: system !! rigid bodies, converged
+    type(state_t), intent(inout) :: state !! gets rigid
+    integer :: b
+
+    if (system%tools%border%n == 0) return
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        state%rigid(1:3, b) = rigid%move
+        if (any(rigid%unknown > 3)) state%rigid(4:6, b) = rotation_vector(rigid%turn, &
+          state%rigid(4:6, b))
+      end associate
+    end do
+  end subroutine keep_rigid
+end module rigid_bodies

@@ -1,0 +1,135 @@
+!> Friction that softens as points slip (doc/theory, "Decay and cap"): a point keeps the
+!! coefficients that it had at the start of the increment until it slips with them.
+module softening
+  use kinds, only: wp
+  use element_types, only: status_slip
+  use elmlib, only: routine_none
+  use elmt03, only: d03_mu, d03_law, d03_area
+  use friction_laws, only: keeps_path, hold_path, n_law_values
+  use friction_return, only: has_friction
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use contact_points, only: count_points
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: begin_softening, hold_coefficients, find_softening
+
+  !> Coefficients that differ by more than this share are clearly others: Newton's method finds its
+  !! way from the one to the other no more where bodies jump.
+  real(wp), parameter :: clearly = 1.0e-4_wp
+  !> Passes with coefficients that are held. They fall from one to the next, commonly to the kinetic
+  !! ones in two or three; where they fall slowly nothing jumps.
+  integer, parameter :: most_passes = 40
+
+contains
+
+  !> An increment begins, or its next try: nothing has slipped in it.
+  subroutine begin_softening(model, system)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(inout) :: system !! gets softening
+    integer :: k
+
+    if (allocated(system%softening)) deallocate (system%softening)
+    if (.not. any([(keeps_path(model%pairs(k)%law), k=1, size(model%pairs))])) return
+    allocate (system%softening(size(model%pairs)))
+    do k = 1, size(model%pairs)
+      allocate (system%softening(k)%follows(places(model%pairs(k))), source=.false.)
+      allocate (system%softening(k)%ahead(places(model%pairs(k))), source=0.0_wp)
+    end do
+  end subroutine begin_softening
+
+  !> How many places of a pair soften each by itself: its points, or slave facets if it is cut.
+  pure integer function places(pair) result(n)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    n = count_points(pair)
+    if (pair%segmented) n = size(pair%points%slave_facets, 2)
+  end function places
+
+  !> The place of a point; a point of a segmented pair that is idle has none.
+  pure integer function place_of(pair, p) result(place)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+
+    place = p
+    if (pair%segmented) place = pair%history%cells(p)%slave
+  end function place_of
+
+  !> Gives the elements of points that do not follow the coefficients that they are held at.
+  pure subroutine hold_coefficients(model, system)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(inout) :: system !! contact elements made
+    integer :: k, p, element, place
+
+    if (.not. allocated(system%softening)) return
+    do k = 1, size(model%pairs)
+      if (.not. keeps_path(model%pairs(k)%law)) cycle
+      do p = 1, count_points(model%pairs(k))
+        element = system%place%first_point(k) + p - 1
+        if (system%contact%routine(element) == routine_none) cycle
+        place = place_of(model%pairs(k), p)
+        if (system%softening(k)%follows(place)) cycle
+        associate (d => system%contact%d(:, element))
+          call hold_path(system%contact%path1(element) + system%softening(k)%ahead(place), &
+            d(d03_law:d03_area - 1), d(d03_mu:d03_mu + 1))
+        end associate
+      end do
+    end do
+  end subroutine hold_coefficients
+
+  !> After a solve that has settled: points that slip with the coefficients at which they are held.
+  !! As long as these would be clearly others after their slip, they are held at those; then they
+  !! follow. The increment is to be solved again.
+  pure subroutine find_softening(model, system, found)
+    type(model_t), intent(in) :: model !! pairs with their working points
+    type(system_t), intent(inout) :: system !! converged; softening
+    integer, intent(out) :: found !! such points
+    integer :: k
+
+    found = 0
+    if (.not. allocated(system%softening)) return
+    do k = 1, size(model%pairs)
+      if (keeps_path(model%pairs(k)%law)) call soften(model%pairs(k), k, system, found)
+    end do
+  end subroutine find_softening
+
+  !> The same for one pair.
+  pure subroutine soften(pair, k, system, found)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: k !! its number
+    type(system_t), intent(inout) :: system !! converged; softening
+    integer, intent(inout) :: found !! grows by such points
+    real(wp) :: way(size(system%softening(k)%ahead)), mu(2), values(n_law_values)
+    logical :: far
+    integer :: p, element, place, before
+
+    way = 0.0_wp
+    far = .false.
+    before = found
+    do p = 1, count_points(pair)
+      element = system%place%first_point(k) + p - 1
+      if (system%contact%routine(element) == routine_none) cycle
+      if (system%contact%status(element) /= status_slip) cycle
+      place = place_of(pair, p)
+      associate (list => system%contact, now => system%contact%d(d03_mu:d03_mu + 1, element))
+        if (system%softening(k)%follows(place) .or. .not. any(has_friction(now))) cycle
+        found = found + 1
+        way(place) = max(way(place), list%path2(element) - list%path1(element))
+        mu = pair%friction%mu
+        values = pair%law
+        call hold_path(list%path1(element) + way(place), values, mu)
+        far = far .or. any(abs(mu - now) > clearly*now)
+      end associate
+    end do
+    if (found == before) return
+    associate (softening => system%softening(k))
+      softening%passes = softening%passes + 1
+      if (far .and. softening%passes < most_passes) then
+        softening%ahead = max(softening%ahead, way)
+      else
+        softening%follows = softening%follows .or. way > 0.0_wp .or. softening%ahead > 0.0_wp
+      end if
+    end associate
+  end subroutine soften
+end module softening
