@@ -108,7 +108,9 @@ contains
     real(wp) :: nu
 
     nu = material%poissons_ratio
-    modulus = material%youngs_modulus*(1.0_wp - nu)/((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu))
+    ! -1 and 1/2 are refused, in the same report as all else
+    modulus = material%youngs_modulus*(1.0_wp - nu)/max((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu), &
+      epsilon(nu))
     if (material%mean .or. material%nodal) modulus = min(modulus, material%youngs_modulus &
       *(least_confined + 2.0_wp*squareness**2))
   end function layer_modulus
