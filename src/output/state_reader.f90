@@ -182,7 +182,7 @@ contains
     call read_block(file, root//'step', steps, 1, error)
     if (allocated(error)) then
       call raise(error, exit_deck, 'error: the states in '//file%path//' cannot be read: '// &
-        'the file is damaged or cut off')
+        'the file is damaged or cut off'//nl//'  run the deck anew, or restart from a copy')
       return
     end if
     if (all(steps < 1) .and. step == 0) return
