@@ -4,20 +4,10 @@ module lapack_interface
   implicit none
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
-    dsymm, dtrsm, ddot, dlaswp, slaswp, saxpy, sgemv, ssymv, sgemm, strsv, sgetrf, sgetrs, &
-    ssyrk, strsm, spotrf, dsyrk, dpotrf, dlasrt
+    dsymm, dtrsm, ddot, dlaswp, slaswp, saxpy, sgemv, ssymv, sgemm, sgetrf, sgetrs, &
+    ssyrk, strsm, spotrf, dsyrk, dpotrf
 
   interface
-    !> Sorts numbers.
-    subroutine dlasrt(id, n, d, info)
-      import :: wp
-      implicit none
-      character(1), intent(in) :: id
-      integer, intent(in) :: n
-      real(wp), intent(inout) :: d(*)
-      integer, intent(out) :: info
-    end subroutine dlasrt
-
     !> Least squares of minimum norm by singular values.
     subroutine dgelss(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, info)
       import :: wp
@@ -177,16 +167,6 @@ module lapack_interface
       real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(sp), intent(inout) :: y(*)
     end subroutine sgemv
-
-    !> x = A^-1 x or A^-T x for a triangular matrix.
-    subroutine strsv(uplo, trans, diag, n, a, lda, x, incx)
-      import :: sp
-      implicit none
-      character(1), intent(in) :: uplo, trans, diag
-      integer, intent(in) :: n, lda, incx
-      real(sp), intent(in) :: a(lda, *)
-      real(sp), intent(inout) :: x(*)
-    end subroutine strsv
 
     !> y = y + alpha x.
     subroutine saxpy(n, alpha, x, incx, y, incy)

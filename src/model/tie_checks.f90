@@ -3,11 +3,10 @@
 module tie_checks
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use vectors, only: cross
   use deck_types, only: deck_t
   use diagnostics, only: diagnostics_t, report_error
   use facets, only: facet_table_t
-  use facet_geometry, only: facet_normal, project_on_facet, barycentric
+  use facet_geometry, only: facet_normal, project_on_facet, barycentric, altitude
   use facet_tree, only: facet_tree_t, build_tree, facets_near
   use contact_types, only: pair_t
   use model_types, only: model_t
@@ -22,8 +21,8 @@ module tie_checks
   !! does: faces that meet at an edge alone do not.
   real(wp), parameter :: inwards = 0.1_wp
   !> How far a corner may lie from the facet, as a share of its own facet's lowest altitude (a long
-  !! cell of a thin body is no measure of what lies near): the sag of a curved
-  !! face that both sides have cut in their own way.
+  !! cell of a thin body is no measure of what lies near): the sag of a curved face that both sides
+  !! have cut in their own way.
   real(wp), parameter :: apart = 0.02_wp
   !> Facets that are looked at beside a corner.
   integer, parameter :: most_near = 200
@@ -81,7 +80,7 @@ contains
     real(wp) :: corner(3, 3), y(3), xi(2), gap, size_of
 
     corner = model%mesh%x(:, exterior%corners(:, f))
-    size_of = lowest_altitude(corner)
+    size_of = minval([(altitude(corner, i), i=1, 3)])
     y = (1.0_wp - inwards)*corner(:, k) + inwards*sum(corner, 2)/3.0_wp
     call facets_near(tree, y, apart*size_of, near, n)
     lies = .false.
@@ -99,16 +98,6 @@ contains
       end associate
     end do
   end function lies_on_another
-
-  !> Twice the area over the longest edge.
-  pure real(wp) function lowest_altitude(corner) result(h)
-    real(wp), intent(in) :: corner(3, 3) !! corners [length]
-    real(wp) :: a(3), b(3)
-
-    a = corner(:, 2) - corner(:, 1)
-    b = corner(:, 3) - corner(:, 1)
-    h = norm2(cross(a, b))/max(norm2(a), norm2(b), norm2(b - a))
-  end function lowest_altitude
 
   !> A node is on one side of a pair, and the corners of a facet are on the other.
   pure logical function are_paired(pairs, node, facet)

@@ -6,8 +6,8 @@ module attempts
   implicit none
   private
   public :: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text
-  public :: start_chosen, start_same, start_other, start_left, path_none, path_penalties, &
-    path_damping, multipliers_updated, multipliers_along, multipliers_rest_first
+  public :: start_chosen, start_same, start_other, path_penalties, path_damping, &
+    multipliers_updated, multipliers_along, multipliers_rest_first
 
   !> Starts: of the predictor and where the bodies were, the one that leaves less; the same once
   !! more; the other of them; where the bodies were.

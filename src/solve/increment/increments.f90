@@ -154,5 +154,4 @@ contains
         'the coarser surface the master')
     end do
   end subroutine tell_crowded
-
 end module increments

@@ -11,7 +11,7 @@ module assembly
   use bulk_assembly, only: scatter_column
   implicit none
   private
-  public :: assemble, element_tangent, recover, shift_derivatives
+  public :: assemble, recover, shift_derivatives
 
   !> A point that carries the friction of its cone but for this share is on it.
   real(wp), parameter :: on_cone = 1.0e-6_wp
@@ -89,18 +89,6 @@ contains
       n = n + list%nel(k)
     end do
   end subroutine clear_forces
-
-  !> Matrix and force of one element, for those who do with them what `assemble` does not.
-  subroutine element_tangent(list, k, x, u, e)
-    type(element_list_t), intent(inout) :: list !! elements; gets h2, status and slip
-    integer, intent(in) :: k !! the element, not an idle one
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(element_t), intent(inout) :: e !! gets its data, r and s
-
-    if (.not. allocated(e%s)) allocate (e%s(3*size(list%ix, 1), 3*size(list%ix, 1)), source=0.0_wp)
-    call compute_one(list, task_tangent, x, u, k, e)
-  end subroutine element_tangent
 
   !> Room for matrices no larger than those of the elements of a list.
   pure subroutine give_room(dofs, elements)
