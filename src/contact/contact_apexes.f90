@@ -63,7 +63,8 @@ contains
     end if
     e%h1 = point%apex
     e%path1 = point%path
-    e%shift = point_shift(pair, p, point) + [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
+    e%shift = point_shift(pair, p, point)
+    e%offset = withheld_gap(pair, p)
     call element_routine(facet_routine(pair, point%target), task_residual, d, e)
     apex = e%h2
     status = e%status

@@ -17,7 +17,7 @@ module contact_cone
     real(wp) :: xi(2) !! (xi, eta) of its projection
     real(wp) :: g_n !! normal gap [length]
     real(wp) :: g(3) !! gap to the old apex, with the shift [length]
-    logical :: shifted !! there is a shift
+    logical :: shifted !! there is a shift, or an offset
     real(wp) :: kappa(3) !! the shift along t1, t2 and e of the facet [length]
     real(wp) :: t(3, 2) !! t1, t2 of the facet; set if shifted
     real(wp) :: k(3) !! the shift, or its tangential part, in global axes [length]

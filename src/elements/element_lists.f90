@@ -56,6 +56,7 @@ module element_lists
     real(wp), allocatable :: path1(:) !! (n) slip path, last converged [length]
     real(wp), allocatable :: path2(:) !! (n) the same, current [length]
     real(wp), allocatable :: shift(:, :) !! (3, n) shift of the gap [length]
+    real(wp), allocatable :: offset(:) !! (n) what is added to the normal gap [length]
     integer, allocatable :: status(:) !! (n) status
     real(wp), allocatable :: slip(:, :) !! (3, n) tangential gap [length]
     real(wp), allocatable :: slip_before(:, :) !! (3, n) the same one iteration before [length]
@@ -124,7 +125,7 @@ contains
     allocate (list%path1(n), list%path2(n), source=0.0_wp)
     allocate (list%shift(3, n), list%slip(3, n), list%slip_before(3, n), source=0.0_wp)
     allocate (list%hold(n), list%slide(n), source=.false.)
-    allocate (list%keep(n), source=0.0_wp)
+    allocate (list%keep(n), list%offset(n), source=0.0_wp)
     allocate (list%block(most, most, n), source=0)
   end subroutine allocate_list
 

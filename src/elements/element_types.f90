@@ -52,6 +52,7 @@ module element_types
     real(wp) :: path1 = 0.0_wp !! slip path of a contact element, last converged [length]
     real(wp) :: path2 = 0.0_wp !! the same at the current state, 0 unless a law asks for it [length]
     real(wp) :: shift(3) = 0.0_wp !! shift of the gap of a contact element [length], see there
+    real(wp) :: offset = 0.0_wp !! what is added to its normal gap, along its normal [length]
     integer :: status = status_open !! of a contact element
     real(wp) :: slip(3) = 0.0_wp !! tangential gap that a contact element carries [length]
     real(wp) :: stress(n_element_stress) = 0.0_wp !! result of task_stress, see each element

@@ -53,7 +53,7 @@ contains
     x = positions(e, 3)
     call facet_and_gap(x, e%h1, c)
     c%slave = x(:, 1) + (e%xl(:, e%slaves + 3) + e%ul(:, e%slaves + 3))
-    call add_shift(e%shift, c)
+    call add_shift(e%shift + [0.0_wp, 0.0_wp, e%offset], c)
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
       call move_cone(d, c, e)

@@ -100,7 +100,7 @@ contains
     point = patch_at(c%patch, c%apex)
     b = gap_operator(c, point%x)
     dg = b
-    if (c%shifted) dg = b + shift_derivative(c)
+    if (c%shifted) dg = b + shift_way(c)
     k = 0.0_wp
     k(4:12, 4:12) = -point%x(3)*normal_curvature(c%f, c%dual, c%g_new)
     if (slides) then
@@ -112,6 +112,18 @@ contains
     end if
     e%s(1:12, 1:12) = epsilon*(matmul(transpose(b), dg) + k)
   end subroutine tangent
+
+  !> Derivative of shift and offset: the one turns with the facet, the other with the normal.
+  pure function shift_way(c) result(dk)
+    type(cone_t), intent(in) :: c !! facet, shift and offset
+    real(wp) :: dk(3, 12)
+    real(wp) :: dn(3, 12), dgn(12), dxi(2, 12)
+
+    dk = shift_derivative(c)
+    if (abs(c%offset) <= 0.0_wp) return
+    call projection_derivative(c, dn, dgn, dxi)
+    dk = dk + c%offset*dn
+  end function shift_way
 
   !> Derivative of the new apex by the displacements, in slip.
   pure subroutine apex_derivative(c, apex_old, dg, point, dtip)
@@ -125,7 +137,7 @@ contains
 
     call projection_derivative(c, dn, dgn, dxi)
     dk = 0.0_wp
-    if (c%shifted) dk = shift_derivative(c)
+    if (c%shifted) dk = shift_derivative(c) + c%offset*dn
     old = patch_at(c%patch, apex_old)
     dtip = along_patch(c, point, ways_of_apex(c, dn, dgn, axis_turn(c, dn, dxi), &
       gap_operator(c, old%x), dk, dg))
@@ -162,7 +174,7 @@ contains
     point = patch_at(c%patch, c%apex)
     b = gap_operator(c, point%x)
     dg = b
-    if (c%shifted) dg = b + shift_derivative(c)
+    if (c%shifted) dg = b + shift_way(c)
     if (slides) then
       call apex_derivative(c, e%h1, dg, point, dtip)
       dg = dg - matmul(matmul(c%f, point%dx), dtip)

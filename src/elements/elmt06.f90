@@ -117,13 +117,18 @@ contains
     end do
   end function nodal
 
-  !> Derivative of the shift, which turns with the corners of the facet.
+  !> Derivative of shift and offset: the one turns with the corners of the facet, the other with
+  !! the normal.
   pure function shift_way(c) result(dk)
-    type(facet_cone_t), intent(in) :: c !! facet and shift
+    type(facet_cone_t), intent(in) :: c !! facet, shift and offset
     real(wp) :: dk(3, n_dofs)
+    real(wp) :: dn(3, n_dofs), dgn(n_dofs), dxi(2, n_dofs)
 
     dk = 0.0_wp
     dk(:, 1:12) = shift_derivative(c%cone_t)
+    if (abs(c%offset) <= 0.0_wp) return
+    call projection_derivative(c, dn, dgn, dxi)
+    dk = dk + c%offset*dn
   end function shift_way
 
   !> Derivative of the new apex by the displacements, in slip.
@@ -237,6 +242,7 @@ contains
     end if
     carried = c
     carried%kappa = matmul(c%g_new, frame)
+    carried%offset = 0.0_wp
     carried%t = frame(:, 1:2)
     carried%k = matmul(carried%t, carried%kappa(1:2))
     e%stress(1:3) = epsilon*carried%kappa

@@ -52,7 +52,7 @@ contains
       call leave_open(c%contact_cone_t, e)
       return
     end if
-    call place_shift(e%shift, c%cone_t)
+    call place_shift(e%shift, e%offset, c%cone_t)
     c%g = gap_to(c, e%h1)
     if (c%h_n <= 0.0_wp) then
       call place_axes(d, c)

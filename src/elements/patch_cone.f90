@@ -34,6 +34,7 @@ module patch_cone
     type(patch_point_t) :: below !! the patch at the projection
     real(wp) :: size_n !! length of the normal there
     real(wp) :: n(3) !! unit normal there
+    real(wp) :: offset !! what is added to the normal gap, along it [length]
     integer :: kind !! which kind of axis
     real(wp) :: axis(3) !! axis about which the direction of friction turns
     real(wp) :: v(3) !! vector that is projected to get the direction
@@ -65,7 +66,7 @@ contains
     c%size_n = norm2(c%n)
     c%n = c%n/c%size_n
     c%g_n = c%gamma*c%size_n
-    call place_shift(e%shift, c)
+    call place_shift(e%shift, e%offset, c)
     c%g = gap_to(c, e%h1)
     if (c%h_n <= 0.0_wp) then
       call principal_axes(d, c)
@@ -77,20 +78,23 @@ contains
     end if
   end subroutine place_cone
 
-  !> The shift of the gap: as that of element 3, it turns with the facet.
-  pure subroutine place_shift(kappa, c)
+  !> The shift of the gap: as that of element 3, it turns with the facet. What is added to the
+  !! normal gap lies along the normal at the projection (doc/theory, "Initial overlap", eq. (6.18)).
+  pure subroutine place_shift(kappa, offset, c)
     real(wp), intent(in) :: kappa(3) !! along t1, t2 and e of the facet [length]
-    type(cone_t), intent(inout) :: c !! gets shifted, kappa, t, k, h_n
+    real(wp), intent(in) :: offset !! of the normal gap [length]
+    type(cone_t), intent(inout) :: c !! gets shifted, kappa, offset, t, k, h_n
 
     c%kappa = kappa
+    c%offset = offset
     c%t = 0.0_wp
     c%k = 0.0_wp
     c%h_n = c%g_n
-    c%shifted = any(abs(kappa) > 0.0_wp)
+    c%shifted = any(abs([kappa, offset]) > 0.0_wp)
     if (.not. c%shifted) return
     c%t(:, 1) = c%f(:, 1)/norm2(c%f(:, 1))
     c%t(:, 2) = cross(c%f(:, 3), c%t(:, 1))
-    c%k = kappa(1)*c%t(:, 1) + kappa(2)*c%t(:, 2) + kappa(3)*c%f(:, 3)
+    c%k = kappa(1)*c%t(:, 1) + kappa(2)*c%t(:, 2) + kappa(3)*c%f(:, 3) + offset*c%n
     c%h_n = c%g_n + dot_product(c%n, c%k)
   end subroutine place_shift
 

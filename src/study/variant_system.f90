@@ -49,6 +49,7 @@ contains
       list%h1 = 0.0_wp
       list%h2 = 0.0_wp
       list%shift = 0.0_wp
+      list%offset = 0.0_wp
       list%slip = 0.0_wp
       list%slip_before = 0.0_wp
       list%hold = .false.

@@ -159,9 +159,10 @@ class RigidLaws:
         shutil.copy(os.path.join(GALLERY, 'shrunk.msh'), self.folder)
         r = self.input('gallery/shrink_fit')
         pressure = {step: rows['fit']['Fn']/(0.1*math.pi) for step, rows in r.con.items()}
-        self.near("Lame's pressure", pressure[4], 0.3110047846889953, 0.001*0.311)
+        # 0.26 % above: the mesh's error, which the softer penalty of AUTO 10 hid (0.05 %)
+        self.near("Lame's pressure", pressure[4], 0.3110047846889953, 0.003*0.311)
         for step in range(1, 4):
-            self.near(f'in proportion, step {step}', pressure[step], 0.25*step*pressure[4], 0.001*pressure[4])
+            self.near(f'in proportion, step {step}', pressure[step], 0.25*step*pressure[4], 1e-6*pressure[4])
         once = self.run(self.edited('gallery/shrink_fit', (r'    SHRInk  1\n', ''), (r'1/4', '1'),
                                     (r'STEP,,4', 'STEP,,1')), out='once')
         self.near('the way does not matter', once.con[1]['fit']['Fn'], r.con[4]['fit']['Fn'], 1e-9)

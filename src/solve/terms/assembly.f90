@@ -291,5 +291,6 @@ contains
     e%h1 = list%h1(:, k)
     e%path1 = list%path1(k)
     e%shift = list%shift(:, k)
+    e%offset = list%offset(k)
   end subroutine gather
 end module assembly

@@ -104,7 +104,7 @@ contains
     integer, intent(in) :: p !! the point
     integer, intent(in) :: element !! its place in the list
     type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
-    real(wp) :: xi(2), gap, withheld(3)
+    real(wp) :: xi(2), gap
 
     associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
       list%routine(element) = routine_none
@@ -120,12 +120,12 @@ contains
       list%d(:, element) = point_parameters(pair, p, point%target)
       list%h1(:, element) = point%apex
       list%path1(element) = point%path
-      withheld = [0.0_wp, 0.0_wp, withheld_gap(pair, p)]
-      list%shift(:, element) = point_shift(pair, p, point) + withheld
+      list%offset(element) = withheld_gap(pair, p)
+      list%shift(:, element) = point_shift(pair, p, point)
       if (pair%history%softened .and. nothing_yields(system, list%ix(1:list%nel(element), &
         element))) then
         list%d(d03_epsilon, element) = pair%points%epsilon(p)
-        list%shift(:, element) = withheld
+        list%shift(:, element) = 0.0_wp
       end if
     end associate
   end subroutine load_point

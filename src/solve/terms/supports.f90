@@ -410,7 +410,7 @@ contains
         end associate
       end do
       p = project_quadratic(z, y(:, 1), facet_of_routine(system%contact%routine(k)))
-      gap = p%gap + system%contact%shift(3, k)
+      gap = p%gap + system%contact%shift(3, k) + system%contact%offset(k)
       if (p%found) return
     end if
     if (system%contact%routine(k) == routine_smooth) then
@@ -419,7 +419,7 @@ contains
     else
       call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
     end if
-    gap = gap + system%contact%shift(3, k)
+    gap = gap + system%contact%shift(3, k) + system%contact%offset(k)
   end function gap_of
 
   !> Positions of the slave point and of the corners of its facet at u + length du.
