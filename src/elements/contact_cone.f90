@@ -66,7 +66,7 @@ contains
     real(wp) :: ratio(2)
 
     e%stress = 0.0_wp
-    e%stress(4) = c%g_n
+    e%stress(4) = c%g_n + e%offset
     e%stress(7:9) = c%p(:, 1)
     e%stress(10:12) = normal
     if (e%status == status_open) return

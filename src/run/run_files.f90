@@ -7,7 +7,6 @@ module run_files
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_field
-  use contact_overlap, only: withheld_gap
   use slave_points, only: lift_forces
   use smooth_patch, only: patch_frame
   use system_types, only: system_t, state_t
@@ -248,7 +247,7 @@ contains
         row%tangential = row%tangential + point(14)
         row%force = row%force + f
         row%moment = row%moment + cross(x, f) + lift_moment(ends, system, element, f)
-        row%max_penetration = max(row%max_penetration, -point(4) - withheld_gap(model%pairs(k), p))
+        row%max_penetration = max(row%max_penetration, -point(4))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
         row%max_criterion = max(row%max_criterion, point(6))
       end associate

@@ -4,7 +4,7 @@ module audit
   use kinds, only: wp
   use element_types, only: status_open
   use contact_points, only: used_points, point_position
-  use contact_overlap, only: overlap_of, withheld_gap
+  use contact_overlap, only: overlap_of
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
   use mesh_building, only: model_size
@@ -204,7 +204,7 @@ contains
         if (system%contact%status(e) <= status_open) cycle
         p = e - system%place%first_point(k) + 1
         force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
-        audit%penalty_energy = audit%penalty_energy + held_energy(model, k, p, point_state(:, e))
+        audit%penalty_energy = audit%penalty_energy + held_energy(point_state(:, e))
       end do
       if (model%pairs(k)%shrinking%shrink < 0) cycle
       audit%sum%work = audit%sum%work + 0.5_wp*(audit%shrink(k) + force)*(audit%withheld(k) &
@@ -241,8 +241,7 @@ contains
       way = 0.0_wp
       do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%status(e) <= status_open) cycle
-        way = max(way, [-point_state(4, e) - withheld_gap(model%pairs(k), &
-          e - system%place%first_point(k) + 1), point_state(5, e)])
+        way = max(way, [-point_state(4, e), point_state(5, e)])
       end do
       do i = 1, 2
         if (way(i) <= audit%value(checks(i))*audit%fixed%facet(k)) cycle

@@ -3,7 +3,6 @@
 module penalty_audit
   use kinds, only: wp
   use element_types, only: status_open
-  use contact_overlap, only: withheld_gap
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_penalty
@@ -51,31 +50,25 @@ contains
     type(system_t), intent(in) :: system !! contact elements
     integer, intent(in) :: k !! the pair
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
-    integer :: e, p
+    integer :: e
 
     energy = 0.0_wp
     do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
       if (system%contact%status(e) <= status_open) cycle
       if (all(system%equation(:, system%contact%ix(1:system%contact%nel(e), e)) == 0)) cycle
-      p = e - system%place%first_point(k) + 1
       if (model%pairs(k)%augmented) then
-        energy = energy - 0.5_wp*point_state(13, e)*(point_state(4, e) &
-          + withheld_gap(model%pairs(k), p))
+        energy = energy - 0.5_wp*point_state(13, e)*point_state(4, e)
       else
-        energy = energy + held_energy(model, k, p, point_state(:, e))
+        energy = energy + held_energy(point_state(:, e))
       end if
     end do
     energy = max(energy, 0.0_wp)
   end function energy_of_pair
 
   !> Energy that the penalty holds at a closed point.
-  pure real(wp) function held_energy(model, k, p, point_state) result(energy)
-    type(model_t), intent(in) :: model !! pairs
-    integer, intent(in) :: k !! the pair
-    integer, intent(in) :: p !! the point
+  pure real(wp) function held_energy(point_state) result(energy)
     real(wp), intent(in) :: point_state(:) !! (n_element_stress) of its contact element
 
-    energy = 0.5_wp*norm2(point_state(1:3))*hypot(point_state(4) + withheld_gap(model%pairs(k), &
-      p), point_state(5))
+    energy = 0.5_wp*norm2(point_state(1:3))*hypot(point_state(4), point_state(5))
   end function held_energy
 end module penalty_audit

@@ -109,6 +109,7 @@ contains
     associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
       list%routine(element) = routine_none
       list%status(element) = status_off
+      list%offset(element) = 0.0_wp
       system%place%targets(element) = 0
       if (point%target == 0) return
       list%status(element) = status_open
