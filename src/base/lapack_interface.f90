@@ -4,7 +4,7 @@ module lapack_interface
   implicit none
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
-    dsymm, dtrsm, ddot, dlaswp, slaswp, saxpy, sgemv, ssymv, sgemm, sgetrf, sgetrs, &
+    dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, sgetrf, sgetrs, &
     ssyrk, strsm, spotrf, dsyrk, dpotrf
 
   interface
@@ -110,14 +110,6 @@ module lapack_interface
       integer, intent(in) :: n, lda, k1, k2, ipiv(*), incx
       real(wp), intent(inout) :: a(lda, *)
     end subroutine dlaswp
-
-    !> The same in single precision.
-    subroutine slaswp(n, a, lda, k1, k2, ipiv, incx)
-      import :: sp
-      implicit none
-      integer, intent(in) :: n, lda, k1, k2, ipiv(*), incx
-      real(sp), intent(inout) :: a(lda, *)
-    end subroutine slaswp
 
     !> Scalar product of two vectors.
     function ddot(n, x, incx, y, incy) result(product)

@@ -10,7 +10,7 @@ module libc
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_mkdir, c_rename, c_realpath, path_limit
   public :: c_fread, c_statx, statx_t
   public :: c_fileno, c_posix_fallocate, c_truncate, c_pread, c_pwrite, c_flock, &
-    read_errno, c_memcpy, c_sched_yield, c_getrusage, rusage_t
+    read_errno, c_memcpy, c_getrusage, rusage_t
 
   !> Longest path that C's realpath writes.
   integer, parameter :: path_limit = 4096
@@ -107,13 +107,6 @@ module libc
       integer(c_size_t), value :: bytes !! how many
       type(c_ptr) :: place
     end function c_memcpy
-
-    !> Offers the processor to others; 0 is success.
-    function c_sched_yield() result(status) bind(c, name='sched_yield')
-      import :: c_int
-      implicit none
-      integer(c_int) :: status
-    end function c_sched_yield
 
     !> What was spent; 0 is success.
     function c_getrusage(who, spent) result(status) bind(c, name='getrusage')

@@ -8,13 +8,14 @@ module gcr
   private
   public :: gcr_t, begin_gcr, forget_images, take_known, add_image_of
 
+  !> An image of which a smaller share is new adds nothing but round-off.
+  real(wp), parameter :: least_new = 1.0e-10_wp
+
   !> The directions so far.
   type :: gcr_t
     integer :: n = 0 !! directions so far
     real(wp), allocatable :: image(:, :) !! (size of b, most) of each, orthonormal
     real(wp), allocatable :: way(:, :) !! (values of a way, most) what leads to each image
-    real(wp) :: least_new = 1.0e-10_wp !! an image of which a smaller share is new adds nothing but
-    !! round-off; more, where images have fewer digits
   end type gcr_t
 
 contains
@@ -78,7 +79,7 @@ contains
         known%way(:, next) = known%way(:, next) - share*known%way(:, j)
       end do
       share = norm2(known%image(:, next))
-      new = share > known%least_new*length
+      new = share > least_new*length
       if (.not. new) return
       known%image(:, next) = known%image(:, next)/share
       known%way(:, next) = known%way(:, next)/share

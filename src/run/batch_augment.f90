@@ -3,7 +3,6 @@ module batch_augment
   use model_types, only: model_t
   use system_types, only: system_t
   use contact_system, only: load_contact
-  use contact_coupling, only: couple
   use augmentation, only: check_gaps, update_multipliers
   use residuals, only: form_residual
   use batch_position, only: is_passing
@@ -28,7 +27,7 @@ contains
     if (run%converged .and. run%augmentation%closed) return
     call update_multipliers(model, system, run%augmentation, monitor)
     call load_contact(model, system)
-    call couple(system)
+    call system%form%couple(system)
     call form_residual(system, model%mesh%x)
     run%progress%updated = .true.
     run%converged = .false.

@@ -9,7 +9,6 @@ module batch_tangent
   use increment_start, only: take_overlaps, begin_at, choose_start
   use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
-  use contact_coupling, only: couple
   use residuals, only: estimate_round_off, form_residual, residual_norm
   use solver_choice, only: choose_solver
   use stepping, only: raise_outcome
@@ -62,7 +61,7 @@ contains
       model%pairs%history%softened = .false.
       system%position%x_old = model%mesh%x + state%u
       call choose_start(model, system, state, run%pending_time, monitor)
-      call couple(system)
+      call system%form%couple(system)
       system%contact%slip_before = 0.0_wp
       run%started = .true.
     end associate
@@ -112,7 +111,7 @@ contains
         if (run%converged) call settle_touches(model, system, monitor, run%converged)
         if (run%converged) return
         call load_contact(model, system)
-        call couple(system)
+        call system%form%couple(system)
         call form_residual(system, model%mesh%x)
         run%progress%energy_met = .false.
         run%progress%creeping = 0

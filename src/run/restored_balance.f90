@@ -13,7 +13,8 @@ module restored_balance
   use result_types, only: saved_state_t
   use scene_marks, only: mark_scene, mark_time
   use smooth_normals, only: renew_patches
-  use system_types, only: system_t, state_t
+  use full_form, only: full_form_of_system
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: check_time, check_balance, residual_share_of
@@ -48,12 +49,12 @@ contains
     type(saved_state_t), intent(in) :: saved !! the same as read
     type(error_t), allocatable, intent(out) :: error !! it is not in balance
     real(wp) :: share, support
-    logical :: active
+    type(form_t) :: own
     integer :: k
 
     if (any(saved%scene(1:2) /= mark_scene(model, system, saved%time))) return
-    active = system%condensed%active
-    system%condensed%active = .false.
+    own = system%form
+    system%form = full_form_of_system()
     call form_state(model, system, state)
     share = least
     do k = 1, size(model%pairs)
@@ -71,7 +72,7 @@ contains
       call refuse(path, saved, 'its reactions differ by '//to_text(support, 3)// &
         ' from the forces of its displacements, '//to_text(computed_forces(system), 3), error)
     end if
-    system%condensed%active = active
+    system%form = own
   end subroutine check_balance
 
   !> The residual at a state as it stands.

@@ -321,10 +321,10 @@ contains
     saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
     saved%residual = residual_share_of(system)
-    if (system%condensed%active .and. allocated(system%condensed%outer%kept)) then
+    if (.not. system%form%knows_inside .and. allocated(system%condensed%outer%kept)) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = system%condensed%outer%kept
-    else if (system%condensed%preconditions) then
+    else if (system%form%inexact) then
       saved%candidate = merge(1, 0, system%condensed%candidate)
       saved%contact_force = 0.0_wp*state%u
       saved%factor_aging = [system%condensed%aging, real(system%condensed%refusals, wp)]

@@ -10,8 +10,7 @@ module saved_states
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_cells, only: begin_cells
-  use contact_coupling, only: couple_as_saved
-  use condensed_bodies, only: free_condensed
+  use form_choice, only: take_full_form
   use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t
   use results_state, only: save_state
@@ -106,8 +105,8 @@ contains
         saved%pairs(k)%coupled
     end do
     call take_condensed_state(saved, system)
-    if (.not. (system%condensed%active .or. system%condensed%preconditions)) &
-      call couple_as_saved(model, system, targets)
+    if (associated(system%form%couple_as_saved)) call system%form%couple_as_saved(model, system, &
+      targets)
   end subroutine take_state
 
   !> Forces and candidates of the condensed form; other candidates than the present ones mean that
@@ -117,16 +116,16 @@ contains
     type(system_t), intent(inout) :: system !! its condensed form
 
     system%condensed%goes_on = .false.
-    if (system%condensed%preconditions) then
-      call free_condensed(system)
+    if (system%form%inexact) then
+      call take_full_form(system)
       system%whole%choice = solver_unknown
-    else if (system%condensed%active) then
+    else if (.not. system%form%knows_inside) then
       if (.not. allocated(saved%candidate)) then
         if (allocated(system%condensed%outer%kept)) deallocate (system%condensed%outer%kept)
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
-        call free_condensed(system)
+        call take_full_form(system)
         system%whole%choice = solver_unknown
       end if
     end if

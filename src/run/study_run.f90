@@ -81,8 +81,8 @@ contains
     call begin_common(study, shared%plan, shared%base%model, context%system, context%monitor, &
       shared%common, error)
     if (allocated(error)) return
-    if (context%system%condensed%active) call find_levers(shared%base%model, context%system, &
-      shared%base%model%output%reactions, shared%levers)
+    if (.not. context%system%form%knows_inside) call find_levers(shared%base%model, &
+      context%system, shared%base%model%output%reactions, shared%levers)
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
@@ -242,7 +242,7 @@ contains
       call context%monitor%event('variant '//to_text(number)//': '//trouble%message)
       return
     end if
-    sharing = sharing .and. context%system%condensed%active
+    sharing = sharing .and. .not. context%system%form%knows_inside
     if (sharing) then
       shared%with_factors = shared%with_factors + 1
       call set_back(variant%model, context%system, context%state)

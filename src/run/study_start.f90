@@ -119,8 +119,7 @@ contains
     integer :: i, k
 
     if (study%from <= 0.0_wp) return
-    if (.not. system%condensed%active .or. any(base%pairs%segmented) .or. any(base%pairs%smooth)) &
-      then
+    if (system%form%knows_inside .or. any(base%pairs%segmented) .or. any(base%pairs%smooth)) then
       call raise(error, exit_deck, 'error: FROM wants the solver REDUced, and pairs without '// &
         'SEGMent and SMOOth'//new_line('a')//'  leave FROM out')
       return

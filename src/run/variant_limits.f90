@@ -38,7 +38,7 @@ contains
     audit%time = state%time
     call find_volumes(model%mesh%x, system, rest)
     known = .true.
-    surface_only = system%condensed%active .and. system%condensed%surface_only
+    surface_only = system%condensed%surface_only
     if (surface_only) known = system%condensed%candidate(:size(known)) .or. &
       all(system%equation == 0, 1)
     call judge_turn(model, system, known, rest, audit)

@@ -9,7 +9,7 @@ module full_answers
   use block_matrix, only: multiply
   use mesh_names, only: find_nodes
   use model_types, only: model_t, load_t
-  use residuals, only: form_tangent
+  use full_tangent, only: form_tangent
   use rigid_border, only: factorise_bordered, solve_bordered
   use equation_values, only: gather_values
   use increment_elements, only: work_t, element_change, add_forces

@@ -47,14 +47,14 @@ contains
       return
     end if
     if (.not. s%started) then
-      s%full = .not. system%condensed%active
+      s%full = system%form%knows_inside
       if (s%full .and. is_late(s)) then
         trouble = 'derivatives of a run with the condensed form go on with that form only'
         return
       end if
       if (s%full) call start_full(model, system, s)
       if (.not. s%full) call start_scene(model, system, s)
-    else if (s%full .eqv. system%condensed%active) then
+    else if (s%full .neqv. system%form%knows_inside) then
       trouble = 'the solver has changed between the condensed and the full form'
       return
     end if

@@ -6,7 +6,6 @@ module bulk_preconditioner
   use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_bulk_krylov
   use block_matrix, only: multiply
   use back_ends, only: solver_done
-  use rigid_border, only: solve_bordered
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_shares
   use bulk_term, only: form_bulk_tangent
   use equation_values, only: spread_values, gather_values
@@ -20,7 +19,7 @@ module bulk_preconditioner
   use system_types, only: system_t
   implicit none
   private
-  public :: find_bulk_direction, solve_tangent, solve_roughly
+  public :: find_bulk_direction, solve_by_passes, solve_in_one_pass
 
   !> Vectors of GMRES.
   integer, parameter :: most_vectors = 30
@@ -46,13 +45,13 @@ contains
 
     outcome = system%condensed%failed
     if (outcome /= solver_done) return
-    if (.not. system%condensed%near) call form_bulk_tangent(x, system)
+    if (.not. system%form%near) call form_bulk_tangent(x, system)
     renewed = system%condensed%aging > system%condensed%aged .and. system%condensed%rigid%modes == 0
     if (renewed) call renew_factors(system, outcome)
     if (outcome /= solver_done) return
-    if (system%condensed%near) then
+    if (system%form%near) then
       call find_near_direction(system, x, outcome)
-      if (outcome /= solver_done .or. system%condensed%near) return
+      if (outcome /= solver_done .or. system%form%near) return
       call form_bulk_tangent(x, system)
     end if
     call begin_direction(system, x)
@@ -198,39 +197,29 @@ contains
     end associate
   end function contact_force
 
-  !> The tangent at hand once more, for another right-hand side: by its factor, or by GMRES.
-  subroutine solve_tangent(system, right, solution, outcome, left)
+  !> The tangent at hand once more, for another right-hand side.
+  subroutine solve_by_passes(system, right, solution, left)
     type(system_t), intent(inout) :: system !! tangent at hand; left alone but for room
     real(wp), intent(in) :: right(:) !! (equations) [force]
     real(wp), intent(inout) :: solution(:) !! (equations) [length]
-    integer, intent(out) :: outcome !! one of the outcomes of the solver
     real(wp), intent(in), optional :: left !! share of the right-hand side that passes may leave
     real(wp) :: share
     integer :: passes
     logical :: arrived
 
-    if (system%condensed%preconditions) then
-      outcome = solver_done
-      share = inner_accuracy
-      if (present(left)) share = left
-      call run_gmres(system, right, max(share*norm2(right), 1.0e-3_wp*system%scale%round_off), &
-        most_allowed(system%condensed), solution, passes, arrived)
-    else
-      call solve_bordered(system, right, solution, outcome)
-    end if
-  end subroutine solve_tangent
+    share = inner_accuracy
+    if (present(left)) share = left
+    call run_gmres(system, right, max(share*norm2(right), 1.0e-3_wp*system%scale%round_off), &
+      most_allowed(system%condensed), solution, passes, arrived)
+  end subroutine solve_by_passes
 
-  !> The same where few digits do: a single pass.
-  subroutine solve_roughly(system, outcome)
-    type(system_t), intent(inout) :: system !! tangent at hand, right given; gets next
-    integer, intent(out) :: outcome !! one of the outcomes of the solver
+  !> The same where few digits do.
+  subroutine solve_in_one_pass(system, right, solution)
+    type(system_t), intent(inout) :: system !! tangent at hand; left alone but for room
+    real(wp), intent(in) :: right(:) !! (equations) [force]
+    real(wp), intent(inout) :: solution(:) !! (equations) [length]
     logical :: answered
 
-    if (system%condensed%preconditions) then
-      outcome = solver_done
-      call solve_pass(system, system%right, most_allowed(system%condensed), system%next, answered)
-    else
-      call solve_bordered(system, system%right, system%next, outcome)
-    end if
-  end subroutine solve_roughly
+    call solve_pass(system, right, most_allowed(system%condensed), solution, answered)
+  end subroutine solve_in_one_pass
 end module bulk_preconditioner

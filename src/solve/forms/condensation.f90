@@ -2,7 +2,7 @@
 !! the trailing block L22 L22^T, whose inverse is the compliance (doc/theory, "Static condensation",
 !! eq. (12.2)).
 module condensation
-  use kinds, only: wp, sp
+  use kinds, only: wp
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use product_inverse, only: invert_product
@@ -164,20 +164,9 @@ contains
     nullify (body%live)
     body%skipped = 0
     if (allocated(body%gathered)) deallocate (body%gathered)
-    call drop_near(body%near, body%copied)
+    body%near = near_compliance_t()
     body%copied = .false.
   end subroutine drop_live
-
-  !> The same in single precision, unless it is that of all candidates.
-  pure subroutine drop_near(near, copied)
-    type(near_compliance_t), intent(inout) :: near !! in single precision
-    logical, intent(in) :: copied !! it is that of the live candidates alone
-    real(sp), allocatable :: single(:, :)
-
-    if (.not. copied) call move_alloc(near%single, single)
-    near = near_compliance_t()
-    call move_alloc(single, near%single)
-  end subroutine drop_near
 
   !> Forgets the compliance.
   subroutine drop_compliance(body)

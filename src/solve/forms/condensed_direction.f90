@@ -9,11 +9,10 @@ module condensed_direction
   use condensed_motions, only: sum_forces, push_live, in_lengths
   use live_values, only: begin_trials
   use tree_compliance, only: has_trees
-  use contact_answer, only: answer, answer_points, apply_either, most_vectors, inner_accuracy
+  use contact_answer, only: answer, answer_points, most_vectors, inner_accuracy
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest
   use condensed_ground, only: stay_in_place
   use rigid_bodies, only: spread_rigid
-  use rough_tangent, only: has_long_products, show_direction
   use system_types, only: system_t
   implicit none
   private
@@ -37,9 +36,9 @@ module condensed_direction
   !! anyway, unless multipliers go with it; where products are long the factor mostly does without
   !! any.
   real(wp), parameter :: of_modified = 1.0e-2_wp, of_factor = 0.1_wp
-  !> Share of the residual by which displacements may be off after a step of the first kind: steps
-  !! with the same factor follow.
-  real(wp), parameter :: early_share = 1.0e-3_wp
+  !> A product with the compliances is long if it has this many entries of them for a closed
+  !! element: it takes longer than the residual of one more step.
+  real(wp), parameter :: long_product = 4000.0_wp
 
 contains
 
@@ -85,7 +84,6 @@ contains
     end associate
     call stay_in_place(system)
     call take_answer(system, y)
-    call show_direction(system, early_share*residual_size(system%condensed))
     call begin_trials(system)
   end subroutine find_condensed_direction
 
@@ -211,6 +209,15 @@ contains
     end associate
   end function is_worth_trying
 
+  !> A product with the compliances takes longer than the residual of one more step; with blocks
+  !! that is not asked.
+  pure logical function has_long_products(condensed) result(long)
+    type(condensed_t), intent(in) :: condensed !! live candidates, closed elements
+
+    long = .not. condensed%tangent%parts%iterated .and. sum(real(condensed%bodies%n_live, wp)**2) &
+      > long_product*real(condensed%tangent%elements, wp)
+  end function has_long_products
+
   !> Many elements have changed their status since the tangent was factorised last, where blocks
   !! answer.
   pure logical function is_unsettled(system) result(unsettled)
@@ -275,15 +282,13 @@ contains
     logical :: known
 
     associate (alive => condensed%alive)
-      known = condensed%active .and. allocated(alive%pushed) .and. &
-        (alive%roughly .eqv. condensed%tangent%rough%used)
+      known = condensed%active .and. allocated(alive%pushed)
       if (known) known = size(alive%pushed) == size(alive%right)
       if (known) known = all(abs(alive%right - alive%pushed) <= 0.0_wp)
       if (known) then
         y = alive%yields
       else
-        call apply_either(condensed, alive%right, y)
-        alive%roughly = condensed%tangent%rough%used
+        call apply_compliance(condensed, alive%right, y)
         alive%pushed = alive%right
         alive%yields = y
       end if
@@ -294,8 +299,6 @@ contains
   pure real(wp) function defect_energy(system) result(energy)
     type(system_t), intent(in) :: system !! direction found
 
-    energy = 0.0_wp
-    if (.not. system%condensed%active) return
     energy = abs(dot_product(system%condensed%bulk%force_change, system%condensed%bulk%defect))
     if (system%condensed%rigid%modes > 0) energy = energy + abs(dot_product( &
       system%condensed%rigid%alpha_change, system%condensed%rigid%imbalance))
@@ -303,14 +306,13 @@ contains
 
   !> Length of the direction that the leading part of the present tangent gives for the residual of
   !! a trial.
-  real(wp) function next_condensed_length(system, length) result(next)
+  real(wp) function next_condensed_length(system) result(next)
     type(system_t), intent(inout) :: system !! right of the trial given
-    real(wp), intent(in) :: length !! the trial's share of the direction
     real(wp), allocatable :: y(:)
     logical :: arrived
 
     allocate (y(system%condensed%alive%n_live))
-    call respond(system, 1.0_wp - length, huge(1.0_wp), 0, y, arrived)
+    call respond(system, system%condensed%bulk%defect_share, huge(1.0_wp), 0, y, arrived)
     next = norm2(system%condensed%alive%change)
     if (system%condensed%points%n > 0) next = hypot(next, norm2(system%condensed%points%change))
   end function next_condensed_length

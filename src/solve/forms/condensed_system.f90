@@ -21,7 +21,7 @@ module condensed_system
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, settle_live, refresh_candidates, recover_interior, keep_forces, &
+    find_defects, renew_defects, refresh_candidates, recover_interior, keep_forces, &
     spread_forces
 
 contains
@@ -204,37 +204,20 @@ contains
     end do
   end subroutine measure_defects
 
-  !> Moves the live candidates to where the forces of the iterate put them, after steps in single
-  !! precision.
-  subroutine settle_live(system)
-    type(system_t), intent(inout) :: system !! u of candidates that are live
-
-    call put_candidates(system, .true.)
-    system%condensed%bulk%hidden = 0.0_wp
-  end subroutine settle_live
-
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
-
-    call put_candidates(system, .false.)
-  end subroutine refresh_candidates
-
-  !> Moves the candidates that are live, or the others, to where the forces of the iterate put them.
-  subroutine put_candidates(system, live)
-    type(system_t), intent(inout) :: system !! u of these
-    logical, intent(in) :: live !! the live ones
     real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
       call find_equilibrium(condensed, u)
       do i = 1, condensed%n
-        if (live .neqv. condensed%alive%live_place(i) > 0) cycle
+        if (condensed%alive%live_place(i) > 0) cycle
         system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
       end do
     end associate
-  end subroutine put_candidates
+  end subroutine refresh_candidates
 
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.

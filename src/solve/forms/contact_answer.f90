@@ -10,34 +10,17 @@ module contact_answer
   use contact_tangent, only: apply_rest, answer_leading
   use contact_sums, only: add_leading
   use condensed_border, only: add_points, factorise_points
-  use rough_tangent, only: apply_roughly
   use system_types, only: system_t
   implicit none
   private
-  public :: answer, answer_points, apply_either, most_vectors, inner_accuracy
+  public :: answer, answer_points, apply_compliance, most_vectors, inner_accuracy
 
   !> Iterations of GMRES with a new factor.
   integer, parameter :: most_vectors = 40
   !> Accuracy of the answers that multipliers and unknowns of rigid bodies ask for.
   real(wp), parameter :: inner_accuracy = 1.0e-8_wp
-  !> Share of a residual or image that is no round-off yet, where the factor is in single precision
-  !! and where it is in double.
-  real(wp), parameter :: least_of_single = 1.0e-4_wp, least_of_double = 1.0e-10_wp
 
 contains
-
-  !> C times forces, in the precision of the factor.
-  subroutine apply_either(condensed, x, y)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    real(wp), intent(in) :: x(:) !! (live) [force]
-    real(wp), intent(inout) :: y(:) !! (live) zero; gets the product [length]
-
-    if (condensed%tangent%rough%used) then
-      call apply_roughly(condensed, x, y)
-    else
-      call apply_compliance(condensed, x, y)
-    end if
-  end subroutine apply_either
 
   !> The answer of contact to a displacement b, with the unknowns of rigid bodies that belong to it.
   subroutine answer(condensed, b, push, floor, most, y, t, arrived)
@@ -119,7 +102,7 @@ contains
     logical, intent(out) :: arrived !! at the floor
     real(wp) :: rest(size(b)), moved(size(b)), way(2*size(b) + condensed%tangent%rank &
       + condensed%rigid%modes), pushed(condensed%rigid%modes)
-    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), share(size(z)), goal
+    real(wp) :: z(condensed%tangent%rank + condensed%rigid%modes + 1), share(size(z))
     integer :: n
     logical :: goes_on
 
@@ -128,24 +111,21 @@ contains
       call begin_gcr(n, size(way), most_vectors, tangent%course%known)
       call answer_leading(condensed, b, push, z, t)
       call apply_rest(tangent, t, rest)
-      goal = floor
-      if (tangent%rough%used) goal = max(floor, least_of_single*norm2(rest))
-      tangent%course%known%least_new = merge(least_of_single, least_of_double, tangent%rough%used)
       way = 0.0_wp
       call take_known(tangent%course%known, 1, rest, way)
       tangent%course%iterations = 0
       goes_on = .true.
-      do while (norm2(rest) > goal .and. tangent%course%iterations < most .and. goes_on)
+      do while (norm2(rest) > floor .and. tangent%course%iterations < most .and. goes_on)
         tangent%course%iterations = tangent%course%iterations + 1
         y = 0.0_wp
-        call apply_either(condensed, rest, y)
+        call apply_compliance(condensed, rest, y)
         call push_live(condensed, rest, pushed)
         call answer_leading(condensed, y, pushed, share, moved)
         call apply_rest(tangent, moved, y)
         call add_image_of([rest, moved, share(:unknowns)], rest + y, tangent%course%known, goes_on)
         if (goes_on) call take_known(tangent%course%known, tangent%course%known%n, rest, way)
       end do
-      arrived = norm2(rest) <= goal
+      arrived = norm2(rest) <= floor
       y = way(:n)
       t = t - way(n + 1:2*n)
       z(:unknowns) = z(:unknowns) - way(2*n + 1:)

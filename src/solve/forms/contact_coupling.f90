@@ -9,22 +9,17 @@ module contact_coupling
   use block_graph, only: build_graph, graph_holds, locate_elements
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
-  use condensed_system, only: couple_condensed
   use system_types, only: system_t
   implicit none
   private
-  public :: couple, couple_as_saved
+  public :: couple_full, couple_full_as_saved
 
 contains
 
   !> Makes sure that the pattern of the coupled matrix holds every contact element.
-  subroutine couple(system)
+  subroutine couple_full(system)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
 
-    if (system%condensed%active .or. system%condensed%preconditions) then
-      call couple_condensed(system)
-      return
-    end if
     if (system%contact%n == 0) then
       system%whole%apart = stays_apart(system)
       call fit_pattern(system)
@@ -37,7 +32,7 @@ contains
       call build_coupled(system)
     end if
     call locate_elements(system%whole%matrix, system%contact)
-  end subroutine couple
+  end subroutine couple_full
 
   !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
   !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
@@ -99,7 +94,7 @@ contains
 
   !> Builds the pattern that a run had at a saved state, so that equations are eliminated in the
   !! same order and a restart gives the same numbers to the last digit.
-  subroutine couple_as_saved(model, system, targets)
+  subroutine couple_full_as_saved(model, system, targets)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! gets contact, matrix, csc
     integer, intent(in) :: targets(:) !! (contact elements) facets when the pattern was built
@@ -123,7 +118,7 @@ contains
     end do
     call build_coupled(system)
     call locate_elements(system%whole%matrix, system%contact)
-  end subroutine couple_as_saved
+  end subroutine couple_full_as_saved
 
   !> Where each block of the bulk's matrix stands in the coupled matrix.
   subroutine place_bulk(system)

@@ -16,14 +16,12 @@ module contact_tangent
   use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
   use sparse_columns, only: add_product
-  use right_side, only: gather_right
   use supports, only: find_grounded
   use contact_blocks, only: form_blocks
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
   use condensed_ground, only: hold_motions
   use condensed_border, only: form_points
-  use rough_tangent, only: may_be_rough, form_rough, answer_roughly
   use small_tangent, only: form_double
   use whole_tangent, only: is_better_whole, take_columns
   use tree_compliance, only: has_trees
@@ -53,7 +51,7 @@ contains
         3*size(system%contact%ix, 1), system%contact%n))
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
       if (system%condensed%active) then
-        call gather_right(system, 0.0_wp, .false.)
+        call system%form%gather(system, 0.0_wp, .false.)
       else
         call turn_elements(system)
       end if
@@ -112,15 +110,10 @@ contains
       tangent%fresh = .true.
       call choose_columns(system, x)
       if (tangent%modes > 0) call hold_motions(system)
-      tangent%rough%used = may_be_rough(system)
-      if (tangent%rough%used) then
-        call form_rough(condensed, tangent, info)
-        tangent%rough%used = info == 0
-      end if
-      if (.not. tangent%rough%used) call complete_compliance(condensed)
+      call complete_compliance(condensed)
       if (tangent%parts%iterated) then
         call form_blocks(system, x, outcome)
-      else if (.not. tangent%rough%used) then
+      else
         call form_double(condensed, tangent, info)
         if (info /= 0) outcome = solver_singular
       end if
@@ -269,10 +262,6 @@ contains
 
     associate (tangent => condensed%tangent)
       n = tangent%rank + tangent%modes
-      if (tangent%rough%used) then
-        call answer_roughly(tangent, d, z(:n), t)
-        return
-      end if
       t = d
       if (n == 0) return
       call take_shares(tangent, d, z(:tangent%rank))

@@ -7,7 +7,7 @@ module live_values
   implicit none
   private
   public :: clear_values, gather_condensed, take_condensed, begin_trials, try_live, take_live, &
-    direction_norm, direction_work
+    live_direction_norm, live_direction_work
 
 contains
 
@@ -48,8 +48,6 @@ contains
     condensed%bulk%defect = (1.0_wp - length)*condensed%bulk%defect
     condensed%bulk%defect_norm = (1.0_wp - length)*condensed%bulk%defect_norm
     condensed%bulk%defect_share = 1.0_wp
-    if (condensed%bulk%shows) condensed%bulk%hidden = (1.0_wp - length)*condensed%bulk%hidden
-    condensed%bulk%hidden = condensed%bulk%hidden + length*condensed%bulk%hides
     if (condensed%rigid%modes == 0) return
     condensed%rigid%alpha = condensed%rigid%alpha + length*condensed%rigid%alpha_change
     condensed%rigid%imbalance = condensed%rigid%imbalance + length*condensed%rigid%imbalance_change
@@ -95,30 +93,22 @@ contains
   end subroutine take_live
 
   !> Norm of the direction.
-  real(wp) function direction_norm(system) result(norm)
+  pure real(wp) function live_direction_norm(system) result(norm)
     type(system_t), intent(in) :: system !! solution given
 
-    if (system%condensed%active) then
-      norm = norm2(live_solution(system))
-      if (system%tools%border%n > 0) norm = hypot(norm, &
-        norm2(system%solution(system%equations + 1:)))
-    else
-      norm = norm2(system%solution)
-    end if
-  end function direction_norm
+    norm = norm2(live_solution(system))
+    if (system%tools%border%n > 0) norm = hypot(norm, &
+      norm2(system%solution(system%equations + 1:)))
+  end function live_direction_norm
 
   !> Work of the residual on the direction.
-  real(wp) function direction_work(system) result(work)
+  pure real(wp) function live_direction_work(system) result(work)
     type(system_t), intent(in) :: system !! right and solution given
 
-    if (system%condensed%active) then
-      work = dot_product(system%condensed%alive%right, live_solution(system))
-      if (system%tools%border%n > 0) work = work + dot_product( &
-        system%right(system%equations + 1:), system%solution(system%equations + 1:))
-    else
-      work = dot_product(system%right, system%solution)
-    end if
-  end function direction_work
+    work = dot_product(system%condensed%alive%right, live_solution(system))
+    if (system%tools%border%n > 0) work = work + dot_product( &
+      system%right(system%equations + 1:), system%solution(system%equations + 1:))
+  end function live_direction_work
 
   !> The direction at the live candidates.
   pure function live_solution(system) result(values)

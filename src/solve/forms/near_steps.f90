@@ -46,7 +46,7 @@ contains
       system%condensed%norm_before = norm2(system%right)
       call count_cost(system%costs, cost_bulk_krylov, 1)
     end if
-    system%condensed%near = answered
+    system%form%near = answered
   end subroutine find_near_direction
 
   !> The same for the present residual, with the contact of the last one.
@@ -69,9 +69,9 @@ contains
     real(wp) :: rest(size(system%right))
     integer :: i
 
-    if (system%inner%linearised) system%condensed%near = system%condensed%preconditions .and. &
+    if (system%inner%linearised) system%form%near = system%condensed%preconditions .and. &
       length >= 1.0_wp .and. system%inner%inverted == 0
-    if (system%inner%linearised .or. .not. system%condensed%near) return
+    if (system%inner%linearised .or. .not. system%form%near) return
     rest = system%right
     associate (condensed => system%condensed)
       do i = 1, condensed%alive%n_live
@@ -79,8 +79,8 @@ contains
           rest(system%equation(condensed%direction(c), condensed%node(c))) = 0.0_wp
         end associate
       end do
-      condensed%near = length >= 1.0_wp .and. norm2(rest) <= near_share*start
-      if (condensed%near) call note_near_step(system, norm2(rest)/start)
+      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_share*start
+      if (system%form%near) call note_near_step(system, norm2(rest)/start)
     end associate
   end subroutine judge_nearness
 

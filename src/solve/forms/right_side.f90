@@ -1,12 +1,11 @@
 !> The right-hand side of Newton's equations: forces out of balance.
 module right_side
   use kinds, only: wp
-  use live_values, only: gather_condensed
   use rigid_bodies, only: add_rigid_right
   use system_types, only: system_t
   implicit none
   private
-  public :: gather_right, damping_shares
+  public :: gather_right, gather_points, damping_shares
 
 contains
 
@@ -17,11 +16,6 @@ contains
     logical, intent(in) :: tried !! forces are those of the trial
     integer :: i, k
 
-    if (system%condensed%active) then
-      call gather_condensed(system, length)
-      call gather_points(system, length, tried, system%loads%external - system%contact_force)
-      return
-    end if
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle

@@ -12,7 +12,7 @@ module solver_choice
   use linear_solver, only: solver_words, solver_unknown, solver_auto, solver_cholmod, &
     solver_petsc, solver_reduced, take_choice
   use bulk_term, only: take_bulk_back
-  use condensed_bodies, only: free_condensed
+  use form_choice, only: take_form, take_full_form
   use condensed_system, only: start_condensed
   use tree_compliance, only: has_trees
   use system_types, only: system_t
@@ -70,6 +70,7 @@ contains
     if (system%whole%choice == solver_reduced .and. .not. condensed) then
       call start_condensed(model, system, system%whole%asked == solver_auto, obstacle, &
         scene%dense_share)
+      call take_form(system)
       if (len(obstacle) > 0) then
         if (index(obstacle, 'would cost') > 0) then
           call monitor%event('  REDUced is not taken, '//obstacle)
@@ -81,7 +82,7 @@ contains
       if (len(obstacle) == 0) scene%trees = has_trees(system%condensed)
       call decide(scene, system%whole%asked, system%whole%choice, reason)
     else if (system%whole%choice /= solver_reduced .and. condensed) then
-      call free_condensed(system)
+      call take_full_form(system)
     end if
     call take_choice(system%whole%solver, system%whole%choice)
     call monitor%event(reason)

@@ -5,8 +5,7 @@ module accepted_state
   use model_types, only: model_t
   use contact_system, only: settle_contact
   use first_touch, only: keep_path
-  use condensed_system, only: refresh_candidates, recover_interior, keep_forces
-  use linear_sums, only: can_do_without, form_sums, take_sums
+  use linear_sums, only: take_sums
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
@@ -24,21 +23,13 @@ contains
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
     logical, intent(in), optional :: known !! the displacements inside are known
-    logical :: recover
+    logical :: inside_known
 
-    if (can_do_without(model, system)) then
-      state%whole = system%inside_due
-      if (.not. system%condensed%sums%known) call form_sums(model, system)
-    else
-      state%whole = .true.
-    end if
-    if (system%condensed%active) then
-      recover = state%whole
-      if (present(known)) recover = recover .and. .not. known
-      if (recover) call recover_interior(system)
-      if (.not. state%whole) call refresh_candidates(system)
-      call keep_forces(system%condensed)
-    end if
+    inside_known = .false.
+    if (present(known)) inside_known = known
+    state%whole = .true.
+    if (associated(system%form%accept)) call system%form%accept(model, system, inside_known, &
+      state%whole)
     call keep_path(model, system, state, time)
     state%u = system%u
     state%time = time
@@ -75,7 +66,7 @@ contains
     type(state_t), intent(inout) :: state !! becomes whole
 
     if (state%whole) return
-    call recover_interior(system)
+    call system%form%recover(system)
     state%whole = .true.
     state%u = system%u
     call take_reactions(model, system, state)

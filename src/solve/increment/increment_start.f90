@@ -9,17 +9,13 @@ module increment_start
   use contact_cells, only: forget_first_cells
   use contact_parameters, only: shifts_gap
   use contact_system, only: restart_points, move_targets, load_contact
-  use contact_coupling, only: couple
   use first_touch, only: begin_touch, begin_touch_again
   use softening, only: begin_softening
   use expected_status, only: expect_status, forget_expected
   use predictor, only: carry_bodies, turn_bodies
   use contact_carrying, only: carry_with_contact
-  use force_scales, only: begin_scales, force_scale
-  use touch_path, only: touch_waits
-  use condensed_system, only: begin_condensed, place_starts, restore_forces, find_defects
-  use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
-  use bulk_term, only: start_bulk, return_bulk, jumps_little
+  use force_scales, only: begin_scales
+  use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
@@ -44,7 +40,7 @@ contains
 
     call begin_touch_again(system)
     call begin_softening(model, system)
-    system%condensed%near = .false.
+    if (associated(system%form%begin_anew)) call system%form%begin_anew(system)
     if (carried) then
       call take_along(system)
       call monitor%detail('  no convergence: once more with the predictor')
@@ -91,7 +87,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm
     integer :: k
-    logical :: taken
+    logical :: taken, doubtful
 
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
@@ -110,11 +106,9 @@ contains
         system%body%bodies, state%u, system%position%carried)
     end if
     system%position%x_ahead = model%mesh%x + system%position%carried
-    if (system%condensed%active) then
-      call begin_condensed(model, system, state, time)
-      if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
-      call place_starts(system)
-      if (system%condensed%outer%foretold) then
+    if (associated(system%form%begin)) then
+      call system%form%begin(model, system, state, time, taken)
+      if (taken) then
         call take_along(system)
         call start_here(model, system, norm)
         return
@@ -123,9 +117,9 @@ contains
     call start_carried(model, system, state, taken)
     if (taken) return
     call take_better(model, system, monitor)
-    if (.not. system%condensed%near) return
-    system%condensed%near = jumps_little(model%mesh%x, system)
-    if (.not. system%condensed%near) call take_better(model, system, monitor)
+    if (.not. associated(system%form%doubt_start)) return
+    call system%form%doubt_start(system, model%mesh%x, doubtful)
+    if (doubtful) call take_better(model, system, monitor)
   end subroutine choose_start
 
   !> Starts from where bodies that contact holds roll and glide to with what they touch, if that
@@ -184,17 +178,14 @@ contains
     logical :: moved, carried_first
 
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
-    carried_first = moved .and. (system%condensed%active .or. system%condensed%near) .and. &
-      .not. any(system%body%floating)
+    carried_first = moved .and. .not. any(system%body%floating) .and. &
+      associated(system%form%foresee)
     norm_carried = huge(1.0_wp)
     if (carried_first) then
-      least_left = force_scale(system)
-      if (system%condensed%active) then
-        call leave_bodies(system)
-        call restore_forces(system%condensed)
-        call find_defects(system)
-        least_left = system%condensed%bulk%defect_norm
-      end if
+      call leave_bodies(system)
+      call system%form%foresee(system, carried_first, least_left)
+    end if
+    if (carried_first) then
       call take_along(system)
       call start_here(model, system, norm_carried)
       if (norm_carried <= least_left) return
@@ -221,9 +212,8 @@ contains
     integer :: changes
     logical :: taken
 
-    if (.not. system%condensed%active) return
-    call note_touching(system%condensed)
-    call take_rubbed(system, taken)
+    if (.not. associated(system%form%start_rubbing)) return
+    call system%form%start_rubbing(system, taken)
     if (.not. taken) return
     system%position%x_now = model%mesh%x + system%u
     call move_targets(model, system, settings%extrapolation, changes)
@@ -245,11 +235,8 @@ contains
       call move_targets(model, system, 0.0_wp, changes)
       call load_contact(model, system)
     end if
-    if (system%condensed%active) then
-      call restore_forces(system%condensed)
-      call couple(system)
-      call find_defects(system)
-    end if
+    system%place%coupled = .false.
+    if (associated(system%form%restart)) call system%form%restart(system)
     call expect_status(model, system)
     call form_residual(system, model%mesh%x)
     norm = residual_norm(system)

@@ -9,9 +9,7 @@ module late_look
   use contact_apexes, only: touches
   use contact_targets, only: follow_apexes
   use contact_system, only: load_contact
-  use contact_coupling, only: couple
   use condensed_types, only: seen_t
-  use condensed_system, only: refresh_candidates, recover_interior
   use linear_sums, only: can_do_without
   use loads, only: load_factors
   use monitors, only: monitor_t
@@ -35,7 +33,7 @@ contains
     integer :: i
 
     flown = .false.
-    if (.not. system%condensed%active .or. system%condensed%surface_only) return
+    if (system%form%knows_inside .or. system%condensed%surface_only) return
     if (.not. any(system%body%floating)) return
     do i = 1, size(system%condensed%candidate)
       if (.not. system%condensed%candidate(i)) cycle
@@ -62,16 +60,16 @@ contains
 
     missed = .false.
     known = .false.
-    if (.not. system%condensed%active .or. system%condensed%surface_only) return
+    if (system%form%knows_inside .or. system%condensed%surface_only) return
     if (.not. system%inside_due) then
       if (can_do_without(model, system)) then
-        call refresh_candidates(system)
+        call system%form%refresh(system)
         call follow_nodes(model, system, state, strayed)
         if (.not. strayed) return
       end if
     end if
     known = .true.
-    call recover_interior(system)
+    call system%form%recover(system)
     call see(system%condensed%outer%factors, system%u, system%condensed%outer%seen)
     system%position%x_now = model%mesh%x + system%u
     watched = system%condensed%candidate .or. .not. any(system%equation > 0, 1)
@@ -84,7 +82,7 @@ contains
     call monitor%detail('  '//count_noun(n, 'contact point')//' touched where nobody foresaw '// &
       'it: once more with their nodes')
     call load_contact(model, system)
-    call couple(system)
+    call system%form%couple(system)
   end subroutine look_inside
 
   !> All nodes have been seen; no body has been carried since.

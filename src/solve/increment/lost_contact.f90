@@ -57,7 +57,7 @@ contains
     angle = 0.0_wp
     if (.not. any(system%body%floating)) return
     known = .true.
-    if (system%condensed%active) known = system%condensed%candidate(:size(known))
+    if (associated(system%form%placed_nodes)) call system%form%placed_nodes(system, known)
     call rigid_turns(model%mesh%x, system%u, model%mesh%x + system%u - system%position%x_old, &
       system%body%node_body, known, turn, since)
     if (all(norm2(turn, 1) <= sin(farthest_turn))) return

@@ -4,12 +4,10 @@ module target_passes
   use model_types, only: model_t
   use increment_start, only: start_rubbing
   use contact_system, only: move_targets, load_contact
-  use contact_coupling, only: couple
   use first_touch, only: find_touches
   use softening, only: find_softening
   use touch_bodies, only: some_drift
   use touch_path, only: touch_waits
-  use condensed_system, only: refresh_candidates, recover_interior
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
     outcome_restless, outcome_step_done, is_converged
@@ -42,7 +40,7 @@ contains
     pass = 0
     do while (pass < settings%most_passes)
       if (.not. system%place%begun) call load_contact(model, system)
-      if (.not. (system%place%begun .and. system%condensed%active)) call couple(system)
+      if (.not. (system%place%begun .and. system%place%coupled)) call system%form%couple(system)
       call solve_frozen(model, system, time, settings, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_step_done) then
@@ -78,8 +76,8 @@ contains
     logical, intent(out) :: settled !! it has converged with these targets and patches, too
     integer :: changes
 
-    if (system%condensed%active) call refresh_candidates(system)
-    if (has_flown(model, system)) call recover_interior(system)
+    if (associated(system%form%refresh)) call system%form%refresh(system)
+    if (has_flown(model, system)) call system%form%recover(system)
     system%position%x_now = model%mesh%x + system%u
     settled = .true.
     if (any(model%pairs%smooth)) then

@@ -2,24 +2,17 @@
 !! (11.4)).
 module line_search
   use kinds, only: wp
-  use back_ends, only: solver_done
-  use rigid_bodies, only: take_rigid
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
-  use live_values, only: take_condensed, take_live, direction_norm, direction_work
-  use condensed_direction, only: next_condensed_length
-  use bulk_preconditioner, only: solve_roughly
   use system_types, only: system_t
   implicit none
   private
-  public :: search_line, approach, next_energy, take_trial
+  public :: search_line, approach
 
   !> A step is accepted if it lowers the residual by this share of its length,
   real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
   !> or if it shortens the next simplified direction by this share of its length.
   real(wp), parameter :: sufficient_shortening = 0.25_wp
-  !> Residual over right-hand side that an iterative solver may leave of a next direction.
-  real(wp), parameter :: rough = 1.0e-2_wp
   !> The shortest step is 2^-8.
   integer, parameter :: most_halvings = 8
   !> Where there is an energy, it is least along the direction where its slope is this share of that
@@ -42,27 +35,11 @@ contains
     length = closing_length(x, system)
     if (length < longest) then
       call form_trial(system, x, length)
-      call take_trial(system, length)
+      call system%form%take_trial(system, length)
     else
       call search_line(system, x, start, .false., .true., longest, length)
     end if
   end subroutine approach
-
-  !> Moves to the trial that has been formed.
-  subroutine take_trial(system, length)
-    type(system_t), intent(inout) :: system !! u and bulk_force are moved
-    real(wp), intent(in) :: length !! share of du
-
-    if (system%condensed%active) then
-      call take_live(system)
-      call take_rigid(system)
-      call take_condensed(system%condensed, length)
-      return
-    end if
-    system%u = system%trial
-    call take_rigid(system)
-    system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
-  end subroutine take_trial
 
   !> Backtracking on the residual norm or, where a stiff penalty makes that blind, on the length of
   !! the next direction with the same factor (Deuflhard's natural test); if no length passes, the
@@ -83,13 +60,13 @@ contains
     best = huge(1.0_wp)
     best_length = longest
     length = longest
-    du = direction_norm(system)
-    work = direction_work(system)
+    du = system%form%direction_norm(system)
+    work = system%form%direction_work(system)
     do halving = 0, most_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
       next = residual_norm(system)
-      if (natural) next = next_direction(system, length)
+      if (natural) next = system%form%next_length(system)
       if (natural .and. next <= (1.0_wp - sufficient_shortening*length)*du) exit
       if (next < best) then
         best = next
@@ -99,7 +76,7 @@ contains
         if (has_energy(system) .and. work > 0.0_wp .and. &
           start > round_off_factor*system%scale%round_off) then
           call search_energy(system, x, longest, work, length)
-          call take_trial(system, length)
+          call system%form%take_trial(system, length)
           return
         end if
       end if
@@ -110,15 +87,15 @@ contains
       if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, x, length)
     end if
-    call take_trial(system, length)
+    call system%form%take_trial(system, length)
   end subroutine search_line
 
   !> The equations are those of a least energy, by the tangent at hand: a direction leads down.
   pure logical function has_energy(system) result(has)
     type(system_t), intent(in) :: system !! tangent formed
 
-    has = system%whole%symmetric .and. .not. (system%condensed%active .or. &
-      system%condensed%preconditions .or. system%motion%active) .and. system%tools%border%n == 0
+    has = system%form%has_energy .and. system%whole%symmetric .and. .not. system%motion%active &
+      .and. system%tools%border%n == 0
   end function has_energy
 
   !> Goes to where the energy is least along the direction, nearly: its slope, the work of the
@@ -136,14 +113,14 @@ contains
     high = longest
     work_low = work
     length = longest
-    work_high = direction_work(system)
+    work_high = system%form%direction_work(system)
     side = 0
     if (work_high >= -flat*work) return
     do i = 1, most_trials
       length = (low*work_high - high*work_low)/(work_high - work_low)
       length = min(max(length, low + least_part*(high - low)), high - least_part*(high - low))
       call form_trial(system, x, length)
-      now = direction_work(system)
+      now = system%form%direction_work(system)
       if (abs(now) <= flat*abs(work)) exit
       if (now > 0.0_wp) then
         low = length
@@ -158,35 +135,4 @@ contains
       end if
     end do
   end subroutine search_energy
-
-  !> Energy of the residual after a full step with the direction that the present factor gives.
-  real(wp) function next_energy(system) result(energy)
-    type(system_t), intent(inout) :: system !! factor and residual; next is used
-
-    energy = next_direction(system, 1.0_wp)
-    if (system%condensed%active) then
-      energy = dot_product(system%condensed%alive%right, system%condensed%alive%change)
-      if (system%condensed%points%n > 0) energy = energy + dot_product( &
-        system%right(system%equations + 1:), system%condensed%points%change)
-      energy = abs(energy)
-    else if (energy < huge(1.0_wp)) then
-      energy = abs(dot_product(system%right, system%next))
-    end if
-  end function next_energy
-
-  !> Length of the direction that the present factor gives for the residual of the trial.
-  real(wp) function next_direction(system, share) result(length)
-    type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
-    real(wp), intent(in) :: share !! the trial's share of du
-    integer :: outcome
-
-    if (system%condensed%active) then
-      length = next_condensed_length(system, share)
-      return
-    end if
-    system%whole%solver%accuracy = rough
-    call solve_roughly(system, outcome)
-    length = huge(1.0_wp)
-    if (outcome == solver_done) length = norm2(system%next)
-  end function next_direction
 end module line_search

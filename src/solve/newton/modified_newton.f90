@@ -3,26 +3,17 @@
 module modified_newton
   use kinds, only: wp
   use costs, only: count_cost, cost_modified_newton
-  use back_ends, only: solver_done
-  use bulk_preconditioner, only: solve_tangent
-  use near_steps, only: find_near_again, note_near_step
-  use condensed_direction, only: find_modified_direction
-  use rough_tangent, only: show_direction
-  use condensed_system, only: settle_live
   use residuals, only: form_residual, form_trial, residual_norm
-  use live_values, only: direction_norm, direction_work
-  use line_search, only: take_trial
   use newton_progress, only: is_round_off
-  use bulk_term, only: form_bulk_change, bulk_step
+  use bulk_term, only: bulk_step
   use multiplier_motion, only: add_multipliers, settle_multipliers
   use multiplier_types, only: shift_multipliers
-  use equation_values, only: spread_direction
   use surface_shapes, only: follow_shape
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
   private
-  public :: modified_newton_t, follow_modified_newton, settle_hidden
+  public :: modified_newton_t, follow_modified_newton
 
   !> What the steps with one factor have led to.
   type :: modified_newton_t
@@ -43,21 +34,12 @@ module modified_newton
   !> No further one is tried after a step that leaves more than this, where a direction is found by
   !! iteration, with blocks of groups too.
   real(wp), parameter :: promising = 0.5_wp
-  !> What steps in single precision may hide, over what counts as converged,
-  real(wp), parameter :: hidden_share = 0.03_wp
-  !> and over the residual before the next of them: that leaves no less.
-  real(wp), parameter :: early_share = 1.0e-5_wp
   !> Nor is one needed where no more than this share of what counts as converged is left.
   real(wp), parameter :: well_within = 0.1_wp
-  !> Residual over right-hand side that an iterative solver may leave of a step.
-  real(wp), parameter :: modified_accuracy = 1.0e-4_wp
-  !> The same where the bulk is not linear and passes are long: a step leaves such a share anyway.
-  real(wp), parameter :: rough_accuracy = 1.0e-2_wp
 
 contains
 
-  !> Goes on with the factor at hand after a full step. What steps in single precision have left of
-  !! equilibrium is found at their end; more of them follow, in double, if it shows.
+  !> Goes on with the factor at hand after a full step, while each leads on.
   subroutine follow_modified_newton(model, system, tolerance, first_energy, energy, wanted, &
     modified)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
@@ -67,46 +49,11 @@ contains
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     type(modified_newton_t), intent(inout) :: modified !! bends given; gets what has been done
-
-    call take_modified_steps(model, system, tolerance, first_energy, energy, wanted, &
-      hidden_share*wanted, modified)
-    if (system%condensed%bulk%hidden <= 0.0_wp) return
-    call settle_hidden(model, system)
-    if (.not. (modified%settled .or. modified%energy_met)) return
-    if (residual_norm(system) <= wanted) return
-    modified%settled = .false.
-    modified%energy_met = .false.
-    call take_modified_steps(model, system, tolerance, first_energy, energy, wanted, 0.0_wp, &
-      modified)
-  end subroutine follow_modified_newton
-
-  !> Puts displacements where the forces have them, if single precision has hidden some of that.
-  subroutine settle_hidden(model, system)
-    type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! residual formed before and after
-
-    if (system%condensed%bulk%hidden <= 0.0_wp) return
-    call settle_live(system)
-    call form_residual(system, model%mesh%x)
-  end subroutine settle_hidden
-
-  !> Steps with the factor at hand, while each leads on.
-  subroutine take_modified_steps(model, system, tolerance, first_energy, energy, wanted, sought, &
-    modified)
-    type(model_t), intent(inout) :: model !! mesh, pairs: patches
-    type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
-    real(wp), intent(in) :: tolerance !! of the energy
-    real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
-    real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
-    real(wp), intent(in) :: wanted !! residual that would have converged [force]
-    real(wp), intent(in) :: sought !! by what displacements may be off, as forces [force]
-    type(modified_newton_t), intent(inout) :: modified !! bends given; gets what has been done
     real(wp) :: before, after, length, last, work, last_work, share
     integer :: status(system%contact%n)
     logical :: found
 
-    last = huge(1.0_wp) ! what steps have hidden may be longer than the last of them
-    if (sought > 0.0_wp) last = direction_norm(system)
+    last = system%form%direction_norm(system)
     last_work = energy
     share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
       (any(model%pairs%smooth) .and. .not. modified%bends))
@@ -115,12 +62,10 @@ contains
       if (before <= 0.0_wp) return
       status = system%contact%status
       call find_direction_again(model, system, found)
-      if (found .and. system%condensed%active) call show_direction(system, &
-        merge(max(sought, early_share*before), 0.0_wp, sought > 0.0_wp))
-      length = direction_norm(system)
+      length = system%form%direction_norm(system)
       found = found .and. length <= share*last
       if (found) then
-        work = abs(direction_work(system))
+        work = abs(system%form%direction_work(system))
         call form_trial(system, model%mesh%x, 1.0_wp)
         after = residual_norm(system)
         modified%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
@@ -132,8 +77,9 @@ contains
         call stay(model, system)
         return
       end if
-      if (system%condensed%near) call note_near_step(system, after/before)
-      call take_trial(system, 1.0_wp)
+      if (associated(system%form%note_repeated)) call system%form%note_repeated(system, &
+        after/before)
+      call system%form%take_trial(system, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system, 1.0_wp)
       modified%steps = modified%steps + 1
       call count_cost(system%costs, cost_modified_newton, 1)
@@ -144,34 +90,36 @@ contains
       modified%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
         .not. (modified%bends .and. after > well_within*wanted)) .or. &
         (work <= tolerance*first_energy .and. after <= well_within*wanted)
-      if (system%condensed%preconditions) modified%energy_met = after <= wanted .and. &
+      if (system%form%inexact) modified%energy_met = after <= wanted .and. &
         (modified%energy_met .or. (work <= tolerance*first_energy .and. &
          after <= system%scale%round_off))
       if (modified%settled .or. modified%energy_met) return
-      if (.not. system%condensed%active) then
+      if (.not. system%form%iterates_cheaply) then
         if (is_round_off(system, .true.)) return
       end if
-      if (answers_by_blocks(system) .and. after > promising*before) return
+      if (wants_promise(system) .and. after > promising*before) return
       last = length
       last_work = work
     end do
-  end subroutine take_modified_steps
+  end subroutine follow_modified_newton
 
-  !> A direction with the factor at hand is no substitution, and costs about what a tangent does;
-  !! with the blocks of groups of points it costs far less.
+  !> A direction with the factor at hand costs about what a new tangent does.
   pure logical function finds_by_iteration(system) result(iterated)
-    type(system_t), intent(in) :: system !! its solver
+    type(system_t), intent(in) :: system !! its form
 
-    iterated = system%condensed%preconditions .or. (answers_by_blocks(system) .and. &
-      .not. system%condensed%tangent%parts%grouped)
+    iterated = system%form%inexact
+    if (associated(system%form%repeats_by_iteration)) iterated = &
+      system%form%repeats_by_iteration(system)
   end function finds_by_iteration
 
-  !> Blocks stand in for the small matrix of contact in the condensed form.
-  pure logical function answers_by_blocks(system) result(blocks)
-    type(system_t), intent(in) :: system !! its solver
+  !> Another step is not worth its direction after one that has left much.
+  pure logical function wants_promise(system) result(wants)
+    type(system_t), intent(in) :: system !! its form
 
-    blocks = system%condensed%active .and. system%condensed%tangent%parts%iterated
-  end function answers_by_blocks
+    wants = .false.
+    if (associated(system%form%repeats_if_promising)) wants = &
+      system%form%repeats_if_promising(system)
+  end function wants_promise
 
   !> Leaves the system where it is: no share of the direction is taken.
   subroutine stay(model, system)
@@ -191,23 +139,10 @@ contains
     type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
     logical, intent(out) :: found !! there is one
     real(wp) :: share
-    integer :: outcome
 
-    if (system%condensed%active) then
-      call find_modified_direction(system, found)
-    else if (system%condensed%near) then
-      call find_near_again(system, found)
-      if (found) call spread_direction(system)
-    else
-      system%whole%solver%accuracy = modified_accuracy
-      system%condensed%norm_before = norm2(system%right)
-      call solve_tangent(system, system%right, system%solution, outcome, left=rough_accuracy)
-      found = outcome == solver_done
-      if (found) call spread_direction(system)
-      if (found) call form_bulk_change(system)
-      if (found) call bulk_step(model%mesh%x, system, share)
-      if (found) found = share >= 1.0_wp
-    end if
+    call system%form%repeat_direction(system, found)
+    if (found) call bulk_step(model%mesh%x, system, share)
+    if (found) found = share >= 1.0_wp
     if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
   end subroutine find_direction_again
 end module modified_newton

@@ -11,14 +11,9 @@ module multiplier_motion
   use contact_types, only: contact_point_t, pair_t
   use contact_points, only: count_points
   use assembly, only: shift_derivatives, recover
-  use bulk_term, only: form_bulk_change
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
-  use back_ends, only: solver_done
-  use bulk_preconditioner, only: solve_tangent
-  use rigid_bodies, only: spread_rigid, rigid_values, nothing_yields
-  use equation_values, only: spread_values, gather_values, spread_direction
-  use condensed_direction, only: answer_force, push_direction
+  use rigid_bodies, only: nothing_yields
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
   implicit none
@@ -102,14 +97,14 @@ contains
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
       do while (iteration%rest > floor .and. iteration%n < most_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
-        call answer_multipliers(system, du)
+        call system%form%answer(system, -forces_of_way(system), du)
         call project(model, system, at, change_of_forces(system, du), image, share)
         call add_image(reshape((1.0_wp + yielding)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))
     end associate
-    call push_multipliers(system)
+    call system%form%push(system, -forces_of_way(system))
   end subroutine add_multipliers
 
   !> As many digits as Newton can use.
@@ -252,76 +247,6 @@ contains
       end do
     end associate
   end function forces_of_way
-
-  !> Displacements that the way of the multipliers brings by itself.
-  subroutine answer_multipliers(system, du)
-    type(system_t), intent(inout) :: system !! tangent at hand, motion; next is used
-    real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
-    real(wp), allocatable :: change(:)
-    real(wp) :: force(3, size(du, 2))
-    integer :: outcome, i
-
-    force = forces_of_way(system)
-    du = 0.0_wp
-    if (system%condensed%active) then
-      associate (condensed => system%condensed)
-        allocate (change(condensed%alive%n_live))
-        call answer_force(system, -live_values(system, force), change)
-        do i = 1, condensed%alive%n_live
-          du(condensed%direction(condensed%alive%live(i)), &
-            condensed%node(condensed%alive%live(i))) = change(i)
-        end do
-      end associate
-      return
-    end if
-    call solve_tangent(system, -free_values(system, force), system%next, outcome)
-    if (outcome /= solver_done) return
-    call spread_values(system%equation, system%next, du)
-    call spread_rigid(system, system%next, du)
-  end subroutine answer_multipliers
-
-  !> The direction with the way of the multipliers.
-  subroutine push_multipliers(system)
-    type(system_t), intent(inout) :: system !! motion; gets solution, du, bulk_change
-    real(wp), allocatable :: change(:)
-    integer :: outcome
-
-    if (system%condensed%active) then
-      call push_direction(system, -live_values(system, forces_of_way(system)))
-      return
-    end if
-    allocate (change, mold=system%solution)
-    call solve_tangent(system, -free_values(system, forces_of_way(system)), change, outcome)
-    if (outcome /= solver_done) return
-    system%solution = system%solution + change
-    call spread_direction(system)
-    call form_bulk_change(system)
-  end subroutine push_multipliers
-
-  !> Values at the free degrees of freedom.
-  pure function free_values(system, field) result(values)
-    type(system_t), intent(in) :: system !! equations
-    real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(size(system%right))
-
-    call gather_values(system%equation, field, values)
-    values(system%equations + 1:) = rigid_values(system, field)
-  end function free_values
-
-  !> Values at the live candidates.
-  pure function live_values(system, field) result(values)
-    type(system_t), intent(in) :: system !! condensed
-    real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(system%condensed%alive%n_live)
-    integer :: i
-
-    associate (condensed => system%condensed)
-      do i = 1, condensed%alive%n_live
-        values(i) = field(condensed%direction(condensed%alive%live(i)), &
-          condensed%node(condensed%alive%live(i)))
-      end do
-    end associate
-  end function live_values
 
   !> Moves the multipliers by the step that has been taken.
   pure subroutine settle_multipliers(system, length)

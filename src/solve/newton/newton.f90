@@ -5,31 +5,22 @@ module newton
   use signals, only: stop_requested
   use threads, only: notice_others
   use parallel, only: any_rank
-  use bulk_term, only: form_bulk_change, bulk_step
-  use back_ends, only: solver_done, solver_singular, solver_out_of_memory
+  use bulk_term, only: bulk_step
+  use back_ends, only: solver_done, solver_out_of_memory
   use linear_solver, only: solver_name
-  use rigid_border, only: factorise_bordered, solve_bordered
   use contact_system, only: contact_counts
   use surface_shapes, only: follow_shape
-  use residuals, only: form_residual, form_tangent, residual_norm, find_worst, estimate_round_off, &
-    round_off_factor
-  use force_scales, only: note_forces, force_scale, longest_step, needed_accuracy
+  use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
+  use force_scales, only: note_forces, force_scale, longest_step
   use supports, only: drop_bodies
   use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use expected_status, only: forget_expected, turned_back, most_single
   use line_search, only: search_line, approach
-  use live_values, only: direction_work
-  use modified_newton, only: modified_newton_t, follow_modified_newton, settle_hidden
-  use equation_values, only: spread_direction
-  use condensed_system, only: find_defects, renew_defects
-  use condensed_direction, only: find_condensed_direction, defect_energy
-  use bulk_preconditioner, only: find_bulk_direction
-  use near_steps, only: judge_nearness
+  use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
-  use ground_release, only: release_ground
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
     wanted_share, count_creeping, judge_progress, judge_settled, outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
@@ -97,7 +88,6 @@ contains
       call iterate(model, system, time, settings, monitor, progress)
       if (progress%outcome == outcome_going_on) call go_on(model, system, settings, progress)
     end do
-    call settle_hidden(model, system)
   end subroutine solve_frozen
 
   !> Whether the iterate is in balance, and if not, whether to go on.
@@ -161,12 +151,7 @@ contains
     type(modified_newton_t) :: modified
 
     modified%bends = any(model%pairs%smooth) .and. is_close(progress)
-    ! what single precision has left shows with the next step
-    if (system%condensed%bulk%hidden > 0.0_wp) progress%energy_met = .false.
-    if (progress%energy_met .or. .not. may_go_on(system, progress)) then
-      call settle_hidden(model, system)
-      return
-    end if
+    if (progress%energy_met .or. .not. may_go_on(system, progress)) return
     call follow_modified_newton(model, system, settings%energy_tolerance, progress%first_energy, &
       progress%energy, force_scale(system)*wanted_share(settings), modified)
     progress%energy_met = modified%energy_met .or. modified%settled
@@ -174,17 +159,18 @@ contains
       residual_norm(system) <= 0.5_wp*progress%start
   end subroutine go_on
 
-  !> Directions of bodies that hardly anything holds are long and lose digits, and with them the
-  !! defects that the condensed form carries on: what has converged is looked at with true ones.
+  !> What has converged is looked at without what iterations have carried on and lost digits of.
   subroutine look_again(system, x, settings, sound)
     type(system_t), intent(inout) :: system !! residual is formed anew
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(settings_t), intent(in) :: settings !! tolerances
     logical, intent(out) :: sound !! it is small all the same
+    logical :: renewed
 
     sound = .true.
-    if (.not. system%condensed%active .or. .not. any(system%body%floating)) return
-    call renew_defects(system)
+    if (.not. associated(system%form%renew)) return
+    call system%form%renew(system, renewed)
+    if (.not. renewed) return
     call form_residual(system, x)
     sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
       max(true_share, settings%residual_tolerance)*force_scale(system))
@@ -208,13 +194,17 @@ contains
     call notice_others()
     if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
       call drop_bodies(model%mesh%x, system, dropped)
-      if (dropped .and. system%condensed%active) call find_defects(system)
+      if (dropped .and. associated(system%form%note_drop)) call system%form%note_drop(system)
       if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system)
       if (dropped) call form_residual(system, model%mesh%x)
     end if
     progress%start = residual_norm(system)
     call choose_held(system, progress)
-    call find_direction(system, model%mesh%x, settings, progress, outcome)
+    system%wish%share = progress%share
+    system%wish%wanted = wanted_share(settings)
+    system%wish%indefinite = progress%indefinite
+    call system%form%find_direction(system, model%mesh%x, outcome)
+    system%contact%slip_before = system%contact%slip
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
@@ -227,7 +217,9 @@ contains
     call forget_expected(system%contact)
     if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
-    progress%energy = abs(direction_work(system)) + defect_energy(system)
+    progress%energy = abs(system%form%direction_work(system))
+    if (associated(system%form%defect_energy)) progress%energy = progress%energy &
+      + system%form%defect_energy(system)
     progress%most_energy = max(progress%energy, progress%most_energy)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, &
       settings%first_energy)
@@ -248,7 +240,8 @@ contains
         system%inner%linearised .or. &
         any(system%contact%hold), progress%since_lowest < circling, longest, length)
     end if
-    call judge_nearness(system, progress%start, length)
+    if (associated(system%form%judge_step)) call system%form%judge_step(system, progress%start, &
+      length)
     progress%linearised = system%inner%linearised
     system%inner%linearised = .false.
     if (system%inner%inverted > 0) then
@@ -271,53 +264,6 @@ contains
     call judge_progress(system, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
-
-  !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are grounded if there
-  !! is none.
-  subroutine find_direction(system, x, settings, progress, outcome)
-    type(system_t), intent(inout) :: system !! gets right, solution, du
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(settings_t), intent(in) :: settings !! tolerances
-    type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
-    integer, intent(out) :: outcome !! one of the outcomes of the solver
-
-    call try_direction(system, x, settings, progress, outcome)
-    if (outcome /= solver_singular .or. .not. system%body%settled .or. &
-      system%condensed%active) return
-    system%body%settled = .false.
-    call try_direction(system, x, settings, progress, outcome)
-  end subroutine find_direction
-
-  !> Tangent, factor, direction of the system as it is held.
-  subroutine try_direction(system, x, settings, progress, outcome)
-    type(system_t), intent(inout) :: system !! gets right, solution, du
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(settings_t), intent(in) :: settings !! tolerances
-    type(newton_t), intent(in) :: progress !! whether a matrix has been indefinite
-    integer, intent(out) :: outcome !! one of the outcomes of the solver
-
-    if (system%condensed%active) then
-      call find_condensed_direction(system, x, outcome)
-      system%contact%slip_before = system%contact%slip
-      return
-    end if
-    if (system%condensed%preconditions) then
-      call find_bulk_direction(system, x, force_scale(system)*wanted_share(settings), outcome)
-      system%contact%slip_before = system%contact%slip
-      if (outcome == solver_done) call spread_direction(system)
-      return
-    end if
-    call form_tangent(system, x)
-    system%contact%slip_before = system%contact%slip
-    system%whole%solver%accuracy = needed_accuracy(system, progress%share, &
-      wanted_share(settings))
-    call factorise_bordered(system, system%whole%symmetric .and. .not. progress%indefinite, outcome)
-    if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
-    if (outcome /= solver_done) return
-    call release_ground(system, x)
-    call spread_direction(system)
-    call form_bulk_change(system)
-  end subroutine try_direction
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
@@ -347,12 +293,12 @@ contains
     report%residual = residual_norm(system)
     forces = force_scale(system)
     if (forces > 0.0_wp) report%relative = report%residual/forces
-    call find_worst(system, report%worst_node, report%worst_dof, report%worst)
+    call system%form%find_worst(system, report%worst_node, report%worst_dof, report%worst)
     report%energy = progress%energy
     report%step_length = length
     call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
-    report%solver = solver_name(system%whole%solver)
-    if (system%condensed%active .or. system%condensed%preconditions) report%solver = 'REDUCED'
+    report%solver = system%form%name
+    if (report%solver == '') report%solver = solver_name(system%whole%solver)
     report%seconds = seconds
   end subroutine describe
 end module newton

@@ -3,10 +3,8 @@
 module newton_progress
   use kinds, only: wp
   use element_types, only: status_open
-  use residuals, only: residual_norm, largest_resultant, round_off_factor
+  use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
-  use line_search, only: next_energy
-  use live_values, only: direction_norm
   use system_types, only: system_t, settings_t
   implicit none
   private
@@ -36,8 +34,8 @@ module newton_progress
 
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp
-  !> The same in the condensed form, where another iteration costs next to nothing.
-  real(wp), parameter :: condensed_share = 1.0e-3_wp
+  !> The same where another iteration costs next to nothing.
+  real(wp), parameter :: cheap_share = 1.0e-3_wp
   !> Round-off at many nodes has a resultant of up to this many times its norm, unless that is more
   !! than this share of the forces.
   real(wp), parameter :: resultant_factor = 8.0_wp, resultant_share = 1.0e-4_wp
@@ -51,9 +49,6 @@ module newton_progress
   real(wp), parameter :: settled_share = 0.02_wp
   !> and which of them stick and slip is known once its energy is below this share of the first.
   real(wp), parameter :: rough_energy = 1.0e-3_wp
-  !> Residual over forces before an iteration after which the tangent of contact serves on, where
-  !! that is all that an iteration forms.
-  real(wp), parameter :: close_share = 0.01_wp
   !> Smooth surfaces follow steps after one whose energy is below this share of the largest: with
   !! points that still close, open, stick and slip single steps against ever new shapes went in
   !! circles. The first energy will not do: an increment may begin in balance, and targets change.
@@ -122,10 +117,11 @@ contains
     real(wp) :: factor
 
     factor = merge(round_off_share, round_off_factor, halved .and. system%contact%n > 0)
-    if (system%condensed%active .and. halved) factor = condensed_share
+    if (system%form%iterates_cheaply .and. halved) factor = cheap_share
     is_round_off = residual_norm(system) <= min(factor*system%scale%round_off, &
       least_meaning(system))
-    if (is_round_off) is_round_off = largest_resultant(system) <= round_off_factor* &
+    if (.not. (is_round_off .and. associated(system%form%largest_resultant))) return
+    is_round_off = system%form%largest_resultant(system) <= round_off_factor* &
       max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
       resultant_share*force_scale(system)))
   end function is_round_off
@@ -176,22 +172,21 @@ contains
       met = progress%energy <= tolerance*first
       if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
       ! a step with the same tangent asks the same
-      if (system%condensed%preconditions .and. may_go_on(system, progress)) return
-      met = next_energy(system) <= tolerance**1.5_wp*first
+      if (system%form%inexact .and. may_go_on(system, progress)) return
+      met = system%form%next_energy(system) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
 
   !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
-  !! dragged; nor where the tangent was that of the last state, and the bulk is not linear: a new
-  !! one costs less than the steps that it saves.
+  !! dragged, or the form would rather have a new one.
   pure logical function may_go_on(system, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
     type(newton_t), intent(in) :: progress !! the last iteration
 
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
       .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)
-    if (system%condensed%preconditions) may = may .and. .not. progress%linearised
-    if (system%condensed%near) may = may .and. progress%start <= close_share*force_scale(system)
+    if (.not. (may .and. associated(system%form%may_repeat))) return
+    may = system%form%may_repeat(system, progress%start, progress%linearised)
   end function may_go_on
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
@@ -206,10 +201,10 @@ contains
     progress%since_fewest = progress%since_fewest + 1
     progress%short = merge(progress%short + 1, 0, progress%length <= short_step)
     if (residual_norm(system) < progress%lowest .or. &
-      direction_norm(system) < progress%shortest) progress%since_lowest = 0
+      system%form%direction_norm(system) < progress%shortest) progress%since_lowest = 0
     if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
     progress%lowest = min(progress%lowest, residual_norm(system))
-    progress%shortest = min(progress%shortest, direction_norm(system))
+    progress%shortest = min(progress%shortest, system%form%direction_norm(system))
     progress%fewest = min(progress%fewest, sticking)
   end subroutine judge_progress
 end module newton_progress

@@ -2,8 +2,7 @@
 !! steps of implicit Euler of floating bodies (doc/theory, "Continuation", eq. (11.9)).
 module pseudo_time
   use kinds, only: wp
-  use residuals, only: form_residual, residual_norm, damping_norm, round_off_factor
-  use condensed_motions, only: set_center
+  use residuals, only: form_residual, residual_norm, round_off_factor
   use system_types, only: system_t
   implicit none
   private
@@ -67,7 +66,7 @@ contains
     norm = residual_norm(system)
     associate (pseudo_step => system%body%pseudo_step)
       if (pseudo_step%iterations == 1) pseudo_step%first = norm
-      rests = norm <= max(solved*damping_norm(system), &
+      rests = norm <= max(solved*system%form%damping_norm(system), &
         round_off_factor*system%scale%round_off) .and. &
         way_of(system) <= longest_way*system%scale%facet_size
       taken = rests
@@ -131,10 +130,7 @@ contains
       if (allocated(system%tools%rigid)) pseudo_step%rigid = system%tools%rigid
       pseudo_step%bulk_force = system%inner%bulk_force
     end associate
-    if (.not. system%condensed%active) return
-    call set_center(system%condensed, system%body%damping)
-    system%body%pseudo_step%bulk = system%condensed%bulk
-    system%body%pseudo_step%carried = system%condensed%rigid
+    if (associated(system%form%note_center)) call system%form%note_center(system)
   end subroutine note_center
 
   !> Back to where the step began.
@@ -147,11 +143,8 @@ contains
       pseudo_step%gone = 0.0_wp
       if (allocated(system%tools%rigid)) system%tools%rigid = pseudo_step%rigid
       system%inner%bulk_force = pseudo_step%bulk_force
-      if (.not. system%condensed%active) return
-      system%condensed%bulk = pseudo_step%bulk
-      system%condensed%rigid = pseudo_step%carried
-      system%condensed%rigid%damping = system%body%damping
     end associate
+    if (associated(system%form%return_to_center)) call system%form%return_to_center(system)
   end subroutine return_to_center
 
   !> No damping any more.
@@ -162,7 +155,7 @@ contains
     system%body%first_damping = 0.0_wp
     system%body%step_done = .false.
     system%body%pseudo_step%iterations = 0
-    if (system%condensed%active) call set_center(system%condensed, 0.0_wp)
+    if (associated(system%form%forget_damping)) call system%form%forget_damping(system)
   end subroutine let_free
 
   !> The farthest way of a node of a dragged body since the step began.

@@ -8,7 +8,6 @@ module surface_shapes
   use contact_points, only: count_points, point_lift
   use smooth_normals, only: renew_patches
   use model_types, only: model_t
-  use condensed_system, only: refresh_candidates
   use residuals, only: form_residual
   use system_types, only: system_t
   implicit none
@@ -35,7 +34,7 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets x_now, patches of contact
     integer :: k, p
 
-    if (system%condensed%active) call refresh_candidates(system)
+    if (associated(system%form%refresh)) call system%form%refresh(system)
     system%position%x_now = model%mesh%x + system%u
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)

@@ -20,7 +20,6 @@ module diagnosis
     statics_slides, statics_turns, statics_tips
   use statics_report, only: motion_text, reserve_text, turned_text
   use remedies, only: what_may_help, settle_advice
-  use residuals, only: find_worst
   use force_scales, only: in_bounds
   use system_types, only: system_t
   implicit none
@@ -392,7 +391,7 @@ contains
     integer :: node, dof
 
     t = '  no free degree of freedom'
-    call find_worst(system, node, dof, residual)
+    call system%form%find_worst(system, node, dof, residual)
     if (node == 0) return
     t = '  the largest residual, '//to_text(residual)//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)

@@ -109,12 +109,11 @@ contains
     integer :: i, k, b
 
     call model_extent(x, center, size_x)
-    if (system%condensed%active) then
-      associate (modes => system%body%motions(body), &
-        first => system%condensed%bodies(body)%first_mode)
+    if (associated(system%form%floating_resultant)) then
+      associate (modes => system%body%motions(body))
         push = motion(1:3) + cross(motion(4:6), modes%center - center)/size_x
-        reaction = dot_product(matmul([push, modes%size/size_x*motion(4:6)], &
-          modes%basis(:, :modes%n)), system%condensed%rigid%imbalance(first + 1:first + modes%n))
+        reaction = -dot_product([push, modes%size/size_x*motion(4:6)], &
+          system%form%floating_resultant(system, body))
       end associate
     else
       reaction = 0.0_wp

@@ -47,7 +47,6 @@ module condensed_types
   !> The compliance of a body in single precision; for blocks of contact C = C' + R X^T + X R^T
   !! without what its rigid motions R carry.
   type :: near_compliance_t
-    real(sp), allocatable :: single(:, :) !! (m, m), or (n_live, n_live) where it is copied: C
     real(sp), allocatable :: c(:, :) !! (n_live, n_live) C' in the unit of its softness
     real(wp), allocatable :: modes(:, :) !! (n_live, motions) R
     real(wp), allocatable :: carried(:, :) !! (n_live, motions) X
@@ -123,14 +122,6 @@ module condensed_types
     !! the rest (live), the displacements it becomes (live), the shares of the columns (rank+modes)
   end type rest_course_t
 
-  !> The factor of the leading part in single precision.
-  type :: rough_t
-    logical :: used = .false. !! there is none in double precision
-    real(sp), allocatable :: cu(:, :) !! (live, rank) C U
-    real(sp), allocatable :: small(:, :) !! (rank, rank) I + V^T C U, factorised
-    integer, allocatable :: pivot(:) !! (rank) of its factor
-  end type rough_t
-
   !> The tangent of contact as a sum of element matrices, and its leading part U V^T.
   type :: contact_tangent_t
     integer :: elements = 0 !! closed contact elements
@@ -156,7 +147,6 @@ module condensed_types
     real(wp), allocatable :: small(:, :) !! (rank+modes, rank+modes) I + V^T C U, bordered by the
     !! rigid motions, factorised
     integer, allocatable :: pivot(:) !! (rank+modes) of its factor
-    type(rough_t) :: rough !! the same in single precision
     type(contact_parts_t) :: parts !! blocks, where it is large
     type(rest_course_t) :: course !! answers of the rest
   end type contact_tangent_t
@@ -241,7 +231,6 @@ module condensed_types
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
     real(wp), allocatable :: pushed(:) !! (n_live) residual that was multiplied last [force]
     real(wp), allocatable :: yields(:) !! (n_live) C times that one [length]
-    logical :: roughly = .false. !! in single precision
   end type live_t
 
   !> The contact forces that the bulk bears, and by how much the iterate is off.
@@ -253,18 +242,12 @@ module condensed_types
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
-    real(wp) :: hidden = 0.0_wp !! what steps in single precision have left of it, which nobody has
-    !! measured, at most [force]
-    real(wp) :: hides = 0.0_wp !! what the direction adds to that [force]
-    logical :: shows = .false. !! or it takes all of that away
   end type defects_t
 
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
-    logical :: near = .false. !! the bulk has hardly strained since they were made: they alone
-    !! give the directions
     real(wp) :: aging = 0.0_wp !! passes that older factors have cost so far
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]

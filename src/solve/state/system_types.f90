@@ -3,19 +3,17 @@ module system_types
   use kinds, only: wp
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
-  use block_matrix, only: block_matrix_t
-  use csc_matrix, only: csc_matrix_t
-  use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
-  use condensed_types, only: condensed_t, defects_t, carried_t
-  use rigid_motions, only: motions_t
+  use condensed_types, only: condensed_t
   use touch_path, only: touch_t
   use softening_state, only: softening_t
   use multiplier_types, only: multiplier_motion_t
-  use rigid_types, only: rigid_t, border_t
+  use system_parts, only: outer_t, bodies_t, whole_form_t, positions_t, bulk_answer_t, &
+    rigid_part_t, contact_places_t, scales_t, wish_t
   use slope_state, only: kept_slopes_t
+  use model_types, only: model_t
   implicit none
   private
-  public :: system_t, state_t, settings_t
+  public :: system_t, state_t, settings_t, form_t
 
   !> When an increment counts as converged, and how far the nonlinear solution goes.
   type :: settings_t
@@ -41,118 +39,67 @@ module system_types
     type(kept_slopes_t) :: slopes !! derivatives that go on from here, if they are asked for
   end type state_t
 
-  !> What acts on the bodies from outside.
-  type :: outer_t
-    real(wp), allocatable :: spring(:, :) !! (3, nodes) springs to ground, if there are any; zero
-    !! where restrained [force/length]
-    integer, allocatable :: pressed(:, :) !! (6, facets) nodes of facets whose pressure follows,
-    !! zeros behind the last; not allocated if there are none
-    integer, allocatable :: pressed_by(:) !! (facets) place in pressure
-    real(wp), allocatable :: pressure(:) !! at the end of the increment [force/length^2]
-    real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
-  end type outer_t
-
-  !> A step of implicit Euler of floating bodies: where it began, how long it has been solved for.
-  type :: pseudo_step_t
-    integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
-    real(wp) :: first = 0.0_wp !! residual after the first of them [force]
-    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the damping
-    integer :: steady = 0 !! steps on end after which it was the same
-    real(wp) :: too_small = 0.0_wp !! damping that has been, or nearly so [force/length]
-    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
-    real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
-    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
-    type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
-    type(defects_t) :: bulk !! of the condensed form
-    type(carried_t) :: carried !! of the condensed form
-  end type pseudo_step_t
-
-  !> The connected bodies, and what holds them.
-  type :: bodies_t
-    integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
-    integer :: bodies = 0 !! number of bodies
-    type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
-    logical, allocatable :: pinned(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
-    logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
-    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
-    logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
-    logical :: settled = .false. !! the last full step has left nearly all points as they were
-    real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
-    !! [force/length]
-    real(wp) :: first_damping = 0.0_wp !! the same at the start of a solve [force/length]
-    integer :: in_vain = 0 !! dampings since the last accepted increment that have led nowhere
-    type(pseudo_step_t) :: pseudo_step !! the step with damping that is under way
-    logical :: step_done = .false. !! a solve was left while a body with damping was on its way
-  end type bodies_t
-
-  !> The system as one sparse matrix, and its solver.
-  type :: whole_form_t
-    type(block_matrix_t) :: bulk_matrix !! tangent of the bulk
-    type(block_matrix_t) :: matrix !! tangent of bulk and contact
-    logical :: apart = .false. !! matrix has contact's share alone
-    logical :: given = .false. !! the solver has the values of bulk_matrix, which keeps its graph
-    type(block_matrix_t) :: rim !! of these what the solver has not: restrained rows and columns
-    integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
-    type(csc_matrix_t) :: csc !! its free part
-    logical :: symmetric = .false. !! its values are symmetric
-    type(linear_solver_t) :: solver !! its factor
-    integer :: forced = solver_unknown !! what --solver asks for, unknown if it does not
-    integer :: asked = solver_auto !! what --solver or SOLVer asks for
-    logical :: declined = .false. !! AUTO has found no way with the condensed form to this end time
-    integer :: choice = solver_unknown !! what is taken, unknown before the next increment
-  end type whole_form_t
-
-  !> Where the nodes are, were and start.
-  type :: positions_t
-    real(wp), allocatable :: left(:, :) !! (3, nodes) start without predictor [length]
-    real(wp), allocatable :: carried(:, :) !! (3, nodes) start with predictor [length]
-    real(wp), allocatable :: x_old(:, :) !! (3, nodes) last converged positions [length]
-    real(wp), allocatable :: x_now(:, :) !! (3, nodes) positions of the iterate [length]
-    real(wp), allocatable :: x_ahead(:, :) !! (3, nodes) with the bodies carried rigidly [length]
-    real(wp), allocatable :: x_alone(:, :) !! (3, nodes) the same without what contact carries,
-    !! where that is not the same [length]
-  end type positions_t
-
-  !> What the bulk answers to the displacements of the iterate.
-  type :: bulk_answer_t
-    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
-    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
-    logical :: linearised = .false. !! the bulk answers by its tangent at the last state
-    logical :: known = .false. !! bulk_force is that of u for the next residual
-    real(wp), allocatable :: rows(:, :, :) !! (3, 3, nodes) sums of |K| along the rows of each node,
-    !! undeformed, where the bulk is not linear [force/length]
-    real(wp), allocatable :: bulk_start(:, :) !! (3, nodes) its force there [force]
-    real(wp), allocatable :: u_start(:, :) !! (3, nodes) displacements there [length]
-    real(wp) :: bulk_energy = 0.0_wp !! strain energy of a bulk that is not linear [force length]
-    integer :: inverted = 0 !! element that was, or would be, turned inside out
-  end type bulk_answer_t
-
-  !> Rigid bodies with a point, and their unknowns beside those of the nodes.
-  type :: rigid_part_t
-    type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
-    logical :: ahead = .false. !! they start with the predictor
-    integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
-    type(border_t) :: border !! what these unknowns add to the matrix
-  end type rigid_part_t
-
-  !> Which contact elements are whose, and what facets they lie on.
-  type :: contact_places_t
-    integer, allocatable :: first_point(:) !! (pairs+1) where each pair begins in contact
-    integer, allocatable :: targets(:) !! (contact elements) facet of its pair, 0 while idle
-    integer, allocatable :: coupled_targets(:) !! the same when the pattern was built last
-    logical :: begun = .false. !! elements and residual are those of the start of an increment
-  end type contact_places_t
-
-  !> What forces and displacements are measured against.
-  type :: scales_t
-    real(wp) :: given_forces = 0.0_wp !! norm of the loads and of the last state's reactions [force]
-    real(wp) :: seen_forces = 0.0_wp !! smallest norm of forces in the increment, 0: none [force]
-    real(wp) :: bound = huge(1.0_wp) !! no displacement can be larger [length]
-    real(wp) :: stroke = 0.0_wp !! largest prescribed motion of the increment [length]
-    real(wp) :: stiffest = 0.0_wp !! largest entry of the bulk's matrix [force/length]
-    real(wp) :: facet_size = 0.0_wp !! mean size of the master facets [length]
-    real(wp) :: round_off = 0.0_wp !! norm of the residual's round-off [force]
-  end type scales_t
+  !> How the linearised system is held: as one sparse matrix (full_form), condensed to the forces of
+  !! contact (condensed_form), or with the factors of an earlier state before the true tangent
+  !! (reused_form). Newton's method, step length and convergence know no more of it than this:
+  !! whatever differs from one form to another is a procedure or a fact here. A procedure that is
+  !! null has nothing to do in that form.
+  type :: form_t
+    character(8) :: name = '' !! in the log; blank: the name of the back end
+    logical :: knows_inside = .true. !! displacements and forces of all nodes are the iterate's
+    logical :: has_energy = .true. !! a symmetric tangent is that of an energy along the direction
+    logical :: inexact = .false. !! a direction is found by iteration and leaves a share
+    logical :: iterates_cheaply = .false. !! one more iteration costs next to nothing
+    logical :: near = .false. !! reused factors were made at nearly this state: they alone give the
+    !! directions, and the bulk answers to a jump as it is
+    ! the start of an increment
+    procedure(form_begin), pointer, nopass :: begin => null() !! loads without contact
+    procedure(form_act), pointer, nopass :: restart => null() !! at the start, targets chosen
+    procedure(form_act), pointer, nopass :: begin_anew => null() !! the other start after a stall
+    procedure(form_foresee), pointer, nopass :: foresee => null() !! what a start leaves
+    procedure(form_doubt), pointer, nopass :: doubt_start => null() !! once it has been chosen
+    procedure(form_take), pointer, nopass :: start_rubbing => null() !! friction at first touches
+    procedure(form_act), pointer, nopass :: couple => null() !! contact elements have other nodes
+    procedure(form_couple_saved), pointer, nopass :: couple_as_saved => null() !! of a saved state
+    ! residual and steps
+    procedure(form_bulk), pointer, nopass :: find_bulk_force => null() !! of the bulk at u
+    procedure(form_bulk), pointer, nopass :: try_bulk_force => null() !! of the bulk at the trial
+    procedure(form_gather), pointer, nopass :: gather => null() !! right-hand side
+    procedure(form_length), pointer, nopass :: place_trial => null() !! at u + length du
+    procedure(form_length), pointer, nopass :: take_trial => null() !! moves the iterate there
+    procedure(form_act), pointer, nopass :: note_drop => null() !! u was moved by a rigid motion
+    procedure(form_take), pointer, nopass :: renew => null() !! what iterations carry on
+    ! directions
+    procedure(form_direct), pointer, nopass :: find_direction => null() !! tangent, factor, solution
+    procedure(form_repeat), pointer, nopass :: repeat_direction => null() !! with the factor at hand
+    procedure(form_may), pointer, nopass :: may_repeat => null() !! after an iteration
+    procedure(form_ask), pointer, nopass :: repeats_by_iteration => null() !! at a tangent's cost
+    procedure(form_ask), pointer, nopass :: repeats_if_promising => null() !! not after poor steps
+    procedure(form_judge), pointer, nopass :: judge_step => null() !! factors may be too old
+    procedure(form_left), pointer, nopass :: note_repeated => null() !! a step with them
+    procedure(form_next), pointer, nopass :: next_length => null() !! of the trial's direction
+    procedure(form_next), pointer, nopass :: next_energy => null() !! the same on the residual
+    procedure(form_answer), pointer, nopass :: answer => null() !! displacements by forces
+    procedure(form_push), pointer, nopass :: push => null() !! the direction with further forces
+    ! measures
+    procedure(form_number), pointer, nopass :: residual_norm => null() !! [force]
+    procedure(form_number), pointer, nopass :: largest_resultant => null() !! on floating bodies
+    procedure(form_number), pointer, nopass :: damping_norm => null() !! of its force
+    procedure(form_number), pointer, nopass :: direction_norm => null() !! [length]
+    procedure(form_number), pointer, nopass :: direction_work => null() !! of the residual
+    procedure(form_number), pointer, nopass :: defect_energy => null() !! of a start off balance
+    procedure(form_terms), pointer, nopass :: sum_terms => null() !! of the residual, for round-off
+    procedure(form_worst), pointer, nopass :: find_worst => null() !! dof with the largest residual
+    procedure(form_resultant), pointer, nopass :: floating_resultant => null() !! of the residual
+    procedure(form_mask), pointer, nopass :: placed_nodes => null() !! whose u is the iterate's
+    ! the end of an increment, and steps of pseudo-time
+    procedure(form_act), pointer, nopass :: refresh => null() !! candidates no iteration moves
+    procedure(form_act), pointer, nopass :: recover => null() !! all nodes, forces of the bulk
+    procedure(form_accept), pointer, nopass :: accept => null() !! the iterate becomes the state
+    procedure(form_act), pointer, nopass :: note_center => null() !! a step begins here
+    procedure(form_act), pointer, nopass :: return_to_center => null() !! back to where it began
+    procedure(form_act), pointer, nopass :: forget_damping => null() !! there is none any more
+  end type form_t
 
   !> Everything that is built once from a model.
   type :: system_t
@@ -161,7 +108,10 @@ module system_types
     type(bulk_list_t) :: bulk !! bulk elements
     type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
     type(element_list_t) :: contact !! contact elements, one a point
-    type(condensed_t) :: condensed !! the condensed form, if it is in use
+    type(form_t), allocatable :: form !! how its equations are held (allocatable: gfortran 12 fails
+    !! on the component itself)
+    type(wish_t) :: wish !! what is asked of the next direction
+    type(condensed_t) :: condensed !! what the condensed form and that of reused factors keep
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
     real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
@@ -186,4 +136,219 @@ module system_types
     logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
     logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
   end type system_t
+
+  abstract interface
+    !> An increment begins: what its loads do without contact, and where contact forces that are
+    !! foretold for its end put the bodies.
+    subroutine form_begin(model, system, state, time, foretold)
+      import :: model_t, system_t, state_t, wp
+      implicit none
+      type(model_t), intent(in) :: model !! loads
+      type(system_t), intent(inout) :: system !! position%carried may be moved
+      type(state_t), intent(in) :: state !! last converged state
+      real(wp), intent(in) :: time !! end of the increment
+      logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
+    end subroutine form_begin
+
+    !> restart: contact elements at the start; begin_anew: the other start after a stall; couple:
+    !! their nodes are others; note_drop: u has been moved by a rigid motion; refresh: nodes that
+    !! no iteration moves, as far as contact may touch them; recover: all nodes and the bulk's
+    !! forces; note_center, return_to_center, forget_damping: of a step of pseudo-time.
+    subroutine form_act(system)
+      import :: system_t
+      implicit none
+      type(system_t), intent(inout) :: system !! the iterate
+    end subroutine form_act
+
+    !> A residual that the start without the predictor leaves at least, where that costs little.
+    subroutine form_foresee(system, known, norm)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! u is that start
+      logical, intent(out) :: known !! there is such a number
+      real(wp), intent(out) :: norm !! the residual [force]
+    end subroutine form_foresee
+
+    !> The start that has been chosen is too far away for what the form takes it for.
+    subroutine form_doubt(system, x, doubtful)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! u is the start
+      real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+      logical, intent(out) :: doubtful !! another choice is due
+    end subroutine form_doubt
+
+    !> start_rubbing: u is in balance with the friction that was foretold; renew: what has been
+    !! carried on from iteration to iteration is computed anew, the residual is due again.
+    subroutine form_take(system, taken)
+      import :: system_t
+      implicit none
+      type(system_t), intent(inout) :: system !! u given
+      logical, intent(out) :: taken !! there was something to be done
+    end subroutine form_take
+
+    !> The contact elements of a saved state: the order of elimination is that of its run.
+    subroutine form_couple_saved(model, system, targets)
+      import :: model_t, system_t
+      implicit none
+      type(model_t), intent(in) :: model !! pairs
+      type(system_t), intent(inout) :: system !! gets contact elements, pattern
+      integer, intent(in) :: targets(:) !! (contact elements) facets when the pattern was built
+    end subroutine form_couple_saved
+
+    !> Internal forces of the bulk at u, or at the trial, as far as the residual wants them.
+    subroutine form_bulk(system, x)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! gets inner%bulk_force
+      real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    end subroutine form_bulk
+
+    !> Puts the trial at u + length du, or moves the iterate there.
+    subroutine form_length(system, length)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! trial, or u and what goes with it
+      real(wp), intent(in) :: length !! share of du
+    end subroutine form_length
+
+    !> Right-hand side: forces out of balance.
+    subroutine form_gather(system, length, tried)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! forces given; gets right
+      real(wp), intent(in) :: length !! share of the direction
+      logical, intent(in) :: tried !! forces are those of the trial
+    end subroutine form_gather
+
+    !> Tangent, factor, direction.
+    subroutine form_direct(system, x, outcome)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! right, wish given; gets solution, du
+      real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+      integer, intent(out) :: outcome !! one of the outcomes of back_ends
+    end subroutine form_direct
+
+    !> The direction that the factor at hand gives for the present residual.
+    subroutine form_repeat(system, found)
+      import :: system_t
+      implicit none
+      type(system_t), intent(inout) :: system !! right given; gets solution, du
+      logical, intent(out) :: found !! there is one
+    end subroutine form_repeat
+
+    !> After an iteration its tangent may serve for more steps.
+    pure logical function form_may(system, start, linearised)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(in) :: system !! the iterate
+      real(wp), intent(in) :: start !! residual before that iteration [force]
+      logical, intent(in) :: linearised !! its tangent was the bulk's of the last state
+    end function form_may
+
+    !> repeats_by_iteration: a direction by the factor at hand costs about as much as a new tangent;
+    !! repeats_while_promising: it is tried again while each leaves little alone.
+    pure logical function form_ask(system)
+      import :: system_t
+      implicit none
+      type(system_t), intent(in) :: system !! its tangent at hand
+    end function form_ask
+
+    !> What a step has left is judged, by a form whose factors may be too old.
+    subroutine form_judge(system, start, length)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! residual after the step
+      real(wp), intent(in) :: start !! norm of the residual before it [force]
+      real(wp), intent(in) :: length !! share of its direction that it went
+    end subroutine form_judge
+
+    !> The same after a step with the factor at hand.
+    subroutine form_left(system, left)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! the form's memory of it
+      real(wp), intent(in) :: left !! share of the residual that it has left
+    end subroutine form_left
+
+    !> residual_norm, largest_resultant (of a floating body), damping_norm [force]; direction_norm
+    !! [length]; direction_work (of the residual on the direction), defect_energy (of the change of
+    !! force on what displacements lack) [force length].
+    pure real(wp) function form_number(system)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(in) :: system !! residual and direction
+    end function form_number
+
+    !> Of the direction that the factor at hand gives for the residual of the trial: its length, or
+    !! the work of the residual on it.
+    real(wp) function form_next(system)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! right of the trial given; next is used
+    end function form_next
+
+    !> Norm of the terms that the residual sums, but for those of contact.
+    subroutine form_terms(system, terms)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! u given; trial is used
+      real(wp), intent(out) :: terms !! [force]
+    end subroutine form_terms
+
+    !> The node and dof with the largest residual, 0 if no dof is free.
+    pure subroutine form_worst(system, node, dof, value)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(in) :: system !! right given
+      integer, intent(out) :: node, dof !! where
+      real(wp), intent(out) :: value !! the residual there [force]
+    end subroutine form_worst
+
+    !> Resultant of the residual on a floating body: force, and moment over the size of its motions;
+    !! null: it is the sum over its nodes.
+    pure function form_resultant(system, body) result(force)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(in) :: system !! right given
+      integer, intent(in) :: body !! the body
+      real(wp) :: force(6)
+    end function form_resultant
+
+    !> The nodes whose displacement is that of the iterate; null: all.
+    pure subroutine form_mask(system, placed)
+      import :: system_t
+      implicit none
+      type(system_t), intent(in) :: system !! the iterate
+      logical, intent(out) :: placed(:) !! (nodes)
+    end subroutine form_mask
+
+    !> Displacements that forces bring by themselves, with the tangent at hand.
+    subroutine form_answer(system, force, du)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! tangent at hand; next is used
+      real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+      real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
+    end subroutine form_answer
+
+    !> The direction becomes that of the residual with forces that come beside it.
+    subroutine form_push(system, force)
+      import :: system_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du
+      real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    end subroutine form_push
+
+    !> The iterate has converged: displacements that are wanted of it, and what the form keeps.
+    subroutine form_accept(model, system, known, whole)
+      import :: model_t, system_t
+      implicit none
+      type(model_t), intent(in) :: model !! output requests
+      type(system_t), intent(inout) :: system !! converged
+      logical, intent(in) :: known !! the displacements inside are known
+      logical, intent(out) :: whole !! they are those of the state; else sums stand in for them
+    end subroutine form_accept
+  end interface
 end module system_types

@@ -166,7 +166,7 @@ contains
     if (system%bulk%linear) return
     system%inner%u_start = u
     system%inner%linearised = .false.
-    system%condensed%near = system%condensed%preconditions
+    system%form%near = system%form%inexact
   end subroutine start_bulk
 
   !> To the start of the increment, or back there: what is prescribed jumps, and may turn elements
@@ -177,7 +177,7 @@ contains
     type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, bulk_start,
     !! linearised
 
-    if (system%bulk%linear .or. system%inner%linearised .or. system%condensed%near) return
+    if (system%bulk%linear .or. system%inner%linearised .or. system%form%near) return
     call form_tangent_at(x, system%inner%u_start, system)
     system%inner%bulk_start = system%inner%bulk_force
     system%inner%linearised = .true.

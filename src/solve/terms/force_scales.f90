@@ -85,7 +85,7 @@ contains
     integer :: i, k
 
     norm = norm_of(system%contact_force)
-    if (system%condensed%active) return
+    if (.not. system%form%knows_inside) return
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
@@ -120,19 +120,6 @@ contains
 
     share = 1.0_wp
     if (is_proportional(system)) return
-    if (system%condensed%active) then
-      do i = 1, system%condensed%alive%n_live
-        associate (c => system%condensed%alive%live(i), places => system%condensed)
-          associate (body => system%body%node_body(places%node(c)), &
-            step => abs(system%du(places%direction(c), places%node(c))))
-            way = system%body%motions(body)%size + system%scale%stroke
-            if (system%body%grounded(body)) way = min(way, system%scale%facet_size)
-            if (step*share > way) share = way/step
-          end associate
-        end associate
-      end do
-      return
-    end if
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) == 0) cycle
       associate (body => system%body%node_body(i))

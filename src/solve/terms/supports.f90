@@ -226,8 +226,8 @@ contains
     if (system%body%damping > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%floating(body)) call free_motion(x, system, body, .true., &
-        system%body%grounded(body), motion, tracks=system%body%settled .and. .not. &
-        system%condensed%active)
+        system%body%grounded(body), motion, tracks=system%body%settled .and. &
+        system%form%knows_inside)
     end do
   end subroutine find_grounded
 
@@ -360,16 +360,13 @@ contains
   pure function resultant(system, body) result(force)
     type(system_t), intent(in) :: system !! residual formed
     integer, intent(in) :: body !! the body
-    real(wp) :: force(3)
+    real(wp) :: force(3), of_form(6)
     integer :: node, k
 
     force = 0.0_wp
-    if (system%condensed%active) then
-      associate (motions => system%body%motions(body), &
-        first => system%condensed%bodies(body)%first_mode)
-        force = -matmul(motions%basis(1:3, :motions%n), &
-          system%condensed%rigid%imbalance(first + 1:first + motions%n))
-      end associate
+    if (associated(system%form%floating_resultant)) then
+      of_form = system%form%floating_resultant(system, body)
+      force = of_form(1:3)
       return
     end if
     do node = 1, size(system%body%node_body)

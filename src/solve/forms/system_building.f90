@@ -13,6 +13,7 @@ module system_building
   use springs, only: start_springs
   use rigid_bodies, only: start_rigid
   use supports, only: find_floating_bodies
+  use full_form, only: full_form_of_system
   use held_bodies, only: pin_held
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
@@ -29,6 +30,7 @@ contains
     type(state_t), intent(out) :: state !! at rest
 
     call outline_system(model, system, state)
+    system%form = full_form_of_system()
     call list_contact(model, system)
     system%scale%facet_size = mean_master(model)
     call build_bulk(model, system)

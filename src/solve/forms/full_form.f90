@@ -1,0 +1,276 @@
+!> The full form: all free degrees of freedom in one sparse matrix (doc/theory, "Algorithms", eqs.
+!! (2.1), (5.7)).
+module full_form
+  use kinds, only: wp
+  use back_ends, only: solver_done, solver_singular
+  use bulk_products, only: multiply_bulk_absolute
+  use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_change
+  use rigid_bodies, only: take_rigid, spread_rigid, rigid_values
+  use rigid_border, only: factorise_bordered, solve_bordered
+  use force_scales, only: needed_accuracy
+  use equation_values, only: spread_values, gather_values, spread_direction
+  use right_side, only: gather_right, damping_shares
+  use full_tangent, only: form_tangent
+  use ground_release, only: release_ground
+  use contact_coupling, only: couple_full, couple_full_as_saved
+  use system_types, only: form_t, system_t
+  implicit none
+  private
+  public :: full_form_of_system, free_values
+
+  !> Residual over right-hand side that an iterative solver may leave of a next direction, and of a
+  !! step with the factor at hand.
+  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, repeated_accuracy = 1.0e-4_wp
+
+contains
+
+  !> The form.
+  function full_form_of_system() result(form)
+    type(form_t) :: form
+
+    form%couple => couple_full
+    form%couple_as_saved => couple_full_as_saved
+    form%find_bulk_force => find_bulk_force
+    form%try_bulk_force => try_bulk_force
+    form%gather => gather_right
+    form%place_trial => place_trial
+    form%take_trial => take_trial
+    form%find_direction => find_direction
+    form%repeat_direction => repeat_direction
+    form%next_length => next_length
+    form%next_energy => next_energy
+    form%answer => answer
+    form%push => push
+    form%residual_norm => residual_norm
+    form%largest_resultant => largest_resultant
+    form%damping_norm => damping_norm
+    form%direction_norm => direction_norm
+    form%direction_work => direction_work
+    form%sum_terms => sum_terms
+    form%find_worst => find_worst
+  end function full_form_of_system
+
+  !> Internal force at u.
+  subroutine find_bulk_force(system, x)
+    type(system_t), intent(inout) :: system !! u given; gets bulk_force
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call form_bulk_force(x, system)
+  end subroutine find_bulk_force
+
+  !> Internal force at the trial.
+  subroutine try_bulk_force(system, x)
+    type(system_t), intent(inout) :: system !! trial given; gets bulk_force
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+
+    call form_bulk_trial(x, system)
+  end subroutine try_bulk_force
+
+  !> The trial at u + length du.
+  subroutine place_trial(system, length)
+    type(system_t), intent(inout) :: system !! gets trial
+    real(wp), intent(in) :: length !! share of du
+
+    system%trial = system%u + length*system%du
+  end subroutine place_trial
+
+  !> Moves to the trial.
+  subroutine take_trial(system, length)
+    type(system_t), intent(inout) :: system !! u and bulk_force are moved
+    real(wp), intent(in) :: length !! share of du
+
+    system%u = system%trial
+    call take_rigid(system)
+    system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
+  end subroutine take_trial
+
+  !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are grounded if there
+  !! is none.
+  subroutine find_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    call try_direction(system, x, outcome)
+    if (outcome /= solver_singular .or. .not. system%body%settled) return
+    system%body%settled = .false.
+    call try_direction(system, x, outcome)
+  end subroutine find_direction
+
+  !> Tangent, factor, direction of the system as it is held.
+  subroutine try_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    call form_tangent(system, x)
+    system%whole%solver%accuracy = needed_accuracy(system, system%wish%share, &
+      system%wish%wanted)
+    call factorise_bordered(system, system%whole%symmetric .and. .not. system%wish%indefinite, &
+      outcome)
+    if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
+    if (outcome /= solver_done) return
+    call release_ground(system, x)
+    call spread_direction(system)
+    call form_bulk_change(system)
+  end subroutine try_direction
+
+  !> The direction that the factor at hand gives for the present residual.
+  subroutine repeat_direction(system, found)
+    type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
+    logical, intent(out) :: found !! there is one
+    integer :: outcome
+
+    system%whole%solver%accuracy = repeated_accuracy
+    call solve_bordered(system, system%right, system%solution, outcome)
+    found = outcome == solver_done
+    if (.not. found) return
+    call spread_direction(system)
+    call form_bulk_change(system)
+  end subroutine repeat_direction
+
+  !> Length of the direction that the present factor gives for the residual of the trial; without
+  !! limit if there is none.
+  real(wp) function next_length(system) result(length)
+    type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
+    integer :: outcome
+
+    length = huge(1.0_wp)
+    system%whole%solver%accuracy = rough_accuracy
+    call solve_bordered(system, system%right, system%next, outcome)
+    if (outcome == solver_done) length = norm2(system%next)
+  end function next_length
+
+  !> Work of the residual on that direction.
+  real(wp) function next_energy(system) result(energy)
+    type(system_t), intent(inout) :: system !! factor and residual; next is used
+
+    energy = next_length(system)
+    if (energy < huge(1.0_wp)) energy = abs(dot_product(system%right, system%next))
+  end function next_energy
+
+  !> Displacements that forces bring by themselves; none if there is no answer.
+  subroutine answer(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand; next is used
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
+    integer :: outcome
+
+    du = 0.0_wp
+    call solve_bordered(system, free_values(system, force), system%next, outcome)
+    if (outcome /= solver_done) return
+    call spread_values(system%equation, system%next, du)
+    call spread_rigid(system, system%next, du)
+  end subroutine answer
+
+  !> The direction with forces beside the residual.
+  subroutine push(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, bulk_change
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp) :: change(size(system%solution))
+    integer :: outcome
+
+    call solve_bordered(system, free_values(system, force), change, outcome)
+    if (outcome /= solver_done) return
+    system%solution = system%solution + change
+    call spread_direction(system)
+    call form_bulk_change(system)
+  end subroutine push
+
+  !> Values at the free degrees of freedom.
+  pure function free_values(system, field) result(values)
+    type(system_t), intent(in) :: system !! equations
+    real(wp), intent(in) :: field(:, :) !! (3, nodes)
+    real(wp) :: values(size(system%right))
+
+    call gather_values(system%equation, field, values)
+    values(system%equations + 1:) = rigid_values(system, field)
+  end function free_values
+
+  !> Norm of the residual.
+  pure real(wp) function residual_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! right given
+
+    norm = norm2(system%right)
+  end function residual_norm
+
+  !> The largest resultant of the residual on a body that contact alone holds: what is left of its
+  !! weight, say, which is small at each of many nodes.
+  pure real(wp) function largest_resultant(system) result(largest)
+    type(system_t), intent(in) :: system !! right given
+    real(wp) :: total(3, system%body%bodies)
+    integer :: i, k
+
+    largest = 0.0_wp
+    if (.not. any(system%body%floating)) return
+    total = 0.0_wp
+    do i = 1, size(system%equation, 2)
+      associate (body => system%body%node_body(i))
+        if (body == 0) cycle
+        do k = 1, 3
+          if (system%equation(k, i) > 0) total(k, body) = total(k, body) &
+            + system%right(system%equation(k, i))
+        end do
+      end associate
+    end do
+    largest = maxval(norm2(total, 1), system%body%floating)
+  end function largest_resultant
+
+  !> Norm of the damping's force.
+  pure real(wp) function damping_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! damping, pseudo_step
+    real(wp) :: share(system%body%bodies)
+    integer :: i
+
+    norm = 0.0_wp
+    share = damping_shares(system)
+    do i = 1, size(system%equation, 2)
+      if (system%body%node_body(i) == 0) cycle
+      norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &
+        - system%body%pseudo_step%u(:, i), system%equation(:, i) > 0)))
+    end do
+    norm = hypot(norm, system%body%damping*norm2(system%body%pseudo_step%gone))
+  end function damping_norm
+
+  !> Norm of the direction.
+  pure real(wp) function direction_norm(system) result(norm)
+    type(system_t), intent(in) :: system !! solution given
+
+    norm = norm2(system%solution)
+  end function direction_norm
+
+  !> Work of the residual on the direction.
+  pure real(wp) function direction_work(system) result(work)
+    type(system_t), intent(in) :: system !! right and solution given
+
+    work = dot_product(system%right, system%solution)
+  end function direction_work
+
+  !> Norm of the terms that the bulk's forces sum.
+  subroutine sum_terms(system, terms)
+    type(system_t), intent(inout) :: system !! u given; trial is used
+    real(wp), intent(out) :: terms !! [force]
+
+    call multiply_bulk_absolute(system, system%u, system%trial)
+    where (system%equation == 0) system%trial = 0.0_wp
+    terms = norm2(system%trial)
+  end subroutine sum_terms
+
+  !> The node and dof with the largest residual.
+  pure subroutine find_worst(system, node, dof, value)
+    type(system_t), intent(in) :: system !! right given
+    integer, intent(out) :: node, dof !! 0 if no dof is free
+    real(wp), intent(out) :: value !! the residual there [force]
+    integer :: place(2), largest
+
+    node = 0
+    dof = 0
+    value = 0.0_wp
+    if (system%equations == 0) return
+    largest = maxloc(abs(system%right(:system%equations)), 1)
+    value = system%right(largest)
+    place = findloc(system%equation, largest)
+    dof = place(1)
+    node = place(2)
+  end subroutine find_worst
+end module full_form

@@ -1,0 +1,183 @@
+!> The form with reused factors: the bulk is not linear, the factors of its bodies at an earlier
+!! state and today's contact, exactly, precede the true tangent in GMRES (doc/theory, "Nonlinear
+!! bulk", eq. (12.16)).
+module reused_form
+  use kinds, only: wp
+  use back_ends, only: solver_done, solver_singular
+  use bulk_term, only: jumps_little
+  use rigid_bodies, only: spread_rigid
+  use force_scales, only: force_scale
+  use equation_values, only: spread_values, spread_direction
+  use bulk_preconditioner, only: find_bulk_direction, solve_by_passes, solve_in_one_pass
+  use near_steps, only: find_near_again, judge_nearness, note_near_step
+  use condensed_system, only: couple_condensed
+  use full_form, only: full_form_of_system, free_values
+  use system_types, only: form_t, system_t
+  implicit none
+  private
+  public :: reused_form_of_system
+
+  !> Residual over right-hand side that a step with the tangent at hand may leave: a step leaves
+  !! such a share anyway, and passes are long.
+  real(wp), parameter :: repeated_accuracy = 1.0e-2_wp
+  !> Residual over forces before an iteration after which the tangent of contact serves on, where
+  !! that is all that an iteration forms.
+  real(wp), parameter :: close_share = 0.01_wp
+
+contains
+
+  !> The form: what does not ask for a direction is as in the full one.
+  function reused_form_of_system() result(form)
+    type(form_t) :: form
+
+    form = full_form_of_system()
+    form%has_energy = .false.
+    form%inexact = .true.
+    form%name = 'REDUCED'
+    form%begin_anew => begin_anew
+    form%foresee => foresee
+    form%doubt_start => doubt_start
+    form%couple => couple_condensed
+    nullify (form%couple_as_saved)
+    form%find_direction => find_direction
+    form%repeat_direction => repeat_direction
+    form%may_repeat => may_repeat
+    form%judge_step => judge_nearness
+    form%note_repeated => note_repeated
+    form%next_length => next_length
+    form%next_energy => next_energy
+    form%answer => answer
+    form%push => push
+    form%sum_terms => sum_terms
+  end function reused_form_of_system
+
+  !> The other start after a stall: its bulk may strain as it likes.
+  subroutine begin_anew(system)
+    type(system_t), intent(inout) :: system !! near is forgotten
+
+    system%form%near = .false.
+  end subroutine begin_anew
+
+  !> Where factors are near, a start that leaves no more than the forces is good enough.
+  subroutine foresee(system, known, norm)
+    type(system_t), intent(inout) :: system !! near
+    logical, intent(out) :: known !! factors are near
+    real(wp), intent(out) :: norm !! the forces [force]
+
+    known = system%form%near
+    norm = force_scale(system)
+  end subroutine foresee
+
+  !> The start strains the bulk so much that the factors are not near.
+  subroutine doubt_start(system, x, doubtful)
+    type(system_t), intent(inout) :: system !! u is the start; near may go
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    logical, intent(out) :: doubtful !! near has gone
+
+    doubtful = .false.
+    if (.not. system%form%near) return
+    system%form%near = jumps_little(x, system)
+    doubtful = .not. system%form%near
+  end subroutine doubt_start
+
+  !> Tangent and direction. Bodies that tracks alone were thought to hold are grounded if there is
+  !! none.
+  subroutine find_direction(system, x, outcome)
+    type(system_t), intent(inout) :: system !! gets right, solution, du
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! one of the outcomes of the solver
+
+    call find_bulk_direction(system, x, force_scale(system)*system%wish%wanted, outcome)
+    if (outcome == solver_singular .and. system%body%settled) then
+      system%body%settled = .false.
+      call find_bulk_direction(system, x, force_scale(system)*system%wish%wanted, outcome)
+    end if
+    if (outcome == solver_done) call spread_direction(system)
+  end subroutine find_direction
+
+  !> The direction that factors and contact at hand give for the present residual: by themselves
+  !! where they are near, else by GMRES.
+  subroutine repeat_direction(system, found)
+    type(system_t), intent(inout) :: system !! right given; gets solution, du
+    logical, intent(out) :: found !! there is one
+
+    if (system%form%near) then
+      call find_near_again(system, found)
+    else
+      found = .true.
+      system%condensed%norm_before = norm2(system%right)
+      call solve_by_passes(system, system%right, system%solution, left=repeated_accuracy)
+    end if
+    if (found) call spread_direction(system)
+  end subroutine repeat_direction
+
+  !> Not where the tangent was that of the last state: a new one costs less than the steps that it
+  !! saves; nor, far from equilibrium, with the tangent of contact alone.
+  pure logical function may_repeat(system, start, linearised) result(may)
+    type(system_t), intent(in) :: system !! near
+    real(wp), intent(in) :: start !! residual before the iteration [force]
+    logical, intent(in) :: linearised !! its tangent was the bulk's of the last state
+
+    may = .not. linearised
+    if (system%form%near) may = may .and. start <= close_share*force_scale(system)
+  end function may_repeat
+
+  !> A step with near factors ages them.
+  subroutine note_repeated(system, left)
+    type(system_t), intent(inout) :: system !! aging grows
+    real(wp), intent(in) :: left !! share of the residual that it has left
+
+    if (system%form%near) call note_near_step(system, left)
+  end subroutine note_repeated
+
+  !> Length of the next direction, by a single pass.
+  real(wp) function next_length(system) result(length)
+    type(system_t), intent(inout) :: system !! residual of the trial; next is used
+
+    call solve_in_one_pass(system, system%right, system%next)
+    length = norm2(system%next)
+  end function next_length
+
+  !> Work of the residual on that direction.
+  real(wp) function next_energy(system) result(energy)
+    type(system_t), intent(inout) :: system !! residual; next is used
+
+    energy = next_length(system)
+    energy = abs(dot_product(system%right, system%next))
+  end function next_energy
+
+  !> Displacements that forces bring by themselves.
+  subroutine answer(system, force, du)
+    type(system_t), intent(inout) :: system !! tangent at hand; next is used
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
+
+    call solve_by_passes(system, free_values(system, force), system%next)
+    call spread_values(system%equation, system%next, du)
+    call spread_rigid(system, system%next, du)
+  end subroutine answer
+
+  !> The direction with forces beside the residual.
+  subroutine push(system, force)
+    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp) :: change(size(system%solution))
+
+    call solve_by_passes(system, free_values(system, force), change)
+    system%solution = system%solution + change
+    call spread_direction(system)
+  end subroutine push
+
+  !> Norm of the terms that the bulk's forces sum, by the rows of its undeformed matrix.
+  subroutine sum_terms(system, terms)
+    type(system_t), intent(inout) :: system !! u given; trial is used
+    real(wp), intent(out) :: terms !! [force]
+    integer :: k
+
+    do k = 1, size(system%u, 2)
+      system%trial(:, k) = matmul(system%inner%rows(:, :, k), abs(system%u(:, k)))
+    end do
+    where (system%equation == 0) system%trial = 0.0_wp
+    terms = norm2(system%trial)
+  end subroutine sum_terms
+end module reused_form
