@@ -104,7 +104,7 @@ contains
   end function raise_along
 
   !> The penalty is so stiff that it is solved for by multipliers (doc/theory, "Stiff penalties",
-  !! eq. (7.13)). Points of facets would be more than their nodes can follow, but that AUTO's own
+  !! eq. (7.12)). Points of facets would be more than their nodes can follow, but that AUTO's own
   !! penalty is never far above the limit; those of cells move.
   elemental logical function is_stiff(pair)
     type(pair_t), intent(in) :: pair !! the pair

@@ -114,7 +114,6 @@ contains
         call system%form%couple(system)
         call form_residual(system, model%mesh%x)
         run%progress%energy_met = .false.
-        run%progress%creeping = 0
         call estimate_round_off(system, model%mesh%x)
         if (.not. is_converged(system, run%settings, run%progress)) return
       end do

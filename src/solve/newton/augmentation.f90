@@ -12,7 +12,6 @@ module augmentation
   use facet_geometry, only: facet_frame, facet_size
   use assembly, only: recover
   use point_forces, only: measure_field
-  use acceleration, only: acceleration_t, accelerate, forget
   use monitors, only: monitor_t
   use system_types, only: system_t
   implicit none
@@ -49,7 +48,7 @@ module augmentation
   !> How far the multipliers of an increment are.
   type :: augmentation_t
     integer :: updates = 0 !! made so far
-    logical :: gentle = .false. !! no penalty is raised, all multipliers are accelerated
+    logical :: gentle = .false. !! no penalty is raised
     logical :: closed = .false. !! every pair meets its tolerance
     real(wp), allocatable :: gap(:) !! (pairs) largest gap of a closed point over its facet's size
     real(wp), allocatable :: change(:) !! (pairs) largest difference of force and multiplier [force]
@@ -58,8 +57,6 @@ module augmentation
     real(wp), allocatable :: force(:) !! (pairs) largest force of a point [force]
     real(wp), allocatable :: stress(:, :) !! (n_element_stress, points) state of the points
     real(wp), allocatable :: multiplier(:, :) !! (3, points) the next one of fields [force]
-    type(acceleration_t) :: memory !! of the multipliers that are accelerated
-    integer :: moves = 0 !! changes of targets that its iterates have seen
   end type augmentation_t
 
 contains
@@ -194,8 +191,8 @@ contains
     end associate
   end function force_in_facet
 
-  !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised, or
-  !! the multipliers are accelerated. Points that stick are held for the next iteration.
+  !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised.
+  !! Points that stick are held for the next iteration.
   subroutine update_multipliers(model, system, augmentation, monitor)
     type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise
     type(system_t), intent(inout) :: system !! contact elements; gets hold
@@ -208,15 +205,13 @@ contains
       if (shifts_gap(model%pairs(k)) .and. .not. has_field(model%pairs(k))) &
         call take_point_forces(model, system, k, augmentation)
     end do
-    if (any(is_accelerated(augmentation, model%pairs))) &
-      call choose_multipliers(model, system, augmentation)
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
       associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
         call give_multipliers(augmentation%multiplier(:, first:last), model%pairs(k))
       end associate
       if (has_field(model%pairs(k))) then
-        call use_own_penalty(model%pairs(k), augmentation%memory)
+        call use_own_penalty(model%pairs(k))
       else if (.not. augmentation%gentle) then
         call raise_penalty(augmentation%change(k), augmentation%before(k), model%pairs(k), monitor)
       end if
@@ -224,14 +219,6 @@ contains
     augmentation%before = augmentation%change
     augmentation%updates = augmentation%updates + 1
   end subroutine update_multipliers
-
-  !> Whether what earlier updates have shown chooses the next multipliers of a pair.
-  elemental logical function is_accelerated(augmentation, pair)
-    type(augmentation_t), intent(in) :: augmentation !! gentle or not
-    type(pair_t), intent(in) :: pair !! the pair
-
-    is_accelerated = has_field(pair) .or. (augmentation%gentle .and. shifts_gap(pair))
-  end function is_accelerated
 
   !> The next multipliers of a pair without fields: the forces of its points.
   pure subroutine take_point_forces(model, system, k, augmentation)
@@ -259,60 +246,14 @@ contains
     end do
   end subroutine give_multipliers
 
-  !> Multipliers for the next solve from what earlier updates have shown. Points that have changed
-  !! their facet, or facets that have been cut anew, make all before useless.
-  pure subroutine choose_multipliers(model, system, augmentation)
-    type(model_t), intent(in) :: model !! pairs: multipliers so far
-    type(system_t), intent(in) :: system !! contact elements
-    type(augmentation_t), intent(inout) :: augmentation !! multiplier: in: those of the forces
-    real(wp) :: now(3, size(augmentation%multiplier, 2)), image(3, size(now, 2)), next(size(now))
-    integer :: k, moves
-
-    now = 0.0_wp
-    image = 0.0_wp
-    moves = 0
-    do k = 1, size(model%pairs)
-      if (.not. is_accelerated(augmentation, model%pairs(k))) cycle
-      moves = moves + sum(model%pairs(k)%history%moves)
-      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
-        call take_multipliers(model%pairs(k), now(:, first:last))
-        image(:, first:last) = augmentation%multiplier(:, first:last)
-      end associate
-    end do
-    if (moves /= augmentation%moves) call forget(augmentation%memory)
-    augmentation%moves = moves
-    call accelerate(augmentation%memory, reshape(now, [size(now)]), &
-                    reshape(image, [size(now)]), next)
-    image = reshape(next, shape(now))
-    do k = 1, size(model%pairs)
-      if (.not. is_accelerated(augmentation, model%pairs(k))) cycle
-      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
-        augmentation%multiplier(:, first:last) = image(:, first:last)
-      end associate
-    end do
-  end subroutine choose_multipliers
-
-  !> The multipliers of the points of a pair.
-  pure subroutine take_multipliers(pair, lambda)
-    type(pair_t), intent(in) :: pair !! the pair
-    real(wp), intent(out) :: lambda(:, :) !! (3, points) [force]
-    integer :: p
-
-    do p = 1, size(lambda, 2)
-      lambda(:, p) = pair%history%new(p)%lambda
-    end do
-  end subroutine take_multipliers
-
   !> After the first update the penalty is that of the fields; targets chosen with a softer one may
   !! be left again for those they come from.
-  pure subroutine use_own_penalty(pair, memory)
+  pure subroutine use_own_penalty(pair)
     type(pair_t), intent(inout) :: pair !! gets raise; forgets the targets its points have left
-    type(acceleration_t), intent(inout) :: memory !! iterates with another penalty are of no use
 
     if (pair%history%raise >= 1.0_wp) return
     pair%history%raise = 1.0_wp
     call forget_moves(pair)
-    call forget(memory)
   end subroutine use_own_penalty
 
   !> Raises the penalty where the last update has left too much of the change before, or is the

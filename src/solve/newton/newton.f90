@@ -15,14 +15,14 @@ module newton
   use supports, only: drop_bodies
   use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
-  use expected_status, only: forget_expected, turned_back, most_single
+  use expected_status, only: forget_expected, turned_back
   use line_search, only: search_line, approach
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
-    wanted_share, count_creeping, judge_progress, judge_settled, outcome_going_on, &
+    wanted_share, judge_progress, judge_settled, outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
@@ -76,7 +76,6 @@ contains
     progress%since_lowest = 0
     progress%since_fewest = 0
     progress%energy_met = .false.
-    progress%creeping = 0
     progress%short = 0
     progress%misfits = 0
     progress%halved = .true.
@@ -215,7 +214,6 @@ contains
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
     progress%indefinite = progress%indefinite .or. system%whole%solver%indefinite
     call forget_expected(system%contact)
-    if (progress%solves >= most_single) system%contact%slide = .true.
     progress%solves = progress%solves + 1
     progress%energy = abs(system%form%direction_work(system))
     if (associated(system%form%defect_energy)) progress%energy = progress%energy &
@@ -256,7 +254,6 @@ contains
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%pseudo_step%iterations <= 1) &
       progress%energy_met = meets_energy(system, settings, progress)
-    call count_creeping(system, settings, progress)
     progress%share = residual_norm(system)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp
     call note_forces(system)

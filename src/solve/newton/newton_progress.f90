@@ -9,7 +9,7 @@ module newton_progress
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
-    count_creeping, judge_progress, judge_settled
+    judge_progress, judge_settled
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
@@ -41,10 +41,6 @@ module newton_progress
   real(wp), parameter :: resultant_factor = 8.0_wp, resultant_share = 1.0e-4_wp
   !> An energy test of TOL v also wants a relative residual of this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
-  !> So does one that steps of any length have met in so many iterations on end: few points that
-  !! stick and slip in turn keep them short.
-  real(wp), parameter :: creeping_share = 0.1_wp
-  integer, parameter :: most_creeping = 8
   !> Points are settled if a full step changes no more than this share of the closed ones,
   real(wp), parameter :: settled_share = 0.02_wp
   !> and which of them stick and slip is known once its energy is below this share of the first.
@@ -78,7 +74,6 @@ module newton_progress
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
     logical :: energy_met = .false. !! the last full step met the energy tolerance
-    integer :: creeping = 0 !! iterations on end that met it, full steps or not
     integer :: outcome = outcome_going_on !! one of the outcomes
   end type newton_t
 
@@ -104,8 +99,6 @@ contains
     else
       converged = progress%energy_met .and. &
         norm <= wanted_share(settings)*force_scale(system)
-      converged = converged .or. (progress%creeping >= most_creeping .and. &
-        norm <= creeping_share*sqrt(settings%energy_tolerance)*force_scale(system))
     end if
   end function is_converged
 
@@ -139,17 +132,6 @@ contains
 
     share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
   end function wanted_share
-
-  !> Counts iterations on end whose energy met the tolerance. Damping keeps steps small by itself.
-  subroutine count_creeping(system, settings, progress)
-    type(system_t), intent(in) :: system !! damping
-    type(settings_t), intent(in) :: settings !! tolerances
-    type(newton_t), intent(inout) :: progress !! energies; gets creeping
-
-    progress%creeping = progress%creeping + 1
-    if (progress%energy > settings%energy_tolerance*progress%first_energy .or. &
-        system%body%damping > 0.0_wp .or. any(system%body%grounded)) progress%creeping = 0
-  end subroutine count_creeping
 
   !> Whether nearly all points are what they were before the last step.
   pure subroutine judge_settled(before, length, system)

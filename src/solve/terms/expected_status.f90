@@ -17,14 +17,10 @@ module expected_status
   use system_types, only: system_t
   implicit none
   private
-  public :: expect_status, forget_expected, turned_back, most_single
+  public :: expect_status, forget_expected, turned_back
 
   !> A gap below this share of the facet's size is closed for the first tangent.
   real(wp), parameter :: touching = 1.0e-9_wp
-
-  !> Iterations of an increment after which points that stick on their cone slip in the tangent;
-  !! else Newton lets go of one or two of them an iteration (doc/theory, "Predicted active set").
-  integer, parameter :: most_single = 5
 
   !> What is expected of the points of one slave facet of a segmented pair.
   type :: expected_t
