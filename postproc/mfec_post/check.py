@@ -1,0 +1,216 @@
+"""mfec-post check: an independent proof of a result, from its results file alone."""
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from typing import Any, Optional
+
+import numpy as np
+
+from .proof_bulk import Bodies
+from .proof_contact import OPEN, Pair, Points
+from .proof_run import ROUND_OFF, Array, Ledger, Refusal, Run
+
+TOLERANCE, MULTIPLIERS = 1e-8, 1e-5  # of forces: plain, with AUGMent
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument('results', help='results file (.vtkhdf)')
+    parser.add_argument('--certificate', help='file to write the proof to (.json)')
+    parser.add_argument('--quiet', action='store_true', help='the last line alone')
+
+
+def equilibrium(run: Run, ledger: Ledger, k: int, u: Array, reaction: Array, internal: Array,
+                contact: Array, noise: float) -> float:
+    """Balance of the nodes, supports and resultants; the scale of forces."""
+    x, time = run.x0 + u, float(run.times[k])
+    applied = run.loads('forces', time) + run.pressures(x, time)
+    springs = np.where(run.supports[:, :3] > 0, 0, -run.springs * u)
+    scale = max(float(np.linalg.norm(v, axis=1).max(initial=0)) for v in
+                (reaction, contact, applied, np.full((1, 3), noise)))
+    tolerance = MULTIPLIERS if any(p.augmented for p in run.pairs_law) else TOLERANCE
+    ledger.judge('equilibrium of the nodes',
+                 np.linalg.norm(internal - contact - applied - reaction, axis=1) / scale,
+                 tolerance, run.numbers)
+    # small strain balances moments about the places at rest
+    finite = any(row[0] > 1 and not row[4] for row in run.materials.values())
+    total = (reaction + applied + contact).sum(0)
+    ledger.judge('resultant force', total / (scale * np.sqrt(len(x))), tolerance)
+    if finite or run.all_alike:
+        arm = (x if finite else run.x0) - run.x0.mean(0)
+        moment = np.cross(arm, internal).sum(0)
+        ledger.judge('no moment from inside', moment / (scale * np.sqrt(len(x)) * run.size),
+                     TOLERANCE)
+    free = (run.supports[:, :3] == 0) & (run.supports[:, 3:] == 0) & (run.body == 0)[:, None]
+    sprung = free & (run.springs > 0)
+    ledger.judge('no reaction without support', reaction[free & ~sprung] / scale, tolerance)
+    ledger.judge('springs', (reaction - springs)[sprung] / scale, TOLERANCE)
+    held = run.supports[:, 3] > 0
+    if held.any():
+        ledger.judge('held regions carry nothing', reaction[held & (run.body == 0)].sum(0) / scale,
+                     1e-6)
+    fixed = (run.supports[:, :3] > 0) & (run.body == 0)[:, None]
+    want = run.loads('displacements', time)
+    ledger.judge('prescribed displacements', (u - want)[fixed] / run.size, 1e-10)
+    for b, row in enumerate(run.table('rigid', 9), 1):
+        rigid_body(run, ledger, b, row, x, reaction, scale, time)
+    return scale
+
+
+def rigid_body(run: Run, ledger: Ledger, b: int, row: Array, x: Array, reaction: Array,
+               scale: float, time: float) -> None:
+    """A body with a point: it is rigid, and what is free of it is in balance with its loads."""
+    nodes = run.body == b
+    arm = run.x0[nodes] - row[:3]
+    middle = arm.mean(0)
+    left, _, right = np.linalg.svd((arm - middle).T @ (x[nodes] - x[nodes].mean(0)))
+    turn = (left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right).T
+    ledger.judge('rigid bodies', (x[nodes] - x[nodes].mean(0) - (arm - middle) @ turn.T) / run.size,
+                 1e-10)
+    point = x[nodes].mean(0) - turn @ middle
+    load = sum((r[2:] * run.factor(int(r[1]), time) for r in run.table('rigid_loads', 8)
+                if int(r[0]) == b), np.zeros(6))
+    held = np.concatenate([reaction[nodes].sum(0),
+                           np.cross(x[nodes] - point, reaction[nodes]).sum(0) / run.size])
+    load[3:] /= run.size
+    ledger.judge('rigid bodies: balance', (held - load)[row[3:] > 0] / (
+        scale * np.sqrt(nodes.sum())), MULTIPLIERS if any(p.augmented for p in run.pairs_law)
+        else TOLERANCE)
+
+
+def tables(run: Run, ledger: Ledger, k: int, reaction: Array, contacts: dict[str, Points],
+           scale: float) -> None:
+    """The rows of .rea and .con from the fields."""
+    step = int(run.file['contact/step'][k]) if 'contact' in run.file else ledger.step
+    group = run.file['history/reactions'] if 'reactions' in run.file['history'] else {}
+    if len(group):
+        at = np.flatnonzero(group['step'][()] == step)
+        for i in at:
+            name = group['set'][i].decode().rstrip('\0 ')
+            if name in run.file['run/sets']:
+                nodes = run.place[run.file['run/sets'][name][()]]
+                row = np.array([group[f'R{j}'][i] for j in (1, 2, 3)])
+                ledger.judge('table of reactions', (reaction[nodes].sum(0) - row) / (
+                    scale * max(1, len(nodes))), 1e-9)
+    if not contacts or 'contact' not in run.file['history']:
+        return
+    group = run.file['history/contact']
+    at = np.flatnonzero(group['step'][()] == step)
+    for i, (name, p) in zip(at, contacts.items()):
+        closed = p.status > OPEN
+        ledger.judge('table of contact: points', np.array([
+            closed.sum() - group['active'][i], (p.status == 1).sum() - group['stick'][i],
+            (p.status == 2).sum() - group['slip'][i]]), 0.5)
+        size = max(scale, 1e-300) * max(1, int(closed.sum()))
+        force = p.force[closed].sum(0) if closed.any() else np.zeros(3)
+        row = np.array([group[f'F{j}'][i] for j in (1, 2, 3)])
+        ledger.judge('table of contact: forces', (force - row) / size, 1e-9)
+        ledger.judge('table of contact: forces', (p.lay_force[closed, 2].sum() - group['Fn'][i])
+                     / size, 1e-9)
+        deepest = float(np.max(-p.gap[closed], initial=0.0))
+        ledger.judge('table of contact: depth', (deepest - group['max_penetration'][i]) / run.size,
+                     1e-12)
+
+
+def energies(run: Run, ledger: Ledger, k: int, strain: float, penalty: Optional[float],
+             friction: float) -> None:
+    """Energies of the audit at an end time from the fields."""
+    if 'audit' not in run.file or 'contact' not in run.file:
+        return
+    at = np.flatnonzero(run.file['audit/step'][()] == ledger.step)
+    if len(at) != 1:
+        return
+    names = [name.decode().rstrip('\0 ') for name in run.file['audit/sum_names'][()]]
+    sums = dict(zip(names, run.file['audit/sums'][int(at[0])]))
+    largest = max(abs(sums['largest_energy']), abs(strain), abs(sums['dissipation']), 1e-300)
+    floor = largest + 64 * ROUND_OFF * run.stiffest * run.size ** 3 / 1e-6
+    ledger.judge('energy: strain', (strain - sums['strain_energy']) / floor, 1e-6)
+    if penalty is not None:
+        ledger.judge('energy: penalty', (penalty - sums['penalty_energy']) / floor, 1e-6)
+    ledger.judge('energy: friction', (friction - sums['dissipation']) / floor, 1e-6)
+
+
+def prove(path: str) -> tuple[Ledger, Run]:
+    """All lines of a results file."""
+    run, ledger = Run(path), Ledger()
+    bodies = Bodies(run)
+    run.stiffest = bodies.stiffest
+    run.pairs_law = [Pair(run, name, group) for name, group in run.pairs.items()]
+    run.all_alike = all(row[0] == 1 for row in run.materials.values())
+    before: dict[str, tuple[Points, Array]] = {}
+    with_contact = 'contact' in run.file and len(run.file['contact/step']) > 0
+    if not run.steps:
+        ledger.leave('fields', 'no end time has fields')
+    for k in range(run.steps):
+        u, reaction = run.field('PointData', 'displacement', k), run.field('PointData', 'reaction', k)
+        ledger.step = int(run.file['contact/step'][k]) if with_contact else k + 1
+        if u is None or reaction is None or not (with_contact or not run.pairs_law):
+            ledger.leave('all but the tables', 'displacement, reaction or contact is not written')
+            continue
+        x = run.x0 + u
+        internal, stress, strain = bodies.solve(u)
+        written = run.field('CellData', 'stress', k)
+        if written is not None:
+            known = np.isfinite(stress).all(1)
+            floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) \
+                + 64 * ROUND_OFF * run.stiffest / 1e-9
+            ledger.judge('stress of the cells', (stress - written)[known] / floor, 1e-9)
+        begin = float(run.file['contact/begin'][k]) if with_contact else 0.0
+        last = float(run.times[k - 1]) if k else 0.0
+        noise = 64 * ROUND_OFF * run.stiffest * run.shortest * run.size / TOLERANCE
+        contact, now = np.zeros_like(x), {}
+        for pair in run.pairs_law:
+            now[pair.name] = Points(pair, k)
+            contact += pair.forces(now[pair.name], x)
+        scale = equilibrium(run, ledger, k, u, reaction, internal, contact, noise)
+        if run.pairs_law:
+            ledger.judge('contact: action, reaction', contact.sum(0) / (
+                scale * np.sqrt(len(x))), 1e-11)
+            if not any(p.augmented or p.offset_used for p in run.pairs_law):
+                ledger.judge('contact: no moment', np.cross(x - x.mean(0), contact).sum(0) / (
+                    scale * np.sqrt(len(x)) * run.size), 1e-11)
+        penalty: Optional[float] = 0.0
+        for pair in run.pairs_law:
+            old = before.get(pair.name)
+            cut = old is None or abs(begin - last) > 1e-9 * max(abs(last), 1e-12) + 1e-300
+            p, energy = pair.judge(ledger, k, x, old or (now[pair.name], x), scale, cut)
+            penalty = None if penalty is None or pair.augmented else penalty + energy
+            before[pair.name] = p, x
+        tables(run, ledger, k, reaction, now, scale)
+        if with_contact:
+            energies(run, ledger, k, strain, penalty,
+                     sum(float(p.dissipation.sum()) for p in now.values()))
+    return ledger, run
+
+
+def certificate(path: str, ledger: Ledger, run: Run) -> dict[str, Any]:
+    """What was proved of which file, for those who have to rely on it."""
+    with open(path, 'rb') as stream:
+        digest = hashlib.file_digest(stream, 'sha256').hexdigest() if hasattr(
+            hashlib, 'file_digest') else hashlib.sha256(stream.read()).hexdigest()
+    deck = run.file['run/deck'][0].rstrip(b'\0 ')
+    return {'file': path, 'sha256': digest, 'deck_sha256': hashlib.sha256(deck).hexdigest(),
+            'program': run.file['run/version'][0].decode().rstrip('\0 '), 'end_times': run.steps,
+            **ledger.count(), 'lines': ledger.lines,
+            'gaps': [[name, why, n] for (name, why), n in ledger.gaps.items()]}
+
+
+def main(given: argparse.Namespace) -> int:
+    """Exit code 0: nothing is refuted; 1: something is; 2: not a file that can be checked."""
+    try:
+        ledger, run = prove(given.results)
+        proof = certificate(given.results, ledger, run)
+        if given.certificate:
+            with open(given.certificate, 'w', encoding='ascii') as stream:
+                json.dump(proof, stream, indent=1)
+    except (OSError, KeyError, Refusal) as problem:
+        print(f'mfec-post check: {problem}', file=sys.stderr)
+        return 2
+    if not given.quiet:
+        print('\n'.join(ledger.rows()))
+    print(f'{given.results}: {proof["end_times"]} end times, {proof["proved"]} lines proved, '
+          f'{proof["open"]} open, {proof["refuted"]} refuted; sha256 {proof["sha256"]}')
+    return 1 if proof['refuted'] else 0
