@@ -125,9 +125,10 @@ class Bodies:
                         self.blocks.append(Block(run, cells[here], run.corners[kind][here],
                                                  straight, material))
 
-    def solve(self, u: Array) -> tuple[Array, Array, float]:
-        """Internal forces of the nodes, Cauchy stress of the cells (6) and strain energy."""
-        force, total = np.zeros_like(u), 0.0
+    def solve(self, u: Array) -> tuple[Array, Array, float, Array]:
+        """Internal forces of the nodes, Cauchy stress of the cells (6), strain energy, and the
+        moment of the forces about the places where the law balances it: at rest in small strain."""
+        force, total, moment = np.zeros_like(u), 0.0, np.zeros(3)
         stress = np.full((len(self.run.material), 6), np.nan)
         for block in self.blocks:
             block.stretch(u)
@@ -140,9 +141,11 @@ class Bodies:
                 extra = np.zeros_like(energy)
             nodal = np.einsum('qe,qeij,qeaj->eai', block.weight, p, block.gradient)
             np.add.at(force, block.nodes, nodal)
+            arm = self.run.x0 if block.law == 1 else self.run.x0 + u
+            moment += np.cross(arm[block.nodes] - self.run.x0.mean(0), nodal).sum((0, 1))
             stress[block.cells] = cauchy[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
             total += float(energy.sum() + extra.sum())
-        return force, stress, total
+        return force, stress, total, moment
 
     def of_nodes(self, block: Block) -> tuple[Array, Array]:
         """Pressure and volumetric energy of the cells of NODAl: means over the nodes around."""

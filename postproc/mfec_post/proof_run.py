@@ -88,7 +88,7 @@ class Run:
         self.material = vtk['CellData/material'][()]
         self.materials = {int(row[0]): row[1:] for row in self.table('materials', 6)}
         self.size = float(np.linalg.norm(np.ptp(self.x0, axis=0))) if len(self.x0) else 1.0
-        self.stiffest, self.all_alike = 0.0, True
+        self.stiffest = 0.0
         self.pairs_law: list[Any] = []
         ends = [self.x0[c[:, 0]] - self.x0[c[:, 1]] for c in self.corners.values()]
         edges = np.linalg.norm(np.concatenate(ends), axis=1)
