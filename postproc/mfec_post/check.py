@@ -96,7 +96,7 @@ def tables(run: Run, ledger: Ledger, k: int, reaction: Array, contacts: dict[str
         return
     group = run.file['history/contact']
     at = np.flatnonzero(group['step'][()] == step)
-    for i, (name, p) in zip(at, contacts.items()):
+    for i, p in zip(at, contacts.values()):
         closed = p.status > OPEN
         ledger.judge('table of contact: points', np.array([
             closed.sum() - group['active'][i], (p.status == 1).sum() - group['stick'][i],
@@ -183,11 +183,12 @@ def prove(path: str) -> tuple[Ledger, Run]:
 
 def certificate(path: str, ledger: Ledger, run: Run) -> dict[str, Any]:
     """What was proved of which file, for those who have to rely on it."""
+    digest = hashlib.sha256()
     with open(path, 'rb') as stream:
-        digest = hashlib.file_digest(stream, 'sha256').hexdigest() if hasattr(
-            hashlib, 'file_digest') else hashlib.sha256(stream.read()).hexdigest()
+        while block := stream.read(1 << 20):
+            digest.update(block)
     deck = run.file['run/deck'][0].rstrip(b'\0 ')
-    return {'file': path, 'sha256': digest, 'deck_sha256': hashlib.sha256(deck).hexdigest(),
+    return {'file': path, 'sha256': digest.hexdigest(), 'deck_sha256': hashlib.sha256(deck).hexdigest(),
             'program': run.file['run/version'][0].decode().rstrip('\0 '), 'end_times': run.steps,
             **ledger.count(), 'lines': ledger.lines,
             'gaps': [[name, why, n] for (name, why), n in ledger.gaps.items()]}
@@ -198,6 +199,7 @@ def main(given: argparse.Namespace) -> int:
     try:
         ledger, run = prove(given.results)
         proof = certificate(given.results, ledger, run)
+        run.file.close()
         if given.certificate:
             with open(given.certificate, 'w', encoding='ascii') as stream:
                 json.dump(proof, stream, indent=1)

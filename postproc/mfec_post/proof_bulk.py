@@ -23,14 +23,14 @@ def shares(straight: bool) -> Array:
     return np.array([(1 - s) / 4 + s * np.eye(4)[i] for s in along for i in range(4)])
 
 
-def slopes_of(l: Array, nodes: int) -> Array:
+def slopes_of(place: Array, nodes: int) -> Array:
     """Slopes of the shape functions by the volume coordinates, (nodes, 4)."""
     if nodes == 4:
         return np.eye(4)
     d = np.zeros((10, 4))
-    d[range(4), range(4)] = 4 * l - 1
+    d[range(4), range(4)] = 4 * place - 1
     for k, (i, j) in enumerate(EDGES):
-        d[4 + k, [i, j]] = 4 * l[j], 4 * l[i]
+        d[4 + k, [i, j]] = 4 * place[j], 4 * place[i]
     return d
 
 
@@ -44,8 +44,8 @@ class Block:
         count = nodes.shape[1]
         x = run.x0[nodes]
         gradients, weights = [], []
-        for l in np.full((1, 4), 0.25) if count == 4 else shares(straight):
-            d = slopes_of(l, count)
+        for place in np.full((1, 4), 0.25) if count == 4 else shares(straight):
+            d = slopes_of(place, count)
             d = d[:, :3] - d[:, 3:]
             jacobian = np.einsum('eai,aj->eij', x, d)
             gradients.append(np.einsum('aj,eji->eai', d, np.linalg.inv(jacobian)))

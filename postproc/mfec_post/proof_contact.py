@@ -178,8 +178,8 @@ class Pair:
         old = frame_of(corners)
         share, _ = triangle(xi, 3)
         if self.lay_kind in (CIRCUMFERENTIAL, RADIAL):
-            v = sum(share[:, k, None] * turned(direction(corners[:, k]), old[:, :, 2])
-                    for k in range(3))
+            v = np.sum([share[:, k, None] * turned(direction(corners[:, k]), old[:, :, 2])
+                        for k in range(3)], axis=0)
         else:
             v = turned(direction(s), old[:, :, 2])
         c = np.linalg.solve(old, np.asarray(v)[..., None])[:, :2, 0]
@@ -316,7 +316,8 @@ class Pair:
         mu, length = self.coefficients(p, at), self.edge
         if self.cap > 0:
             depth = np.minimum(depth, self.cap * p.area[at] / mu.max(1))
-        slides, works = p.status[at] == SLIDES, (mu > 0).all(1)
+        slides = p.status[at] == SLIDES
+        works: Array = np.all(mu > 0, axis=1)
         largest = max(float(depth.max()), 1e-6 * scale, 1e-300)
         floor = largest + eps * noise * length / 1e-9
         size = np.sqrt((np.where(mu > 0, f / np.where(mu > 0, mu, 1), 0) ** 2).sum(1))
