@@ -11,7 +11,7 @@ import numpy as np
 
 from .proof_bulk import Bodies
 from .proof_contact import OPEN, Pair, Points
-from .proof_run import ROUND_OFF, Array, Ledger, Refusal, Run
+from .proof_run import ROUND_OFF, Array, Ledger, Refusal, Run, cross
 
 TOLERANCE, MULTIPLIERS = 1e-8, 1e-5  # of forces: plain, with AUGMent
 
@@ -71,31 +71,28 @@ def rigid_body(run: Run, ledger: Ledger, b: int, row: Array, x: Array, reaction:
     load = sum((r[2:] * run.factor(int(r[1]), time) for r in run.table('rigid_loads', 8)
                 if int(r[0]) == b), np.zeros(6))
     held = np.concatenate([reaction[nodes].sum(0),
-                           np.cross(x[nodes] - point, reaction[nodes]).sum(0) / run.size])
+                           cross(x[nodes] - point, reaction[nodes]).sum(0) / run.size])
     load[3:] /= run.size
     ledger.judge('rigid bodies: balance', (held - load)[row[3:] > 0] / (
         scale * np.sqrt(nodes.sum())), MULTIPLIERS if any(p.augmented for p in run.pairs_law)
         else TOLERANCE)
 
 
-def tables(run: Run, ledger: Ledger, k: int, reaction: Array, contacts: dict[str, Points],
+def tables(run: Run, ledger: Ledger, reaction: Array, contacts: dict[str, Points],
            scale: float) -> None:
     """The rows of .rea and .con from the fields."""
-    step = int(run.file['contact/step'][k]) if 'contact' in run.file else ledger.step
-    group = run.file['history/reactions'] if 'reactions' in run.file['history'] else {}
-    if len(group):
-        at = np.flatnonzero(group['step'][()] == step)
-        for i in at:
-            name = group['set'][i].decode().rstrip('\0 ')
-            if name in run.file['run/sets']:
-                nodes = run.place[run.file['run/sets'][name][()]]
+    group = run.rows['reactions']
+    if group:
+        for i in np.flatnonzero(group['step'] == ledger.step):
+            nodes = run.sets.get(group['set'][i].decode().rstrip('\0 '))
+            if nodes is not None:
                 row = np.array([group[f'R{j}'][i] for j in (1, 2, 3)])
                 ledger.judge('table of reactions', (reaction[nodes].sum(0) - row) / (
                     scale * max(1, len(nodes))), 1e-9)
-    if not contacts or 'contact' not in run.file['history']:
+    group = run.rows['contact']
+    if not contacts or not group:
         return
-    group = run.file['history/contact']
-    at = np.flatnonzero(group['step'][()] == step)
+    at = np.flatnonzero(group['step'] == ledger.step)
     for i, p in zip(at, contacts.values()):
         closed = p.status > OPEN
         ledger.judge('table of contact: points', np.array([
@@ -112,16 +109,14 @@ def tables(run: Run, ledger: Ledger, k: int, reaction: Array, contacts: dict[str
                      1e-12)
 
 
-def energies(run: Run, ledger: Ledger, k: int, strain: float, penalty: Optional[float],
+def energies(run: Run, ledger: Ledger, strain: float, penalty: Optional[float],
              friction: float) -> None:
     """Energies of the audit at an end time from the fields."""
-    if 'audit' not in run.file or 'contact' not in run.file:
-        return
-    at = np.flatnonzero(run.file['audit/step'][()] == ledger.step)
+    at = np.flatnonzero(run.audit.get('step', np.zeros(0)) == ledger.step)
     if len(at) != 1:
         return
-    names = [name.decode().rstrip('\0 ') for name in run.file['audit/sum_names'][()]]
-    sums = dict(zip(names, run.file['audit/sums'][int(at[0])]))
+    names = [name.decode().rstrip('\0 ') for name in run.audit['sum_names']]
+    sums = dict(zip(names, run.audit['sums'][int(at[0])]))
     largest = max(abs(sums['largest_energy']), abs(strain), abs(sums['dissipation']), 1e-300)
     floor = largest + 64 * ROUND_OFF * run.stiffest * run.size ** 3 / 1e-6
     ledger.judge('energy: strain', (strain - sums['strain_energy']) / floor, 1e-6)
@@ -137,12 +132,12 @@ def prove(path: str) -> tuple[Ledger, Run]:
     run.stiffest = bodies.stiffest
     run.pairs_law = [Pair(run, name, group) for name, group in run.pairs.items()]
     before: dict[str, tuple[Points, Array]] = {}
-    with_contact = 'contact' in run.file and len(run.file['contact/step']) > 0
+    with_contact = len(run.contact.get('step', ())) > 0
     if not run.steps:
         ledger.leave('fields', 'no end time has fields')
     for k in range(run.steps):
         u, reaction = run.field('PointData', 'displacement', k), run.field('PointData', 'reaction', k)
-        ledger.step = int(run.file['contact/step'][k]) if with_contact else k + 1
+        ledger.step = int(run.contact['step'][k]) if with_contact else k + 1
         if u is None or reaction is None or not (with_contact or not run.pairs_law):
             ledger.leave('all but the tables', 'displacement, reaction or contact is not written')
             continue
@@ -154,7 +149,7 @@ def prove(path: str) -> tuple[Ledger, Run]:
             floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) \
                 + 64 * ROUND_OFF * run.stiffest / 1e-9
             ledger.judge('stress of the cells', (stress - written)[known] / floor, 1e-9)
-        begin = float(run.file['contact/begin'][k]) if with_contact else 0.0
+        begin = float(run.contact['begin'][k]) if with_contact else 0.0
         last = float(run.times[k - 1]) if k else 0.0
         contact, now = np.zeros_like(x), {}
         for pair in run.pairs_law:
@@ -165,7 +160,7 @@ def prove(path: str) -> tuple[Ledger, Run]:
             ledger.judge('contact: action, reaction', contact.sum(0) / (
                 scale * np.sqrt(len(x))), 1e-11)
             if not any(p.augmented or p.offset_used for p in run.pairs_law):
-                ledger.judge('contact: no moment', np.cross(x - x.mean(0), contact).sum(0) / (
+                ledger.judge('contact: no moment', cross(x - x.mean(0), contact).sum(0) / (
                     scale * np.sqrt(len(x)) * run.size), 1e-11)
         penalty: Optional[float] = 0.0
         for pair in run.pairs_law:
@@ -174,9 +169,9 @@ def prove(path: str) -> tuple[Ledger, Run]:
             p, energy = pair.judge(ledger, k, x, old or (now[pair.name], x), scale, cut)
             penalty = None if penalty is None or pair.augmented else penalty + energy
             before[pair.name] = p, x
-        tables(run, ledger, k, reaction, now, scale)
+        tables(run, ledger, reaction, now, scale)
         if with_contact:
-            energies(run, ledger, k, strain, penalty,
+            energies(run, ledger, strain, penalty,
                      sum(float(p.dissipation.sum()) for p in now.values()))
     return ledger, run
 

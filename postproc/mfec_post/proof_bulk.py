@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .proof_run import Array, Run
+from .proof_run import Array, Run, cross
 
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 STRAIGHT = 1e-10  # middle nodes that are off by less of the edge are in its middle
@@ -142,7 +142,7 @@ class Bodies:
             nodal = np.einsum('qe,qeij,qeaj->eai', block.weight, p, block.gradient)
             np.add.at(force, block.nodes, nodal)
             arm = self.run.x0 if block.law == 1 else self.run.x0 + u
-            moment += np.cross(arm[block.nodes] - self.run.x0.mean(0), nodal).sum((0, 1))
+            moment += cross(arm[block.nodes] - self.run.x0.mean(0), nodal).sum((0, 1))
             stress[block.cells] = cauchy[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
             total += float(energy.sum() + extra.sum())
         return force, stress, total, moment

@@ -8,10 +8,12 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .proof_run import ROUND_OFF, Array, Ledger, Run, triangle
+from .proof_run import ROUND_OFF, Array, Ledger, Run, cross, triangle
 
 CIRCUMFERENTIAL, RADIAL, FIELD = 2, 3, 4
-SLIDES, STICKS, OPEN = 2, 1, 0
+SLIDES, OPEN = 2, 0
+FIELDS = ('host', 'status', 'traction', 'gap', 'tip', 'lay', 'lay_traction', 'dissipation',
+          'slip_path', 'start_tip', 'offset', 'lift', 'multiplier', 'patch')
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -28,7 +30,7 @@ def unit(a: Array) -> Array:
 def frame_of(x: Array) -> Array:
     """a1, a2 and the unit normal of flat facets, (n, component, vector)."""
     a1, a2 = x[:, 0] - x[:, 2], x[:, 1] - x[:, 2]
-    return np.stack([a1, a2, unit(np.cross(a1, a2))], -1)
+    return np.stack([a1, a2, unit(cross(a1, a2))], -1)
 
 
 class Points:
@@ -36,28 +38,24 @@ class Points:
 
     def __init__(self, pair: Pair, k: int):
         group = pair.group
-        take = {name: group[name][k] for name in group if group[name].ndim > 0
-                and name in ('host', 'status', 'traction', 'gap', 'tip', 'lay', 'lay_traction',
-                             'elastic_slip', 'dissipation', 'slip_path', 'frictional_slip',
-                             'start_tip', 'offset', 'lift', 'multiplier', 'patch')}
+        take = {name: values[k] for name, values in group.items() if name in FIELDS}
         self.host = take['host'] - 1
         self.status, self.force = take['status'], take['traction']
         self.gap, self.tip, self.start = take['gap'], take['tip'], take['start_tip']
         self.lay, self.lay_force = take['lay'], take['lay_traction']
         self.dissipation, self.path = take['dissipation'], take['slip_path']
-        self.elastic = take['elastic_slip']
         zero = np.zeros(len(self.host))
         self.offset, self.lift = take.get('offset', zero), take.get('lift', zero)
         self.multiplier: Optional[Array] = take.get('multiplier')
         self.patch: Optional[Array] = take.get('patch')
         cells = pair.points == -1
-        nodes = (group['node'][k] if cells else group['node'][()]).reshape(len(self.host), -1)
-        self.area = (group['area'][k] if cells else group['area'][()])
-        used = (self.host >= 0) & ((self.area > 0) | (not cells))
-        self.at = np.flatnonzero(used)  # points with a facet
-        self.nodes = pair.run.place[np.where(used[:, None], nodes, nodes.max())]
+        nodes = (group['node'][k] if cells else group['node']).reshape(len(self.host), -1)
+        self.area = group['area'][k] if cells else group['area']
+        there = (self.area > 0) | (not cells)  # the others are room for cells
+        self.at = np.flatnonzero(there & (self.host >= 0))  # points with a facet
+        self.nodes = pair.run.place[np.where(there[:, None], nodes, nodes.max())]
         if nodes.shape[1] > 1:
-            self.weight = group['weight'][k] if cells else group['weight'][()]
+            self.weight = group['weight'][k] if cells else group['weight']
         else:
             self.weight = np.ones((len(self.host), 1))
 
@@ -75,10 +73,10 @@ class Pair:
         self.penalty_kind, self.penalty, self.density = int(law[17]), law[18], law[19]
         self.decay, self.cap = law[20:23], law[23]
         self.offset_used = 'offset' in group
-        self.facets = run.place[group['facets'][()]]
+        self.facets = run.place[group['facets']]
         self.middles = np.full_like(self.facets, -1)
         if 'middles' in group:
-            given = group['middles'][()]
+            given = group['middles']
             self.middles = np.where(given > 0, run.place[given], -1)
         self.curved = (self.middles[:, 0] >= 0) if not self.smooth else np.zeros(
             len(self.facets), bool)
@@ -112,7 +110,7 @@ class Pair:
             n6, dn6 = triangle(tip, 6)
             n, dn = np.where(bent[:, None], n6, n), np.where(bent[:, None, None], dn6, dn)
         xm, t = np.einsum('na,nad->nd', n, six), np.einsum('nai,nad->nid', dn, six)
-        normal, turn = np.cross(t[:, 0], t[:, 1]), np.zeros_like(t)
+        normal, turn = cross(t[:, 0], t[:, 1]), np.zeros_like(t)
         if p.patch is not None:
             frame = frame_of(corners)
             v = p.patch[host]
@@ -134,10 +132,9 @@ class Pair:
             s = s + p.lift[at, None] * frame_of(nodes[:, :3])[:, :, 2]
         return s
 
-    def project(self, p: Points, host: Array, s: Array, x: Array) -> tuple[Array, ...]:
+    def project(self, p: Points, at: Array, s: Array, x: Array) -> tuple[Array, ...]:
         """Projections of slave points: (xi, eta), gap, unit normal, and whether they are there."""
-        xi, lift = np.full((len(s), 2), 1 / 3), np.zeros(len(s))
-        found = np.zeros(len(s), bool)
+        host, xi, lift = p.host[at], p.tip[at], np.zeros(len(s))
         for _ in range(60):
             xm, t, normal, turn, _n = self.where(p, host, xi, x)
             jacobian = np.stack([t[:, 0] + lift[:, None] * turn[:, 0],
@@ -145,8 +142,7 @@ class Pair:
             step = np.linalg.solve(jacobian, (s - xm - lift[:, None] * normal)[..., None])[..., 0]
             # normals that follow the facet count to first order: a secant of Newton's method
             xi, lift = xi + step[:, :2], lift + step[:, 2]
-            found = np.abs(step[:, :2]).max(1) < 1e-13
-            if found.all():
+            if not (np.abs(step[:, :2]) >= 1e-13).any():
                 break
         inside = np.minimum(xi.min(1), 1 - xi.sum(1)) > -0.25
         size = np.linalg.norm(normal, axis=1)
@@ -160,17 +156,17 @@ class Pair:
 
         def direction(y: Array) -> Array:
             if self.lay_kind == FIELD:
-                return np.asarray(self.group['facet_axis'][()][host])
+                return np.asarray(self.group['facet_axis'][host])
             arm = y - self.origin
             if self.lay_kind == CIRCUMFERENTIAL:
-                return np.cross(self.axis, arm)
+                return cross(self.axis, arm)
             if self.lay_kind == RADIAL:
                 return arm - dot(arm, self.axis)[:, None] * self.axis
             return np.broadcast_to(self.axis, y.shape)
 
         def turned(v: Array, n: Array) -> Array:
             v = v - dot(v, n)[:, None] * n
-            return np.cos(self.angle) * v + np.sin(self.angle) * np.cross(n, v)
+            return np.cos(self.angle) * v + np.sin(self.angle) * cross(n, v)
 
         if not self.convected:
             return unit(turned(direction(s), e))
@@ -219,7 +215,7 @@ class Pair:
         ledger.judge('open points: no force', p.force[free] / max(scale, 1e-300), 1e-12)
         at = p.at
         s = self.slave(p, at, x)
-        xi, gap, e, found = self.project(p, p.host[at], s, x)
+        xi, gap, e, found = self.project(p, at, s, x)
         who = self.run.numbers[p.nodes[at, 0]]
         length = self.edge
         noise = 64 * ROUND_OFF * (self.run.size + float(np.abs(x).max())) / length
@@ -254,7 +250,7 @@ class Pair:
         shift = np.zeros_like(g)
         frame = frame_of(x[self.facets[host]])
         if p.multiplier is not None:
-            axes = np.stack([unit(frame[:, :, 0]), np.cross(frame[:, :, 2], unit(frame[:, :, 0])),
+            axes = np.stack([unit(frame[:, :, 0]), cross(frame[:, :, 2], unit(frame[:, :, 0])),
                              frame[:, :, 2]], -1)
             shift = np.einsum('ndc,nc->nd', axes, p.multiplier[at])
             trial = eps[:, None] * g
@@ -284,13 +280,13 @@ class Pair:
             ledger.judge('lay', (p.lay[at] - lay)[tells], 1e-9 + 1e3 * noise, np.repeat(who[tells], 3))
             ledger.leave('lay', 'no direction there', (~tells & ~far).sum())
         lay = p.lay[at]
-        axes = np.stack([lay, np.cross(e, lay)], 1)
+        axes = np.stack([lay, cross(e, lay)], 1)
         self.friction(ledger, p, at, np.einsum('nid,nd->ni', axes, force), depth, axes, xm, x, eps,
                       noise, who, far, scale)
         if before is not None:
             self.history(ledger, p, before, at, who, cut, noise, scale, x, force, e)
-        if self.points == -1:
-            self.cover(ledger, p)
+        if self.points != 0 and self.points != 1:
+            self.cover(ledger, p, x)
         across = np.linalg.norm(g - dot(g, e)[:, None] * e, axis=1)
         energy = 0.5 * np.linalg.norm(force, axis=1) * np.hypot(gap, across)
         return p, float(energy.sum())
@@ -337,10 +333,10 @@ class Pair:
         # round-off of places turns the direction of short ways, and of small forces
         blur = noise * length * (1 / np.maximum(np.linalg.norm(moved, axis=1), 1e-300)
                                  + eps / np.maximum(np.linalg.norm(back, axis=1), 1e-300))
-        cross = np.abs(moved[:, 0] * back[:, 1] - moved[:, 1] * back[:, 0]) / ratio
+        beside = np.abs(moved[:, 0] * back[:, 1] - moved[:, 1] * back[:, 0]) / ratio
         bound = 1e-5
         against = np.maximum(0, -dot(moved, back) / ratio)
-        ledger.judge('slip rule', (np.maximum(cross, against) / (1 + blur / bound))[far_enough],
+        ledger.judge('slip rule', (np.maximum(beside, against) / (1 + blur / bound))[far_enough],
                      bound, who[far_enough])
 
     def history(self, ledger: Ledger, p: Points, before: tuple[Points, Array], at: Array,
@@ -395,7 +391,7 @@ class Pair:
         o, t = x[common[0]], unit(x[common[1]] - x[common[0]])
         place = np.append(tip, 1 - tip.sum()) @ x[self.facets[a]]
         e = frame_of(x[self.facets[[a, b]]])[:, :, 2]
-        over = [np.cross(n, t) for n in e]
+        over = [cross(n, t) for n in e]
         middle = [x[self.facets[f]].mean(0) - o for f in (a, b)]
         over[0] *= -np.sign(over[0] @ middle[0])  # out of a, into b
         over[1] *= np.sign(over[1] @ middle[1])
@@ -404,33 +400,51 @@ class Pair:
         base = np.stack([corners[0] - corners[2], corners[1] - corners[2]], -1)
         return np.asarray(np.linalg.lstsq(base, y - corners[2], rcond=None)[0])
 
-    def cover(self, ledger: Ledger, p: Points) -> None:
-        """Cells of slave facets: never more than the facet, and exact where they cover it."""
-        used = np.flatnonzero(p.area > 0)
-        if not len(used):
+    def cover(self, ledger: Ledger, p: Points, x: Array) -> None:
+        """Points of slave facets: never more than the facet, and exact where they cover it."""
+        rows = np.concatenate([p.nodes, p.weight, p.area[:, None]], 1)[p.area > 0]
+        if self.points > 0:  # on a master with folds each point stands three times
+            rows = np.unique(rows, axis=0)
+        if not len(rows):
             return
-        keys, group = np.unique(p.nodes[used], axis=0, return_inverse=True)
+        count = p.nodes.shape[1]
+        nodes, m, area = rows[:, :count].astype(int), rows[:, count:-1], rows[:, -1]
+        keys, group = np.unique(nodes, axis=0, return_inverse=True)
         group = group.ravel()
-        area = np.zeros(len(keys))
-        np.add.at(area, group, p.area[used])
+        share = np.zeros(len(keys))
         corners = self.run.x0[keys[:, :3]]
-        whole = 0.5 * np.linalg.norm(np.cross(corners[:, 0] - corners[:, 2],
+        whole = 0.5 * np.linalg.norm(cross(corners[:, 0] - corners[:, 2],
                                               corners[:, 1] - corners[:, 2]), axis=1)
-        if keys.shape[1] > 3:
+        np.add.at(share, group, area / whole[group])
+        flat = np.ones(len(keys), bool)
+        if count > 3:
             middle = 0.5 * (corners + corners[:, [1, 2, 0]])
-            straight = np.abs(self.run.x0[keys[:, 3:]] - middle).max((1, 2)) < 1e-9 * self.edge
-        else:
-            straight = np.ones(len(keys), bool)
+            flat = np.abs(self.run.x0[keys[:, 3:]] - middle).max((1, 2)) < 1e-9 * self.edge
+        who = self.run.numbers[keys[:, 0]]
+        ledger.judge('cells: no overlap', np.maximum(0, share - 1)[flat], 1e-9, who[flat])
+        ledger.leave('cells: no overlap', 'curved slave facets', (~flat).sum())
+        full = flat & (np.abs(share - 1) < 1e-9)
+        over = np.array([f for f in np.flatnonzero(flat & ~full)
+                         if self.points > 0 or self.is_over(x[keys[f, :3]], x)], int)
+        ledger.judge('cells: cover what is over', share[over] - 1, 1e-9, who[over])
+        if count == 3:
             moments = np.zeros((len(keys), 3, 3))
-            m = p.weight[used]
-            np.add.at(moments, group, p.area[used, None, None] * m[:, :, None] * m[:, None, :])
-            full = np.abs(area / whole - 1) < 1e-9
-            want = whole[:, None, None] * (1 + np.eye(3)) / 12
-            ledger.judge('cells: exact on whole facets', ((moments - want) / whole[:, None, None])[
-                full], 1e-6)
-        ledger.judge('cells: no overlap', np.maximum(0, area / whole - 1)[straight], 1e-9,
-                     self.run.numbers[keys[straight, 0]])
-        ledger.leave('cells: no overlap', 'curved slave facets', (~straight).sum())
+            np.add.at(moments, group, (area / whole[group])[:, None, None]
+                      * m[:, :, None] * m[:, None, :])
+            ledger.judge('cells: exact on whole facets', (moments - (1 + np.eye(3)) / 12)[full], 1e-6)
+
+    def is_over(self, corners: Array, x: Array) -> bool:
+        """Whether a slave facet lies over the master with some room around it."""
+        middle = corners.mean(0)
+        around = middle + 1.3 * (np.concatenate(
+            [corners, 0.5 * (corners + corners[[1, 2, 0]]), middle[None]]) - middle)
+        master = x[self.facets]
+        frame = frame_of(master)
+        facing = frame[:, :, 2] @ frame_of(corners[None])[0, :, 2] < -0.5
+        local = np.einsum('fij,pfj->pfi', np.linalg.inv(frame[facing]),
+                          around[:, None] - master[facing, 2])
+        inside = (local[..., :2].min(-1) >= 0) & (local[..., :2].sum(-1) <= 1)
+        return bool((inside & (np.abs(local[..., 2]) < 0.1 * self.edge)).any(1).all())
 
 
 def normal_share(x: Array, height: Array, f: Array) -> Array:

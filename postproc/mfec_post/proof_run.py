@@ -68,6 +68,7 @@ class Run:
 
     def __init__(self, path: str):
         self.file = h5py.File(path, 'r')
+        self.read: dict[str, Array] = {}
         vtk = self.vtk = self.file['VTKHDF']
         if 'scene' not in self.file:
             raise Refusal(f'{path} has no group /scene: run the deck with this version of mfec')
@@ -93,8 +94,14 @@ class Run:
         ends = [self.x0[c[:, 0]] - self.x0[c[:, 1]] for c in self.corners.values()]
         edges = np.linalg.norm(np.concatenate(ends), axis=1)
         self.shortest = float(np.median(edges)) if len(edges) else self.size
-        self.pairs = {n: g for n, g in self.file['contact'].items() if n.isdigit()} \
-            if 'contact' in self.file else {}
+        self.pairs = {n: self.columns('contact/' + n) for n in self.file['contact']
+                      if n.isdigit()} if 'contact' in self.file else {}
+        self.contact = self.columns('contact')
+        self.rows = {n: self.columns('history/' + n) for n in ('reactions', 'contact')}
+        self.sets = {n: self.place[v] for n, v in self.columns('run/sets').items()}
+        self.audit = self.columns('audit')
+        self.starts = {kind: {n: v[()] for n, v in vtk[f'Steps/{kind}Offsets'].items()}
+                       for kind in ('PointData', 'CellData')}
         supports = self.file['scene/supports'][()]
         self.supports = (supports[numbers - 1, None] >> np.arange(4)) & 1
         self.body = self.of_nodes('rigid_body', 0)
@@ -102,8 +109,15 @@ class Run:
 
     def table(self, name: str, columns: int) -> Array:
         """A table of /scene, empty if it is not there."""
-        path = 'scene/' + name
-        return np.asarray(self.file[path][()] if path in self.file else np.zeros((0, columns)))
+        if name not in self.read:
+            path = 'scene/' + name
+            self.read[name] = self.file[path][()] if path in self.file else np.zeros((0, columns))
+        return self.read[name]
+
+    def columns(self, name: str) -> dict[str, Array]:
+        """All data sets of a group, empty if it is not there."""
+        return {key: data[()] for key, data in self.file[name].items()
+                if hasattr(data, 'shape')} if name in self.file else {}
 
     def of_nodes(self, name: str, nothing: Any) -> Array:
         """What /scene says of each node, in the order of the points."""
@@ -116,7 +130,7 @@ class Run:
         """A field of end time k, None if it is not written."""
         if name not in self.vtk[kind]:
             return None
-        start = int(self.vtk[f'Steps/{kind}Offsets/{name}'][k])
+        start = int(self.starts[kind][name][k])
         count = len(self.x0) if kind == 'PointData' else len(self.material)
         return np.asarray(self.vtk[f'{kind}/{name}'][start:start + count], float)
 
@@ -161,8 +175,14 @@ class Run:
             for share, weight in zip(*triangle_rule()):
                 n, slopes = triangle(share, len(nodes))
                 t = np.einsum('ai,ad->id', slopes, x[nodes])
-                force[nodes] -= 0.5 * p * weight * np.outer(n, np.cross(t[0], t[1]))
+                force[nodes] -= 0.5 * p * weight * np.outer(n, cross(t[0], t[1]))
         return force
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products of rows; numpy's takes longer than all the rest with few rows."""
+    i, j = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., i] * b[..., j] - a[..., j] * b[..., i])
 
 
 def triangle_rule() -> tuple[Array, Array]:

@@ -31,7 +31,8 @@ contains
     integer :: m
 
     call make_group(file, '/scene', error)
-    if (.not. allocated(error)) call write_attribute(file, '/scene', 'version', scene_version, error)
+    if (allocated(error)) return
+    call write_attribute(file, '/scene', 'version', scene_version, error)
     if (allocated(error)) return
     associate (materials => model%materials)
       call write_rows(file, root//'materials', reshape([([real(materials(m)%number, wp), &
