@@ -190,7 +190,7 @@ def certificate(path: str, ledger: Ledger, run: Run) -> dict[str, Any]:
 
 
 def main(given: argparse.Namespace) -> int:
-    """Exit code 0: nothing is refuted; 1: something is; 2: not a file that can be checked."""
+    """Exit code 0: proved, nothing is refuted; 1: something is; 2: there is nothing to prove."""
     try:
         ledger, run = prove(given.results)
         proof = certificate(given.results, ledger, run)
@@ -205,4 +205,4 @@ def main(given: argparse.Namespace) -> int:
         print('\n'.join(ledger.rows()))
     print(f'{given.results}: {proof["end_times"]} end times, {proof["proved"]} lines proved, '
           f'{proof["open"]} open, {proof["refuted"]} refuted; sha256 {proof["sha256"]}')
-    return 1 if proof['refuted'] else 0
+    return 1 if proof['refuted'] else 0 if proof['proved'] else 2
