@@ -1,4 +1,4 @@
-"""The command mfec-post: report, plot, picture, movie, compare, export, identify."""
+"""The command mfec-post: report, plot, picture, movie, compare, export, identify, check."""
 from __future__ import annotations
 
 import argparse
@@ -8,7 +8,7 @@ from typing import Optional
 
 import mfec
 
-from . import compare, demo, export, identify, pictures, plots, report
+from . import check, compare, demo, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -51,6 +51,8 @@ def parser() -> argparse.ArgumentParser:
     one = commands.add_parser('identify', help='friction from measured curves; --plan: what a '
                               'path would tell')
     identify.add_options(one)
+    one = commands.add_parser('check', help='proves a result from its file alone')
+    check.add_options(one)
     return top
 
 
@@ -86,6 +88,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     given = parser().parse_args(words)
     if given.command == 'identify':
         return identify.main(given)
+    if given.command == 'check':
+        return check.main(given)
     try:
         if given.command == 'demo':
             return demo.main(['--program', mfec.find_program(), '--deck',

@@ -15,6 +15,7 @@ module cell_cutting
     slave_positions
   use smooth_normals, only: project_on_master
   use facet_tree, only: facets_near
+  use polygon_parts, only: lie_over, take_away, most_parts
   implicit none
   private
   public :: fresh_t, make_fresh, cut_facet, fit_in
@@ -23,6 +24,10 @@ module cell_cutting
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
   real(wp), parameter :: facing = -0.1_wp
+  !> Of two master facets over each other the outer one holds the cell if it is farther out by this
+  !! share of the search radius (the longest facet); else that of the lower number, as in the search
+  !! (doc/theory, "Search tree"): where parts of a master meet, round-off must not choose.
+  real(wp), parameter :: farther_out = 0.05_wp
   !> Most corners of the outline of a master facet: of six nodes, in turn.
   integer, parameter :: most_outline = 6
 
@@ -34,6 +39,14 @@ module cell_cutting
     integer, allocatable :: near(:) !! master facets close to the facet
     type(master_way_t) :: way !! of the master since the last converged state
   end type fresh_t
+
+  !> A part of a slave facet under one master facet.
+  type :: piece_t
+    integer :: target = 0 !! the master facet
+    integer :: n = 0 !! corners of the polygon
+    real(wp) :: polygon(2, most_corners) = 0.0_wp !! its corners
+    real(wp) :: gap = 0.0_wp !! mean gap of its points [length]
+  end type piece_t
 
   !> A slave facet, from where it looks at the master.
   type :: view_t
@@ -71,7 +84,8 @@ contains
     type(fresh_t), intent(inout) :: fresh !! gets n, cell, target
     type(view_t) :: view
     real(wp) :: center(3), reach, past, held
-    integer :: k, n, last
+    type(piece_t), allocatable :: pieces(:)
+    integer :: k, n, last, found
 
     view%f = f
     view%nodes = nodes
@@ -86,47 +100,126 @@ contains
     if (may_enter(fresh%way, past) .or. held > reach) reach = max(reach, held) + past
     call facets_near(pair%surface%tree, center, reach, fresh%near, n)
     fresh%n = 0
+    found = 0
+    allocate (pieces(n))
     do k = 1, n
-      call add_cell(pair, fresh%near(k), view, x_old, x, fresh)
+      call find_piece(pair, fresh%near(k), view, fresh%way, x_old, x, pieces(found + 1))
+      if (pieces(found + 1)%n > 0) found = found + 1
     end do
+    call add_pieces(pair, view, pieces(:found), x, fresh)
     if (fresh%n > 0) return
     fresh%n = 1
     fresh%target(1) = 0
     fresh%cell(1) = cell_t(slave=f)
   end subroutine cut_facet
 
-  !> Adds the points of the part of a slave facet under one master facet, if there is one.
-  pure subroutine add_cell(pair, target, view, x_old, x, fresh)
+  !> The part of a slave facet under one master facet, without corners if there is none.
+  pure subroutine find_piece(pair, target, view, way, x_old, x, piece)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: target !! the master facet
     type(view_t), intent(in) :: view !! of the slave facet
+    type(master_way_t), intent(in) :: way !! of the master, from x_old to x
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: outline(2, most_outline), polygon(2, most_corners), points(2, cell_points), area
+    type(piece_t), intent(inout) :: piece !! the part
+    real(wp) :: outline(2, most_outline), points(2, cell_points)
     real(wp) :: place(2, cell_points), gaps(cell_points)
     integer :: k, n
     logical :: curved
 
     ! whichever costs less comes first
+    piece%n = 0
     curved = is_bent(pair, view%f) .or. is_quadratic(pair, target)
     if (curved) curved = is_turned_away(pair, target, view%normal, x)
     if (curved) return
     call find_outline(pair, view%f, target, view%nodes, view%plane, x, outline, n)
     if (lies_beside(outline(:, :n))) return
     if (is_turned_away(pair, target, view%normal, x)) return
-    call clip_outline(outline(:, :n), polygon, n)
+    call clip_outline(outline(:, :n), piece%polygon, n)
     if (n == 0) return
-    area = abs(polygon_area(polygon, n))
-    if (area <= least_area) return
-    call polygon_points(polygon, n, points)
+    if (abs(polygon_area(piece%polygon, n)) <= least_area) return
+    call polygon_points(piece%polygon, n, points)
     call place_on_target(pair, target, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, target, gaps(k)), k=1, &
       cell_points)])) then
-      if (.not. is_below(pair, target, view, fresh%way, x_old, x, points)) return
+      if (.not. is_below(pair, target, view, way, x_old, x, points)) return
     else if (cell_through_body(pair, x, view%f, target, gaps)) then
-      if (.not. is_below(pair, target, view, fresh%way, x_old, x, points)) return
+      if (.not. is_below(pair, target, view, way, x_old, x, points)) return
     end if
+    piece%n = n
+    piece%target = target
+    piece%gap = sum(gaps)/real(cell_points, wp)
+  end subroutine find_piece
+
+  !> Adds the points of the parts of a slave facet. Where facets of the master that do not touch
+  !! each other lie over each other, as its parts may at their seam, one of them has the cell.
+  pure subroutine add_pieces(pair, view, pieces, x, fresh)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(view_t), intent(in) :: view !! of the slave facet
+    type(piece_t), intent(in) :: pieces(:) !! its parts, one a master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(fresh_t), intent(inout) :: fresh !! gets points
+    real(wp) :: parts(2, most_corners, most_parts)
+    integer :: sizes(most_parts), i, k, n
+
+    do i = 1, size(pieces)
+      n = 1
+      parts(:, :, 1) = pieces(i)%polygon
+      sizes(1) = pieces(i)%n
+      do k = 1, size(pieces)
+        if (k == i .or. n == 0) cycle
+        if (.not. goes_before(pair, pieces(k), pieces(i))) cycle
+        if (.not. lie_over(pieces(i)%polygon(:, :pieces(i)%n), pieces(k)%polygon(:, &
+          :pieces(k)%n))) cycle
+        if (are_adjacent(pair, pieces(i)%target, pieces(k)%target)) cycle
+        call take_away(pieces(k)%polygon(:, :pieces(k)%n), parts, sizes, n)
+      end do
+      do k = 1, n
+        call add_cell(pair, view, pieces(i)%target, parts(:, :, k), sizes(k), x, fresh)
+      end do
+    end do
+  end subroutine add_pieces
+
+  !> Which of two parts over each other has the cell; an order of all parts, so that what is taken
+  !! from one is another's.
+  pure logical function goes_before(pair, a, b) result(before)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(piece_t), intent(in) :: a !! the one
+    type(piece_t), intent(in) :: b !! the other
+    real(wp) :: step
+    integer :: level(2)
+
+    step = farther_out*pair%search_radius
+    level = nint([a%gap, b%gap]/step)
+    before = level(1) < level(2) .or. (level(1) == level(2) .and. a%target < b%target)
+  end function goes_before
+
+  !> Two master facets share a node: they have the same side outside, and cover no place twice.
+  pure logical function are_adjacent(pair, a, b) result(adjacent)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: a !! the one
+    integer, intent(in) :: b !! the other
+    integer :: k
+
+    adjacent = any([(any(pair%surface%facets(:, a) == pair%surface%facets(k, b)), k=1, 3)])
+  end function are_adjacent
+
+  !> Adds the points of a cell.
+  pure subroutine add_cell(pair, view, target, polygon, n, x, fresh)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(view_t), intent(in) :: view !! of the slave facet
+    integer, intent(in) :: target !! the master facet
+    real(wp), intent(in) :: polygon(2, most_corners) !! the part of the slave facet
+    integer, intent(in) :: n !! its corners
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(fresh_t), intent(inout) :: fresh !! gets points
+    real(wp) :: points(2, cell_points), place(2, cell_points), gaps(cell_points), area
+    integer :: k
+
+    if (fresh%n + cell_points > size(fresh%cell)) call double_room(fresh)
+    area = abs(polygon_area(polygon, n))
+    call polygon_points(polygon, n, points)
+    call place_on_target(pair, target, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     do k = 1, cell_points
       associate (p => fresh%n + k)
         fresh%target(p) = target
@@ -138,6 +231,19 @@ contains
     end do
     fresh%n = fresh%n + cell_points
   end subroutine add_cell
+
+  !> Twice the room for points.
+  pure subroutine double_room(fresh)
+    type(fresh_t), intent(inout) :: fresh !! its cell and target grow
+    type(cell_t), allocatable :: cell(:)
+    integer, allocatable :: target(:)
+
+    allocate (cell(2*size(fresh%cell) + cell_points), target(2*size(fresh%cell) + cell_points))
+    cell(:fresh%n) = fresh%cell(:fresh%n)
+    target(:fresh%n) = fresh%target(:fresh%n)
+    call move_alloc(cell, fresh%cell)
+    call move_alloc(target, fresh%target)
+  end subroutine double_room
 
   !> Where places of a slave facet are.
   pure function places_in(pair, f, nodes, points) result(y)

@@ -3,11 +3,12 @@ module point_fields
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
   use kinds, only: wp
   use friction_laws, only: slip_path
+  use contact_types, only: pair_t
   use result_fields, only: field_t, over_points
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
-  public :: point_fields_t, contact_fields, address_of
+  public :: point_fields_t, contact_fields, address_of, is_written, has_offset, has_lift
 
   !> The contact points of one pair at one time.
   type :: point_fields_t
@@ -30,10 +31,18 @@ module point_fields
     integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
     integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
     real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
+    real(wp), allocatable :: start(:, :) !! (2, points) apex in its target at the increment's start
+    real(wp), allocatable :: offset(:) !! (points) if there may be one: added to the gap [length]
+    real(wp), allocatable :: lift(:) !! (points) if smooth: height over the slave facet [length]
+    real(wp), allocatable :: multiplier(:, :) !! (3, points) with AUGMent: force without gap [force]
+    real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) if smooth: master patches
   end type point_fields_t
 
   !> When a field is there.
   integer, parameter :: part_always = 0 !! always
+  integer, parameter :: part_offset = 1 !! with `SHRInk` or `SMOOth`
+  integer, parameter :: part_lift = 2 !! `GTOS` with `SMOOth`
+  integer, parameter :: part_multiplier = 3 !! with `AUGMent`
 
   !> What is written of each point at each end time.
   type(field_t), parameter :: contact_fields(*) = [ &
@@ -58,9 +67,49 @@ module point_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_always), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions: sum of the ways over the master', part_always)]
+    'this way with its directions: sum of the ways over the master', part_always), &
+    field_t('start_tip', stored_real, 2, over_points, '1', &
+    'apex that the last increment began with, in the facet of host', part_always), &
+    field_t('offset', stored_real, 1, over_points, 'length', &
+    'part of the gap that is not between the surfaces: what is withheld of an overlap', &
+    part_offset), &
+    field_t('lift', stored_real, 1, over_points, 'length', &
+    'height of the point over its flat slave facet', part_lift), &
+    field_t('multiplier', stored_real, 3, over_points, 'force', &
+    'force on the master without a gap, along a1, e x a1 and e of the facet', part_multiplier)]
 
 contains
+
+  !> Whether a field is written of a pair.
+  pure logical function is_written(field, pair) result(written)
+    type(field_t), intent(in) :: field !! one of contact_fields
+    type(pair_t), intent(in) :: pair !! the pair
+
+    select case (field%part)
+    case (part_offset)
+      written = has_offset(pair)
+    case (part_lift)
+      written = has_lift(pair)
+    case (part_multiplier)
+      written = pair%augmented
+    case default
+      written = .true.
+    end select
+  end function is_written
+
+  !> Whether the gap of a pair may hold what is not between its surfaces.
+  pure logical function has_offset(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    has_offset = pair%smooth .or. pair%shrinking%shrink >= 0
+  end function has_offset
+
+  !> Whether points of a pair stand over their slave facets.
+  pure logical function has_lift(pair)
+    type(pair_t), intent(in) :: pair !! the pair
+
+    has_lift = pair%smooth .and. pair%points%n_slaves > 1
+  end function has_lift
 
   !> Where the numbers of a field are: one run of them; null if they are not there.
   function address_of(points, name) result(address)
@@ -92,6 +141,14 @@ contains
       if (allocated(points%path)) address = c_loc(points%path)
     case ('frictional_slip')
       if (allocated(points%way)) address = c_loc(points%way)
+    case ('start_tip')
+      if (allocated(points%start)) address = c_loc(points%start)
+    case ('offset')
+      if (allocated(points%offset)) address = c_loc(points%offset)
+    case ('lift')
+      if (allocated(points%lift)) address = c_loc(points%lift)
+    case ('multiplier')
+      if (allocated(points%multiplier)) address = c_loc(points%multiplier)
     end select
   end function address_of
 end module point_fields

@@ -76,6 +76,7 @@ module result_types
   type :: frame_t
     type(body_values_t) :: body(n_body_fields) !! of the bodies, as fields_of_bodies lists them
     real(wp), allocatable :: motion(:, :) !! (3, nodes) displacement, for the contact surfaces
+    real(wp) :: began = 0.0_wp !! when the increment began that ends here [time]
     type(point_fields_t), allocatable :: pairs(:) !! contact points of each pair
   end type frame_t
 

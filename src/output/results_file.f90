@@ -10,6 +10,7 @@ module results_file
   use model_types, only: model_t, output_request_t, state_none
   use rigid_paths, only: count_rigid
   use deck_types, only: name_length
+  use smooth_patch, only: n_patch_values
   use result_types, only: origin_t, end_row_t, frame_t, saved_state_t, variant_row_t
   use audit_types, only: audit_t
   use hdf5_index, only: begin_indexes, node_chunks, blocks_in_chunk
@@ -22,6 +23,7 @@ module results_file
   use results_tables, only: create_history_part, append_history, create_rigid_part, append_rigid
   use results_study, only: create_derivatives_part, append_derivatives, create_study_part, &
     begin_study_part, append_variant
+  use results_scene, only: write_scene
   use results_points, only: create_contact_part, append_contact
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
@@ -78,6 +80,8 @@ contains
 
     call write_run(results%file, model, origin, error)
     if (allocated(error)) return
+    call write_scene(results%file, model, error)
+    if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
     if (allocated(error)) return
     call create_history_part(results%file, error)
@@ -112,7 +116,9 @@ contains
 
     bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
     do k = 1, size(model%pairs)
-      bytes = bytes + 20*size(model%pairs(k)%points%point_nodes, kind=long)
+      bytes = bytes + 27*size(model%pairs(k)%points%point_nodes, kind=long)
+      if (model%pairs(k)%smooth) bytes = bytes + n_patch_values*size( &
+        model%pairs(k)%surface%facets, 2, kind=long)
     end do
     bytes = 8*bytes
   end function bytes_of_fields
@@ -184,7 +190,7 @@ contains
 
     call append_vtk_frame(results%vtk, results%file, time, frame, error)
     if (allocated(error) .or. .not. model%output%contact) return
-    call append_contact(results%file, model, step, time, frame%pairs, error)
+    call append_contact(results%file, model, step, time, frame%began, frame%pairs, error)
   end subroutine append_frame
 
   !> Writes what a study varies, before its first variant.

@@ -8,7 +8,8 @@ module results_points
   use contact_points, only: count_points
   use model_types, only: model_t
   use result_fields, only: field_t, create_field
-  use point_fields, only: point_fields_t, contact_fields, address_of
+  use point_fields, only: point_fields_t, contact_fields, address_of, is_written
+  use results_scene, only: write_pair_scene
   use hdf5_io, only: hdf5_file_t, make_group
   use hdf5_attributes, only: write_attribute
   use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
@@ -32,6 +33,9 @@ contains
       'number of the end time', error)
     if (allocated(error)) return
     call make_series(file, '/contact/time', stored_real, [integer ::], 1, 'time', 'its time', error)
+    if (allocated(error)) return
+    call make_series(file, '/contact/begin', stored_real, [integer ::], 1, 'time', &
+      'when the increment began that ended then', error)
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call create_pair(file, model%pairs(i), error)
@@ -59,9 +63,11 @@ contains
     call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
     do i = 1, size(contact_fields)
       if (allocated(error)) return
+      if (.not. is_written(contact_fields(i), pair)) cycle
       call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], &
         file%blocks, error)
     end do
+    if (.not. allocated(error)) call write_pair_scene(file, pair, group, error)
   end subroutine create_pair
 
   !> Writes what the points are made of: a node each, or nodes and weights.
@@ -121,11 +127,12 @@ contains
   end subroutine create_areas
 
   !> Adds the contact points of one end time, which wait in memory.
-  subroutine append_contact(file, model, step, time, pairs, error)
+  subroutine append_contact(file, model, step, time, began, pairs, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
+    real(wp), intent(in) :: began !! when its increment began [time]
     type(point_fields_t), intent(in) :: pairs(:) !! the points of each pair
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
@@ -135,6 +142,8 @@ contains
       if (allocated(error)) return
     end do
     call hold_block(file, '/contact/time', [time], error)
+    if (allocated(error)) return
+    call hold_block(file, '/contact/begin', [began], error)
     if (allocated(error)) return
     call hold_block(file, '/contact/step', [step], error)
   end subroutine append_contact
@@ -151,7 +160,8 @@ contains
       call append_field(file, group, contact_fields(i), points, error)
       if (allocated(error)) return
     end do
-    if (.not. allocated(points%node)) return
+    if (allocated(points%patch)) call hold_block(file, group//'/patch', points%patch, error)
+    if (.not. allocated(points%node) .or. allocated(error)) return
     call hold_block(file, group//'/node', points%node, error)
     if (.not. allocated(error)) call hold_block(file, group//'/weight', points%weight, &
       error)

@@ -15,7 +15,9 @@ module frame_fields
   use body_fields, only: fields_of_bodies, n_body_fields
   use von_mises_stress, only: von_mises
   use result_types, only: frame_t
-  use point_fields, only: point_fields_t
+  use point_fields, only: point_fields_t, has_offset, has_lift
+  use elmt03, only: d03_epsilon
+  use element_types, only: status_open
   implicit none
   private
   public :: fill_frame, fill_points, fill_first_frame
@@ -47,12 +49,35 @@ contains
     if (.not. model%output%contact) return
     allocate (frame%pairs(size(model%pairs)))
     if (size(model%pairs) > 0) frame%motion = state%u
+    frame%began = state%began
     do k = 1, size(model%pairs)
       call fill_points(model%pairs(k), model%mesh%x, state%u, &
         point_state(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), &
           frame%pairs(k))
+      call fill_begin(model%pairs(k), system, k, frame%pairs(k))
     end do
   end subroutine fill_frame
+
+  !> What the law of each point had besides the displacements, for those who check a result.
+  subroutine fill_begin(pair, system, k, points)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(system_t), intent(in) :: system !! its contact elements, as they have been solved
+    integer, intent(in) :: k !! its number among the pairs
+    type(point_fields_t), intent(inout) :: points !! gets start, offset, lift, multiplier, patch
+    integer :: first, last
+
+    first = system%place%first_point(k)
+    last = system%place%first_point(k + 1) - 1
+    associate (list => system%contact)
+      points%start = points%apex
+      where (spread(points%status > status_open, 1, 2)) points%start = list%h1(:, first:last)
+      if (has_offset(pair)) points%offset = list%offset(first:last)
+      if (has_lift(pair)) points%lift = list%lift(first:last)
+      if (pair%augmented) points%multiplier = list%shift(:, first:last) &
+        *spread(list%d(d03_epsilon, first:last), 1, 3)
+    end associate
+    if (pair%smooth) points%patch = pair%surface%patch
+  end subroutine fill_begin
 
   !> One field of the bodies, unless it is that of the elements itself.
   subroutine fill_field(name, model, state, stress, nodal, values)

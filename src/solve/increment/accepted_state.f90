@@ -32,6 +32,7 @@ contains
       state%whole)
     call keep_path(model, system, state, time)
     state%u = system%u
+    state%began = state%time
     state%time = time
     if (state%whole) then
       call take_reactions(model, system, state)

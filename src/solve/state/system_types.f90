@@ -30,6 +30,7 @@ module system_types
   !> The state at the last converged time.
   type :: state_t
     real(wp) :: time = 0.0_wp !! time
+    real(wp) :: began = 0.0_wp !! when the increment began that ended then
     integer :: step = 0 !! end times so far
     logical :: whole = .true. !! displacements inside and reactions are those of its time
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements [length]
