@@ -5,7 +5,7 @@ module lapack_interface
   private
   public :: dgelss, dgelsy, dgesvd, dsyev, dpotri, dgetrf, dgetrs, dsymv, dgemv, dtrsv, dgemm, &
     dsymm, dtrsm, ddot, dlaswp, saxpy, sgemv, ssymv, sgemm, sgetrf, sgetrs, &
-    ssyrk, strsm, spotrf, dsyrk, dpotrf
+    ssyrk, strsm, spotrf, dsyrk, dpotrf, dgeev
 
   interface
     !> Least squares of minimum norm by singular values.
@@ -52,6 +52,17 @@ module lapack_interface
       real(wp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+
+    !> Eigenvalues of a matrix that is not symmetric.
+    subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: jobvl, jobvr
+      integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeev
 
     !> C = alpha A A^T + beta C, one triangle of it.
     subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)

@@ -47,6 +47,7 @@ module back_ends
     procedure(change), deferred :: forget_pattern !! the pattern has changed
     procedure(change), deferred :: drop_factor !! keeps the analysis
     procedure(change), deferred :: free !! releases everything
+    procedure :: determinant_sign => unknown_sign !! of the last factor
   end type back_end_t
 
   !> One that takes its matrix by nodes; the matrices of the calls above stay empty.
@@ -133,4 +134,13 @@ module back_ends
       class(back_end_t), intent(inout) :: solver !! handles
     end subroutine change
   end interface
+
+contains
+
+  !> A back end that does not know the sign of a determinant.
+  integer function unknown_sign(solver) result(s)
+    class(back_end_t), intent(in) :: solver !! handles
+
+    s = merge(0, 0, solver%accuracy > 0.0_wp)
+  end function unknown_sign
 end module back_ends

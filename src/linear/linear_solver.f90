@@ -20,7 +20,7 @@ module linear_solver
   private
   public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
     free_solver, solver_of, solver_list, take_choice, describe_matrix, has_bulk, multiply_taken, &
-    rest_solver, refusal
+    rest_solver, refusal, factor_sign
   public :: solver_words, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
     solver_petsc, solver_reduced
 
@@ -235,6 +235,17 @@ contains
     call solver%engine(solver%holds)%is%solve(a, b, x, costs, outcome)
     if (any_rank(outcome == solver_failed)) outcome = solver_failed
   end subroutine solve_system
+
+  !> Sign of the determinant of the matrix factorised last, 0 if that is not known; CHOLMOD has
+  !! factors of positive definite ones alone.
+  integer function factor_sign(solver) result(s)
+    type(linear_solver_t), intent(in) :: solver !! handles
+
+    s = 0
+    if (solver%holds == solver_cholmod) s = 1
+    if (solver%holds == solver_cholmod .or. solver%holds == solver_unknown) return
+    s = solver%engine(solver%holds)%is%determinant_sign()
+  end function factor_sign
 
   !> Drops analyses and factors: the pattern has changed.
   subroutine start_pattern(solver)

@@ -4,7 +4,7 @@ module umfpack_interface
   implicit none
   private
   public :: umfpack_dl_defaults, umfpack_dl_symbolic, umfpack_dl_numeric, umfpack_dl_solve, &
-    umfpack_dl_free_symbolic, umfpack_dl_free_numeric
+    umfpack_dl_free_symbolic, umfpack_dl_free_numeric, umfpack_dl_get_determinant
 
   interface
     !> Fills Control with the defaults.
@@ -54,6 +54,16 @@ module umfpack_interface
       real(c_double), intent(in) :: control(0:19)
       real(c_double), intent(inout) :: info(0:89)
     end function umfpack_dl_solve
+
+    !> Mantissa and exponent (of 10) of the determinant.
+    integer(c_long) function umfpack_dl_get_determinant(mx, ex, numeric, info) &
+      bind(c, name='umfpack_dl_get_determinant')
+      import :: c_ptr, c_long, c_double
+      implicit none
+      real(c_double), intent(out) :: mx(*), ex(*)
+      type(c_ptr), value :: numeric
+      real(c_double), intent(inout) :: info(0:89)
+    end function umfpack_dl_get_determinant
 
     !> Releases a symbolic analysis.
     subroutine umfpack_dl_free_symbolic(symbolic) bind(c, name='umfpack_dl_free_symbolic')

@@ -7,7 +7,8 @@ module umfpack_solver
   use back_ends, only: back_end_t, solver_words_t, solver_done, solver_singular, &
     solver_out_of_memory, solver_failed
   use umfpack_interface, only: umfpack_dl_defaults, umfpack_dl_symbolic, umfpack_dl_numeric, &
-    umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric
+    umfpack_dl_solve, umfpack_dl_free_symbolic, umfpack_dl_free_numeric, &
+    umfpack_dl_get_determinant
   implicit none
   private
   public :: umfpack_t, umfpack_words
@@ -39,6 +40,7 @@ module umfpack_solver
     procedure :: factor_bytes
     procedure :: factorise
     procedure :: solve
+    procedure :: determinant_sign
     procedure :: forget_pattern
     procedure :: drop_factor
     procedure :: free
@@ -144,6 +146,19 @@ contains
     outcome = outcome_of(status)
     if (outcome == solver_done .and. .not. all(abs(x) <= huge(1.0_wp))) outcome = solver_singular
   end subroutine solve
+
+  !> Sign of the determinant of the last factor, 0 if there is none.
+  integer function determinant_sign(solver) result(s)
+    class(umfpack_t), intent(in) :: solver !! handles
+    real(wp) :: mantissa(1), exponent(1), info(0:89)
+
+    s = 0
+    if (.not. c_associated(solver%numeric)) return
+    info = 0.0_wp
+    if (umfpack_dl_get_determinant(mantissa, exponent, solver%numeric, info) /= status_ok) return
+    if (mantissa(1) > 0.0_wp) s = 1
+    if (mantissa(1) < 0.0_wp) s = -1
+  end function determinant_sign
 
   !> Outcome of a status of UMFPACK.
   pure integer function outcome_of(status) result(outcome)

@@ -12,10 +12,11 @@ module audit_text
   use statics_report, only: motion_text, turned_text
   use body_measures, only: farthest_turn
   use shape_audit, only: most_swelling
+  use answers_text, only: answers_finding, answers_advice
   use audit_types, only: audit_t, most_lost, verdict_failed, check_names, n_checks, &
     check_balance, check_work, check_strain, check_rotation, check_turning, check_volume, &
     check_penetration, check_elastic_slip, check_facets, check_locking, check_moved, &
-    check_edges, check_penalty
+    check_edges, check_penalty, check_answers
   implicit none
   private
   public :: audit_table, audit_record, audit_finding, audit_warning, balance_message, shape_message
@@ -117,6 +118,8 @@ contains
         t = 'none'
         if (worst > 0) t = 'at most '//to_text(value, 3)//' of a facet, pair '// &
           model%pairs(worst)%name
+      case (check_answers)
+        t = answers_finding(model, audit)
       case default
         t = scene_finding(model, audit, check)
       end select
@@ -285,6 +288,8 @@ contains
       t = 'without penetration forces are larger where ways are prescribed, ways smaller where '// &
         'forces are: write a stiffer PENAlty (AUTO 100 takes a tenth to a third of what '// &
         'AUTO 10 does), or AUGMent'
+    case (check_answers)
+      t = answers_advice
     case (check_moved)
       t = 'ADJUst has changed the shape of the slave: give it a smaller tolerance, or mesh finer'
     case default

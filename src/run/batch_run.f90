@@ -17,7 +17,7 @@ module batch_run
   use rigid_paths, only: count_rigid
   use model_types, only: state_none
   use touch_report, only: keep_touches
-  use run_audit, only: audit_end_time
+  use run_audit, only: audit_end_time, tell_answers
   use run_log, only: log_increment, log_increment_t, log_warning
   use batch_position, only: check_increment, is_passing, pass_end_time, look_for, &
     end_times_to_pass, count_steps
@@ -179,7 +179,8 @@ contains
       case ('stre')
         call print_stresses(command, model, context%system, state, log, error)
       case default
-        call print_mesh(model%mesh, log, error)
+        if (command%option == 'uniq') call tell_answers(context, error)
+        if (command%option /= 'uniq') call print_mesh(model%mesh, log, error)
       end select
     end associate
   end subroutine print_request

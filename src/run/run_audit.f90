@@ -3,22 +3,26 @@
 module run_audit
   use kinds, only: wp
   use errors, only: error_t, raise, exit_no_convergence
+  use text, only: to_text
   use costs, only: begin_cost, end_cost, cost_audit
   use audit_types, only: audit_t, n_checks, check_balance, check_turning, check_volume, &
+    check_answers, &
     verdict_warning, verdict_failed
   use audit, only: audit_state
-  use audit_text, only: audit_table, audit_record, audit_warning, balance_message, shape_message
+  use answers_audit, only: judge_answers
+  use audit_text, only: audit_table, audit_record, audit_warning, audit_finding, &
+    balance_message, shape_message
   use accepted_state, only: complete_state
   use system_types, only: settings_t
   use element_types, only: task_stress
   use assembly, only: recover
   use element_fields, only: recover_fields
-  use run_log, only: log_full
+  use run_log, only: log_full, log_line
   use json_lines, only: print_record
   use run_context, only: context_t
   implicit none
   private
-  public :: audit_end_time, tell_warnings
+  public :: audit_end_time, tell_warnings, tell_answers
 
 contains
 
@@ -76,6 +80,25 @@ contains
         audit)
     end associate
   end subroutine audit_whole
+
+  !> CHEC,UNIQ: what is known of other answers beside the end time's, with second starts.
+  subroutine tell_answers(context, error)
+    type(context_t), target, intent(inout) :: context !! the run, audited
+    type(error_t), allocatable, intent(out) :: error !! trouble with the log
+    type(audit_t) :: audit
+    character(:), allocatable :: t
+
+    if (context%audit%step == 0 .or. context%audit%step /= context%state%step .or. &
+      abs(context%audit%time - context%state%time) > 0.0_wp) then
+      t = 'answers: no end time has been solved since the state was taken'
+    else
+      audit = context%audit
+      call judge_answers(context%model, context%system, context%state, &
+        context%files%point_state, .true., .true., audit)
+      t = audit_finding(context%model, context%system, audit, check_answers)
+    end if
+    call log_line(context%files%log, '  time '//to_text(context%state%time, 12)//', '//t, error)
+  end subroutine tell_answers
 
   !> Tells each warning once; before the first end time those of the scene.
   subroutine tell_warnings(context)

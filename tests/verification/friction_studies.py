@@ -80,6 +80,48 @@ def oblique_pull(bench):
             bench.compare(f'drift du2/du1, {text}', EXACT, math.tan(psi - theta), drift, 1e-4, scale=1.0)
 
 
+def klarbring_compliance(nu=0.45):
+    """Compliance NN, NT, TT of the free node of the deck's one tetrahedron, E = 1."""
+    corners = ((1.24610224235115, 0.0, 0.668751973161525), (-0.190038419283356, 0.866025403784439, 1.10176467505374),
+               (-0.190038419283357, -0.866025403784438, 1.10176467505374))
+    a, b, c = corners
+    cross = (a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0])
+    volume = abs(sum(x*y for x, y in zip(cross, c)))/6
+    # the gradient of the free node's shape function: twice the area vector of the held facet over 6 V
+    p, q = ([y - x for x, y in zip(a, other)] for other in (b, c))
+    g = [(p[1]*q[2] - p[2]*q[1])/(6*volume), 0.0, (p[0]*q[1] - p[1]*q[0])/(6*volume)]
+    first, shear = nu/(1 + nu)/(1 - 2*nu), 1/(2 + 2*nu)
+    k = [[volume*((first + shear)*x*y + (shear*(g[0]**2 + g[2]**2) if i == j else 0.0))
+          for j, y in enumerate((g[2], g[0]))] for i, x in enumerate((g[2], g[0]))]
+    size = k[0][0]*k[1][1] - k[0][1]**2
+    return k[1][1]/size, -k[0][1]/size, k[0][0]/size
+
+
+def klarbring(bench):
+    """One load, three answers: of one node with friction above what it bears."""
+    mu, deck = 0.9, '../../inputs/manual/second_answers.inp'
+    nn, nt, tt = klarbring_compliance()
+    nn, tt = nn + 1e-6, tt + 1e-6
+    pressed, let_down = bench.run(deck), bench.run(deck, press=0)
+    bench.compare('friction over what the point bears, pressed', EXACT, mu*abs(nt)/nn, pressed.audited('answers')[-1],
+                  1e-6)
+    bench.compare('the same, let down', EXACT, mu*abs(nt)/nn, let_down.audited('answers')[-1], 1e-6)
+    # forces on the free node, N and T, and the gaps that they bring without contact
+    slip = []
+    for share in (0.9, 1.0):
+        free = [x*-0.001 + y*-0.0008 for x, y in ((share*nn, share*nt), (share*nt, share*tt))]
+        slip.append(-free[0]/(nn - mu*abs(nt)))
+    bench.compare('pressure that slips (unstable)', EXACT, slip[1], pressed.contact('foot_on_floor')[-1]['Fn'], 1e-4)
+    bench.compare('pressure without contact, the same load', EXACT, 0.0,
+                  let_down.contact('foot_on_floor')[-1]['Fn'], 1e-12, scale=1.0)
+    # stuck where the foot was one increment before: by 0.1 of the load and of the slip's way
+    way = [nt*slip[0] + tt*mu*slip[0] + 0.9*(nt*-0.001 + tt*-0.0008), nt*-0.001 + tt*-0.0008]
+    size = nn*tt - nt*nt
+    push = [-(nn*-0.001 + nt*-0.0008), way[0] - way[1]]
+    stuck = (tt*push[0] - nt*push[1])/size
+    bench.compare('pressure that sticks, by second starts', EXACT, stuck, pressed.second_pressure(), 1e-3)
+
+
 def drag_force(m, mu, phi):
     """Steady force over normal force along and across a drag at phi degrees from the lay."""
     c, s = math.cos(math.radians(phi)), math.sin(math.radians(phi))

@@ -250,6 +250,17 @@ class Tables:
         lost = sums['work'] - sums['strain_energy'] - sums['penalty_energy'] - sums['dissipation']
         return abs(lost)/abs(sums['work'])
 
+    def audited(self, name):
+        """What the audit compares with its limit, at each end time (h5py)."""
+        with self.results() as file:
+            names = [item.decode().strip() for item in file['audit']['checks'][:]]
+            return [float(row[names.index(name)]) for row in file['audit']['value'][:]]
+
+    def second_pressure(self):
+        """Pressure of the first second answer with contact that CHECk,UNIQue has printed."""
+        with open(self.base + '.log', encoding='utf-8') as stream:
+            return float(re.findall(r' time .* answers: .*? pressure ([-+.\dE]+)', stream.read())[-1])
+
     def stresses(self):
         """Stress of the elements at the last time (h5py)."""
         with self.results() as file:

@@ -22,6 +22,7 @@ module audit
   use scene_audit, only: judge_scene, judge_room
   use edge_audit, only: deepest_edge
   use penalty_audit, only: held_energy, judge_penalty
+  use answers_audit, only: judge_answers
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
     check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, &
     check_edges, most_lost
@@ -135,6 +136,7 @@ contains
     call judge_penalty(model, system, state, point_state, audit)
     call judge_room(model, audit)
     call judge_edges(model, model%mesh%x(:, :size(state%u, 2)) + state%u, audit)
+    call judge_answers(model, system, state, point_state, last, .false., audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.

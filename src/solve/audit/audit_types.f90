@@ -3,10 +3,11 @@ module audit_types
   use kinds, only: wp
   implicit none
   private
-  public :: audit_t, check_names, n_checks, verdict_ok, verdict_warning, verdict_failed
+  public :: audit_t, other_answers_t, check_names, n_checks
+  public :: verdict_ok, verdict_warning, verdict_failed
   public :: check_balance, check_work, check_strain, check_rotation, check_turning, &
     check_volume, check_penetration, check_elastic_slip, check_facets, check_locking, &
-    check_moved, check_room, check_edges, check_penalty, most_lost
+    check_moved, check_room, check_edges, check_penalty, check_answers, most_lost
 
   !> Verdicts.
   integer, parameter :: verdict_ok = 0
@@ -28,12 +29,13 @@ module audit_types
   integer, parameter :: check_room = 12
   integer, parameter :: check_edges = 13
   integer, parameter :: check_penalty = 14
-  integer, parameter :: n_checks = 14
+  integer, parameter :: check_answers = 15
+  integer, parameter :: n_checks = 15
   !> What of the work need not be found again, over the largest energy so far.
   real(wp), parameter :: most_lost = 0.2_wp
   character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
     'strain', 'rotation', 'turning', 'volume', 'penetration', 'elastic slip', 'facets', &
-    'locking', 'moved nodes', 'room', 'edges', 'penalty']
+    'locking', 'moved nodes', 'room', 'edges', 'penalty', 'answers']
 
   !> What stays the same in a run.
   type :: audit_fixed_t
@@ -58,6 +60,21 @@ module audit_types
     real(wp) :: largest_energy = 0.0_wp !! largest work or energy so far [force length]
     logical :: work_known = .true. !! it has been summed up from the start
   end type audit_sum_t
+
+  !> What is known of other answers beside that of an end time.
+  type :: other_answers_t
+    character(:), allocatable :: unknown !! why nothing is known; empty if something is
+    real(wp) :: point_share = 0.0_wp !! largest friction of a point over what it bears alone
+    integer :: point = 0 !! that point of its pair
+    integer :: closed = 0 !! closed points, where their statuses have been looked at
+    logical :: too_many = .false. !! they are too many for that
+    integer :: sign = 0 !! of the tangent, 0 if it is not known
+    real(wp) :: share = -1.0_wp !! friction over what the statuses bear; -1 if it is not known
+    logical :: searched = .false. !! second starts have been made
+    integer :: tried = 0 !! at so many points
+    real(wp), allocatable :: others(:, :) !! (4, answers) that they have found: closed points, those
+    !! that slip, sums of pressures and of friction forces [force]
+  end type other_answers_t
 
   !> The audit of a run: what stays the same, what it sums up, and the last end time's results.
   type :: audit_t
@@ -87,5 +104,7 @@ module audit_types
     logical :: told(n_checks) = .false. !! the terminal has had this warning
     type(audit_fixed_t) :: fixed !! what stays the same
     type(audit_sum_t) :: sum !! what it sums up
+    type(other_answers_t) :: answers !! beside that of the end time
+    logical :: unstable = .false. !! a negative sign has been told of
   end type audit_t
 end module audit_types
