@@ -9,6 +9,7 @@ module session
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
+  use other_mesh, only: take_mesh
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
     warning_lines
   use source, only: file_text
@@ -83,6 +84,7 @@ contains
     type(error_t), allocatable :: unsound
 
     call set_threads(options%threads)
+    context%parts = options%increments
     call set_blas_threads(1)
     context%system%whole%forced = options%solver
     call begin_cost(context%system%costs, cost_reading)
@@ -148,6 +150,8 @@ contains
     allocate (commands(0))
     call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
+    if (len(options%mesh) > 0) call take_mesh(options%mesh, deck, diagnostics)
+    deck%penalty_factor = options%penalty_factor
     call read_model(deck, diagnostics, model)
     call read_batch(deck, model%pairs, diagnostics, commands)
     call check_files(deck, commands, restart_base(base_name(options), options%restart), &
@@ -156,6 +160,8 @@ contains
     call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
       model, sensitivity)
     call read_study(deck, options%vary, diagnostics, study)
+    if (study%active .or. sensitivity%active) call check_same_deck(options, error)
+    if (allocated(error)) return
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return
@@ -173,6 +179,19 @@ contains
     model%warnings = warning_lines(diagnostics)
     deck_text = file_text(diagnostics%source, 1)
   end subroutine read_problem
+
+  !> Derivatives and variants read the deck anew, and would not know of what the command line
+  !! changes.
+  subroutine check_same_deck(options, error)
+    type(options_t), intent(in) :: options !! the command line
+    type(error_t), allocatable, intent(out) :: error !! it changes what they read
+
+    if (len(options%mesh) == 0 .and. options%increments == 1 .and. &
+      .not. abs(options%penalty_factor - 1.0_wp) > 0.0_wp) return
+    call raise(error, exit_deck, 'command line: error: --mesh, --increments or '// &
+      '--penalty-factor with derivatives or a study'//new_line('a')// &
+      '  write MESH, STEP and PENAlty in the deck')
+  end subroutine check_same_deck
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
   subroutine run_problem(options, context, commands, deck_text, study, diagnostics, error)
@@ -393,6 +412,10 @@ contains
     t = options%deck
     if (len(options%restart) > 0) t = t//' --restart '//options%restart
     if (options%step > 0) t = t//' --step '//to_text(options%step)
+    if (len(options%mesh) > 0) t = t//' --mesh '//options%mesh
+    if (options%increments > 1) t = t//' --increments '//to_text(options%increments)
+    if (abs(options%penalty_factor - 1.0_wp) > 0.0_wp) t = t//' --penalty-factor '// &
+      to_text(options%penalty_factor)
     do k = 1, size(options%overrides)
       t = t//' --set '//options%overrides(k)%name//'='//options%overrides(k)%value
     end do
