@@ -1,4 +1,4 @@
-"""The command mfec-post: report, plot, picture, movie, compare, export, identify."""
+"""The command mfec-post: report, plot, picture, movie, compare, export, identify, adapt."""
 from __future__ import annotations
 
 import argparse
@@ -8,7 +8,7 @@ from typing import Optional
 
 import mfec
 
-from . import compare, demo, export, identify, pictures, plots, report
+from . import adapt, compare, demo, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -51,6 +51,9 @@ def parser() -> argparse.ArgumentParser:
     one = commands.add_parser('identify', help='friction from measured curves; --plan: what a '
                               'path would tell')
     identify.add_options(one)
+    one = commands.add_parser('adapt', help='a number with its error: runs, estimates and remeshes '
+                              'until it is small enough')
+    adapt.add_options(one)
     return top
 
 
@@ -86,6 +89,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     given = parser().parse_args(words)
     if given.command == 'identify':
         return identify.main(given)
+    if given.command == 'adapt':
+        return adapt.main(given)
     try:
         if given.command == 'demo':
             return demo.main(['--program', mfec.find_program(), '--deck',
