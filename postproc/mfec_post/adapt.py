@@ -184,8 +184,8 @@ class Adaptation:
         original = mfec.Deck.read(self.path)
         launch(original, ['--check'], self.sets, self.out / 'given', None, None)
         bodies = read_bodies(str(self.out / 'given' / (self.path.stem + '.check.vtkhdf')))
-        self.own = own_names(original)
         self.deck, self.notes = prepare(original, set(bodies.surfaces), self.order, self.geometry is None)
+        self.own = own_names(self.deck)
         self.pairs = [r for word in ('NTOS', 'GTOS') for r in self.deck.records(word)]
         self.tell_limits(bodies)
         return raised(bodies) if self.order == 2 else bodies
@@ -395,7 +395,7 @@ class Adaptation:
         return lines
 
     def write_files(self) -> None:
-        """adapt.json, adapt.txt and adapt.png."""
+        """adapt.json and adapt.txt."""
         record = {'deck': str(self.path), 'goals': [goal.text for goal in self.goals], 'wish': self.wish,
                   'met': self.is_met(self.loops[-1]), 'notes': self.notes,
                   'loops': [{**asdict(loop), 'bars': [loop.bar(k) for k in range(len(self.goals))]}
@@ -408,7 +408,6 @@ class Adaptation:
                 rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} {loop.increments:10d} '
                              f'{loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
         (self.out / 'adapt.txt').write_text('\n'.join(rows + self.notes) + '\n', encoding='utf-8')
-        draw(self.loops, [goal.text for goal in self.goals], self.wish, str(self.out / 'adapt.png'))
 
 
 def draw(loops: Sequence[Loop], goals: Sequence[str], wish: float, path: str) -> None:
@@ -439,6 +438,7 @@ def main(given: argparse.Namespace) -> int:
     try:
         work = Adaptation(given)
         met = work.adapt()
+        draw(work.loops, [goal.text for goal in work.goals], work.wish, str(work.out / 'adapt.png'))
     except (GoalError, MeshError, mfec.MfecError, OSError, KeyError) as problem:
         text = problem.args[0] if isinstance(problem, KeyError) else problem
         print(f'mfec-post adapt: {text}', file=sys.stderr)

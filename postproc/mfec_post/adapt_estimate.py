@@ -70,15 +70,11 @@ def terms(order: int, y: NDArray) -> NDArray:
 
 def patches(corners: NDArray, n: int, order: int) -> list[NDArray]:
     """Elements around each node; two rings where one has too few."""
-    from scipy.sparse import csr_matrix
-    around = csr_matrix((np.ones(corners.size), (corners.ravel(), np.repeat(
-        np.arange(len(corners)), 4))), (n, len(corners)))
-    few = np.flatnonzero(np.diff(around.indptr) < FEWEST[order])
-    second = (around[few] @ around.T @ around).tocsr()
-    found = np.split(around.indices, around.indptr[1:-1])
-    for node, ring in zip(few, np.split(second.indices, second.indptr[1:-1])):
-        found[node] = ring
-    return found
+    by_node = np.argsort(corners.ravel(), kind='stable')
+    rings = np.split(by_node // 4, np.cumsum(np.bincount(corners.ravel(), minlength=n))[:-1])
+    return [ring if len(ring) >= FEWEST[order] else
+            np.unique(np.concatenate([rings[node] for node in np.unique(corners[ring])]))
+            for ring in rings]
 
 
 def recover(points: NDArray, cells: NDArray, order: int, places: NDArray, stresses: NDArray) -> NDArray:

@@ -65,14 +65,13 @@ class Bodies:
 
     def pieces(self) -> list[NDArray]:
         """Cells of each body: those that are joined by nodes."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
         corners = self.cells[:, :4]
-        n = len(self.points)
-        graph = coo_matrix((np.ones(corners[:, 1:].size), (np.repeat(corners[:, 0], 3),
-                                                           corners[:, 1:].ravel())), (n, n))
-        label = connected_components(graph, directed=False)[1][corners[:, 0]]
-        return [np.flatnonzero(label == k) for k in np.unique(label)]
+        label, before = np.arange(len(self.points)), None
+        while before is None or (label != before).any():
+            before = label.copy()
+            np.minimum.at(label, corners.ravel(), np.repeat(label[corners].min(1), 4))
+            label = label[label]
+        return [np.flatnonzero(label[corners[:, 0]] == k) for k in np.unique(label[corners[:, 0]])]
 
 
 def read_bodies(path: str) -> Bodies:
