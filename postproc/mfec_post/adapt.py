@@ -1,7 +1,7 @@
 """mfec-post adapt: runs, estimates and remeshes until a number is known to the accuracy that is asked for.
 
-Three errors are told apart, of the mesh, of the penalty and of the increments (doc/theory, "Error of
-a result"), and what is larger is mended.
+Three errors are told apart, of the mesh, of the penalty and of the increments (doc/theory,
+"Error of a result"), and what is larger is mended.
 """
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import json
 import resource
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Optional
@@ -21,7 +21,7 @@ from mfec.run import launch
 
 from .adapt_deck import LABEL, Goal, GoalError, own_names, prepare
 from .adapt_estimate import estimate
-from .adapt_model import Bodies, facets_of, raised, read_bodies, write_mesh
+from .adapt_model import Bodies, raised, read_bodies, write_mesh
 from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, wanted_sizes
 from .results import Results
 
@@ -34,7 +34,7 @@ ENOUGH_FACETS = 4.0
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
-"""End times whose errors shape the mesh, at most."""
+"""End times whose errors shape the mesh, at most (doc/theory, eq. (13.7))."""
 SOFTER = 4
 """A companion's penalty is softer by this factor: a stiffer one costs ten times the run."""
 MOST_LOOPS, MOST_PENALTY, MOST_INCREMENTS = 8, 64, 64
@@ -156,7 +156,7 @@ def sag_of(bodies: Bodies, names: set[str]) -> float:
 class Adaptation:
     """All loops of one deck."""
 
-    def __init__(self, given: argparse.Namespace, tell=print):
+    def __init__(self, given: argparse.Namespace, tell: Callable[[str], None] = print):
         self.tell = tell
         self.goals = [Goal(text) for text in given.goal]
         self.wish = wish_of(given.error)
@@ -171,7 +171,7 @@ class Adaptation:
         self.share = 0.6 if self.geometry else 1.0
         self.began, self.cpu = time.monotonic(), cpu()
         self.estimate_cpu = 0.0
-        self.eta: Optional[np.ndarray] = None
+        self.eta = np.zeros(0)
         self.companion_of = -1
         self.fine: list[float] = []
         self.fine_cpu = 0.0
@@ -210,7 +210,7 @@ class Adaptation:
         text = 'facets of round contact surfaces sag'
         if sag > 0.01 * way and not any(text in note for note in self.notes):
             self.notes.append(f'{text} by up to {sag:.2g} where bodies move by {way:.2g}: no stress tells '
-                              'that error, and it stays on finer meshes of this tool; give a geometry by --geo')
+                              'that error, and finer meshes keep it; give a geometry by --geo')
 
     def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Path:
         """The mesh file of a loop."""
@@ -255,7 +255,8 @@ class Adaptation:
         run_cpu, begin = cpu() - begin, cpu()
         bodies = read_bodies(str(path))
         with Results(str(path)) as results:
-            frames = np.unique(np.linspace(results.steps - 1, 0, min(FIELDS, results.steps)).round()).astype(int)
+            last_frame, count = results.steps - 1, min(FIELDS, results.steps)
+            frames = np.unique(np.linspace(last_frame, 0, count).round()).astype(int)
             u = np.stack([results.point_field('displacement', k) for k in frames])
             across = across_contact(results)
             raw = [goal.value(results) for goal in self.goals]
@@ -405,8 +406,8 @@ class Adaptation:
         rows = [f'{head}  values with bars']
         for loop in self.loops:
             for k, line in enumerate(self.lines(loop)):
-                rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} {loop.increments:10d} '
-                             f'{loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
+                rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
+                             f'{loop.increments:10d} {loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
         (self.out / 'adapt.txt').write_text('\n'.join(rows + self.notes) + '\n', encoding='utf-8')
 
 
@@ -421,7 +422,8 @@ def draw(loops: Sequence[Loop], goals: Sequence[str], wish: float, path: str) ->
         cells = [loop.cells for loop in told]
         left.errorbar(cells, [loop.values[k] for loop in told], [loop.bar(k) or 0.0 for loop in told],
                       fmt='o', capsize=4, color='C0')
-        for label, bars in (('mesh', [loop.mesh for loop in told]), ('penalty', [loop.penalty for loop in told]),
+        for label, bars in (('mesh', [loop.mesh for loop in told]),
+                            ('penalty', [loop.penalty for loop in told]),
                             ('increments', [loop.steps for loop in told])):
             right.plot(cells, [(bar or goals)[k] for bar in bars], 'o-', ms=4, label=label)
         if told:

@@ -72,12 +72,9 @@ def prepare(deck: Deck, surfaces: set[str], order: int, labels: bool) -> tuple[D
             deck.change('MATE', record.items[1], LABEL + record.items[1], nth=k)
     if order == 2:
         to_facets(deck, surfaces, notes)
-    while True:  # facets of six nodes bend by themselves
-        record = next(deck.records('SMOO'), None) if order == 2 else None
-        if record is None:
-            break
+    while order == 2 and has_word(deck, 'SMOO'):  # facets of six nodes bend by themselves
         notes.append('SMOOth is left out: facets of six nodes are curved')
-        deck.remove(record)
+        deck.remove(next(deck.records('SMOO')))
     ask_for_fields(deck)
     return deck, notes
 

@@ -1,4 +1,5 @@
-"""The error of the stresses in the energy norm, by recovery over patches (doc/theory, "Error of the mesh").
+"""The error of the stresses in the energy norm, by recovery over patches
+(doc/theory, "Error of a result", eq. (13.6)).
 
 Stresses are recovered body by body and material by material: never across a contact or an interface.
 """
@@ -120,10 +121,11 @@ def mass(order: int) -> NDArray:
     """Integrals of products of the shape functions over a cell of volume 1."""
     if order == 1:
         return (np.ones((4, 4)) + np.eye(4)) / 20
+    powers: list[dict[tuple[int, tuple[int, ...]], float]]
     powers = [{(2, (i,)): 2.0, (1, (i,)): -1.0} for i in range(4)]
     powers += [{(2, (int(i), int(j))): 4.0} for i, j in EDGES]
 
-    def exponents(key: tuple) -> NDArray:
+    def exponents(key: tuple[int, tuple[int, ...]]) -> NDArray:
         degree, places = key
         e = np.zeros(4, int)
         for place in places:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 from pathlib import Path
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,7 +216,7 @@ def by_gmsh(geometry: Path, bodies: Optional[Bodies], h: Optional[NDArray], orde
         gmsh.finalize()
 
 
-def set_background(gmsh, bodies: Bodies, h: NDArray) -> None:
+def set_background(gmsh: Any, bodies: Bodies, h: NDArray) -> None:
     """One field of sizes for each region, on its own volumes: touching bodies have sizes of their own."""
     volumes = {gmsh.model.getPhysicalName(3, tag): gmsh.model.getEntitiesForPhysicalGroup(3, tag)
                for dim, tag in gmsh.model.getPhysicalGroups(3)}

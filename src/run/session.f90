@@ -9,7 +9,7 @@ module session
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
-  use other_mesh, only: take_mesh
+  use changed_decks, only: change_deck, refuse_changes, settings_text
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
     warning_lines
   use source, only: file_text
@@ -150,8 +150,7 @@ contains
     allocate (commands(0))
     call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
-    if (len(options%mesh) > 0) call take_mesh(options%mesh, deck, diagnostics)
-    deck%penalty_factor = options%penalty_factor
+    call change_deck(options, deck, diagnostics)
     call read_model(deck, diagnostics, model)
     call read_batch(deck, model%pairs, diagnostics, commands)
     call check_files(deck, commands, restart_base(base_name(options), options%restart), &
@@ -160,7 +159,7 @@ contains
     call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
       model, sensitivity)
     call read_study(deck, options%vary, diagnostics, study)
-    if (study%active .or. sensitivity%active) call check_same_deck(options, error)
+    if (study%active .or. sensitivity%active) call refuse_changes(options, error)
     if (allocated(error)) return
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
@@ -179,19 +178,6 @@ contains
     model%warnings = warning_lines(diagnostics)
     deck_text = file_text(diagnostics%source, 1)
   end subroutine read_problem
-
-  !> Derivatives and variants read the deck anew, and would not know of what the command line
-  !! changes.
-  subroutine check_same_deck(options, error)
-    type(options_t), intent(in) :: options !! the command line
-    type(error_t), allocatable, intent(out) :: error !! it changes what they read
-
-    if (len(options%mesh) == 0 .and. options%increments == 1 .and. &
-      .not. abs(options%penalty_factor - 1.0_wp) > 0.0_wp) return
-    call raise(error, exit_deck, 'command line: error: --mesh, --increments or '// &
-      '--penalty-factor with derivatives or a study'//new_line('a')// &
-      '  write MESH, STEP and PENAlty in the deck')
-  end subroutine check_same_deck
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
   subroutine run_problem(options, context, commands, deck_text, study, diagnostics, error)
@@ -402,22 +388,4 @@ contains
     base = deck_name(options)
     if (len(options%folder) > 0) base = options%folder//'/'//base
   end function base_name
-
-  !> Deck and --set, for the log and the results.
-  function settings_text(options) result(t)
-    type(options_t), intent(in) :: options !! the command line
-    character(:), allocatable :: t
-    integer :: k
-
-    t = options%deck
-    if (len(options%restart) > 0) t = t//' --restart '//options%restart
-    if (options%step > 0) t = t//' --step '//to_text(options%step)
-    if (len(options%mesh) > 0) t = t//' --mesh '//options%mesh
-    if (options%increments > 1) t = t//' --increments '//to_text(options%increments)
-    if (abs(options%penalty_factor - 1.0_wp) > 0.0_wp) t = t//' --penalty-factor '// &
-      to_text(options%penalty_factor)
-    do k = 1, size(options%overrides)
-      t = t//' --set '//options%overrides(k)%name//'='//options%overrides(k)%value
-    end do
-  end function settings_text
 end module session
