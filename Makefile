@@ -109,8 +109,9 @@ build/venv/stamp: postproc/requirements.txt .ci/setup | build/setup.stamp
 	@.ci/setup python build/venv postproc/requirements.txt
 	@touch $@
 
-build/venv/gmsh.stamp: tests/stress/requirements.txt | build/venv/stamp
-	@.ci/setup gmsh build/venv $<
+build/venv/gmsh.stamp: tests/stress/requirements.txt tests/adapt/requirements.txt | build/venv/stamp
+	@.ci/setup gmsh build/venv tests/stress/requirements.txt
+	@.ci/setup gmsh build/venv tests/adapt/requirements.txt
 	@touch $@
 
 build/venv-lint/stamp: .ci/lint-requirements.txt .ci/setup | build/venv/stamp

@@ -1,4 +1,4 @@
-"""The command mfec-post: report, plot, picture, movie, compare, export, identify, check."""
+"""The command mfec-post: report, plot, picture, movie, compare, export, identify, check, adapt."""
 from __future__ import annotations
 
 import argparse
@@ -8,7 +8,7 @@ from typing import Optional
 
 import mfec
 
-from . import check, compare, demo, export, identify, pictures, plots, report
+from . import adapt, check, compare, demo, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -53,6 +53,9 @@ def parser() -> argparse.ArgumentParser:
     identify.add_options(one)
     one = commands.add_parser('check', help='proves a result from its file alone')
     check.add_options(one)
+    one = commands.add_parser('adapt', help='a number with its error: runs, estimates and remeshes '
+                              'until it is small enough')
+    adapt.add_options(one)
     return top
 
 
@@ -90,6 +93,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
         return identify.main(given)
     if given.command == 'check':
         return check.main(given)
+    if given.command == 'adapt':
+        return adapt.main(given)
     try:
         if given.command == 'demo':
             return demo.main(['--program', mfec.find_program(), '--deck',

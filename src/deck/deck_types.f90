@@ -81,6 +81,7 @@ module deck_types
   type :: deck_t
     character(:), allocatable :: title !! raw rest of the title line
     integer :: control(6) = 0 !! numnp numel nummat ndm ndf nen; zeros where not given
+    real(wp) :: penalty_factor = 1.0_wp !! of all pairs, from the command line
     logical :: hopeless = .false. !! no more is read of it: two dimensions, no deck at all
     type(record_t) :: control_record !! the control record, without items if there is none
     type(data_set_t), allocatable :: mesh(:) !! mesh commands in order (PARA, INCL, END are gone)

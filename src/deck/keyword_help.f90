@@ -83,6 +83,9 @@ contains
       '  --step K           goes on from its end time K instead'//nl// &
       '  --sens NAME,NAME   derivatives of the reactions by these, as SENSitivity'//nl// &
       '  --vary NAME=VALUES many variants of the run, as STUDy: a,b,c or from:to:step'//nl// &
+      '  --mesh FILE        a mesh file in place of the nodes and elements of the deck'//nl// &
+      '  --increments N     halves each interval between end times: 1, 2, 4, ... increments'//nl// &
+      '  --penalty-factor F times the PENAlty of each pair'//nl// &
       '  --log LEVEL        brief (no iterations), normal, or full (worst node, all audits)'//nl// &
       '  --quiet            no progress'//nl// &
       '  -v, --verbose      iterations and the lines of the log, too'//nl// &

@@ -232,7 +232,8 @@ contains
     character(:), allocatable :: full
 
     full = path
-    if (path(1:min(1, len(path))) == '/') return
+    ! file 0 is the command line
+    if (path(1:min(1, len(path))) == '/' .or. file == 0) return
     associate (name => source%files(file)%name)
       if (index(name, '/dev/') /= 1) full = name(:index(name, '/', back=.true.))//path
     end associate

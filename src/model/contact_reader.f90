@@ -54,6 +54,7 @@ contains
       end do
     end do
     do i = 1, n
+      drafts(i)%pair%penalty = deck%penalty_factor*drafts(i)%pair%penalty
       call check_pair(drafts, i, diagnostics)
     end do
   end subroutine read_pairs

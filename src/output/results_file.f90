@@ -25,6 +25,7 @@ module results_file
     begin_study_part, append_variant
   use results_scene, only: write_scene
   use results_points, only: create_contact_part, append_contact
+  use results_parts, only: write_parts
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
   implicit none
@@ -260,6 +261,7 @@ contains
     call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
     if (allocated(error)) return
     call write_sets(file, model, error)
+    if (.not. allocated(error)) call write_parts(file, model, error)
   end subroutine write_run
 
   !> Writes /run/sets: the nodes of each set, so that postprocessing can use the deck's names.

@@ -69,6 +69,7 @@ contains
     run%states = states
     run%goes_on = has_end_times(commands)
     run%position%skip = skip
+    run%settings%parts = context%parts
     context%monitor%began = wall_seconds()
     context%monitor%first_step = context%state%step
     call run_commands(commands, run, context, error)

@@ -1,5 +1,6 @@
 !> The command line: `./mfec deck.inp [--set name=value]... [--out DIR] ...`.
 module command_line
+  use kinds, only: wp
   use text, only: edit_distance, to_text, count_noun
   use threads, only: count_cores
   use deck_types, only: override_t
@@ -14,11 +15,16 @@ module command_line
   character(*), parameter :: usage_line = &
     'usage: mfec deck.inp [--set name=value]... [--out DIR] [--check] [--solver S] '// &
     '[--threads N] [--restart run.vtkhdf [--step K]] [--sens NAME,NAME] '// &
-    '[--vary NAME=VALUES]... [--log LEVEL] [--quiet] [--verbose] [--json]'
+    '[--vary NAME=VALUES]... [--mesh FILE] [--increments N] [--penalty-factor F] '// &
+    '[--log LEVEL] [--quiet] [--verbose] [--json]'
+
+  !> An interval between end times is still cut where Newton's method wants it: sixteen times.
+  integer, parameter :: most_increments = 64
 
   !> All options this version knows, for hints.
-  character(10), parameter :: known(17) = [character(10) :: '--set', '--out', '--check', &
-    '--solver', '--threads', '--restart', '--step', '--sens', '--vary', '--log', '--quiet', &
+  character(16), parameter :: known(20) = [character(16) :: '--set', '--out', '--check', &
+    '--solver', '--threads', '--restart', '--step', '--sens', '--vary', '--mesh', &
+    '--increments', '--penalty-factor', '--log', '--quiet', &
     '--verbose', '-v', '--json', '--version', '--help', '-h']
 
   !> What the command line asks for.
@@ -29,6 +35,9 @@ module command_line
     character(:), allocatable :: sens !! parameters to differentiate by, parted by commas
     character(:), allocatable :: vary !! parameters of a study with their values, parted by blanks
     character(:), allocatable :: restart !! results file to go on from, empty for none
+    character(:), allocatable :: mesh !! mesh file in place of the deck's mesh, empty for none
+    real(wp) :: penalty_factor = 1.0_wp !! times the penalty of each pair
+    integer :: increments = 1 !! of an interval between end times
     integer :: threads = 1 !! threads of the program
     integer :: solver = solver_unknown !! back end, unknown to leave it to the deck
     integer :: log_level = log_normal !! how much the log tells
@@ -57,6 +66,7 @@ contains
     options%restart = ''
     options%sens = ''
     options%vary = ''
+    options%mesh = ''
     allocate (options%overrides(0))
     ! First of all, so that what is wrong with the others is told as it wants it.
     do i = 1, command_argument_count()
@@ -124,7 +134,7 @@ contains
         end if
       end if
     case ('--set', '--out', '--solver', '--threads', '--restart', '--step', '--sens', &
-          '--vary', '--log')
+          '--vary', '--log', '--mesh', '--increments', '--penalty-factor')
       call take_value(item, equals, i, value, error)
       if (allocated(error)) return
       call keep_value(name, value, options, error)
@@ -168,6 +178,9 @@ contains
     if (name == '--restart') options%restart = find_results(value)
     if (name == '--sens') options%sens = value
     if (name == '--vary') options%vary = trim(adjustl(options%vary//' '//value))
+    if (name == '--mesh') options%mesh = value
+    if (name == '--penalty-factor') call take_factor(value, options%penalty_factor, error)
+    if (name == '--increments') call take_increments(value, options%increments, error)
     if (name == '--step') call take_count(value, 'number of an end time, 1 or more; without '// &
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
@@ -213,6 +226,40 @@ contains
     call raise(error, exit_deck, 'command line: error: '//name//' '//value//new_line('a')// &
       '  '//name//' wants the '//wanted)
   end subroutine take_count
+
+  !> Intervals between end times are cut into halves, so that a failed increment can be, too.
+  subroutine take_increments(value, n, error)
+    character(*), intent(in) :: value !! as written
+    integer, intent(inout) :: n !! increments of an interval
+    type(error_t), allocatable, intent(out) :: error !! no power of 2, or too many
+    character(*), parameter :: wanted = 'number of increments of each interval between end '// &
+      'times: 1, 2, 4, ... 64'
+
+    call take_count(value, wanted, '--increments', n, error)
+    if (allocated(error)) return
+    if (popcnt(n) == 1 .and. n <= most_increments) return
+    call raise(error, exit_deck, 'command line: error: --increments '//value//new_line('a')// &
+      '  --increments wants the '//wanted)
+  end subroutine take_increments
+
+  !> Enters a factor above 0.
+  subroutine take_factor(value, factor, error)
+    character(*), intent(in) :: value !! as written
+    real(wp), intent(inout) :: factor !! the factor
+    type(error_t), allocatable, intent(out) :: error !! no such number
+    real(wp) :: number
+    integer :: status
+
+    read (value, *, iostat=status) number
+    if (status == 0 .and. verify(value, '0123456789.eEdD+-') == 0) then
+      if (number > 0.0_wp .and. number <= huge(number)) then
+        factor = number
+        return
+      end if
+    end if
+    call raise(error, exit_deck, 'command line: error: --penalty-factor '//value//new_line('a')// &
+      '  --penalty-factor wants a number above 0')
+  end subroutine take_factor
 
   !> More threads than cores wait for each other; so many that no machine has the cores are a slip,
   !! and the runtime does not survive the stack that it takes for them.

@@ -23,6 +23,7 @@ module run_context
     type(terminal_t) :: terminal !! standard output
     type(sensitivity_t) :: sensitivity !! derivatives along the run, if they are asked for
     type(sensitivity_table_t) :: derivatives !! .sen, with these only
+    integer :: parts = 1 !! increments of an interval between end times, --increments
     logical, allocatable :: touched(:) !! (pairs) some point was in contact at an end time
   end type context_t
 end module run_context

@@ -9,6 +9,7 @@ module session
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
+  use changed_decks, only: change_deck, refuse_changes, settings_text
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
     warning_lines
   use source, only: file_text
@@ -83,6 +84,7 @@ contains
     type(error_t), allocatable :: unsound
 
     call set_threads(options%threads)
+    context%parts = options%increments
     call set_blas_threads(1)
     context%system%whole%forced = options%solver
     call begin_cost(context%system%costs, cost_reading)
@@ -148,6 +150,7 @@ contains
     allocate (commands(0))
     call read_deck(options%deck, options%overrides, deck, diagnostics, error)
     if (allocated(error)) return
+    call change_deck(options, deck, diagnostics)
     call read_model(deck, diagnostics, model)
     call read_batch(deck, model%pairs, diagnostics, commands)
     call check_files(deck, commands, restart_base(base_name(options), options%restart), &
@@ -156,6 +159,8 @@ contains
     call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
       model, sensitivity)
     call read_study(deck, options%vary, diagnostics, study)
+    if (study%active .or. sensitivity%active) call refuse_changes(options, error)
+    if (allocated(error)) return
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return
@@ -383,18 +388,4 @@ contains
     base = deck_name(options)
     if (len(options%folder) > 0) base = options%folder//'/'//base
   end function base_name
-
-  !> Deck and --set, for the log and the results.
-  function settings_text(options) result(t)
-    type(options_t), intent(in) :: options !! the command line
-    character(:), allocatable :: t
-    integer :: k
-
-    t = options%deck
-    if (len(options%restart) > 0) t = t//' --restart '//options%restart
-    if (options%step > 0) t = t//' --step '//to_text(options%step)
-    do k = 1, size(options%overrides)
-      t = t//' --set '//options%overrides(k)%name//'='//options%overrides(k)%value
-    end do
-  end function settings_text
 end module session

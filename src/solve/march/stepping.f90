@@ -28,7 +28,8 @@ module stepping
 
 contains
 
-  !> Solves from the state's time to `end_time`, in one increment if that converges.
+  !> Solves from the state's time to `end_time`, in one increment (or settings%parts) if that
+  !! converges.
   subroutine advance(model, system, state, end_time, settings, monitor, error)
     type(model_t), intent(inout) :: model !! history of its pairs
     type(system_t), intent(inout) :: system !! the system
@@ -39,14 +40,15 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
     type(newton_t) :: progress
     type(error_t), allocatable :: first
-    integer :: done, part, least
+    integer :: done, part, least, longest
     logical :: hopeless, flies
     real(wp) :: begin, time
 
     call retry_condensed(system)
     begin = state%time
     done = 0
-    part = finest
+    longest = finest/settings%parts
+    part = longest
     least = 1
     do while (done < finest)
       do while (done + part > finest)
@@ -59,7 +61,7 @@ contains
         call monitor%accepted(model, system, state)
         call tell_free_bodies(model, system, monitor)
         done = done + part
-        if (done < finest .and. mod(done, 2*part) == 0) part = 2*part
+        if (done < finest .and. mod(done, 2*part) == 0) part = min(2*part, longest)
         cycle
       end if
       hopeless = part <= least
@@ -70,6 +72,7 @@ contains
           call try_otherwise(model, system, progress, time, monitor, first, error, flies)
         if (allocated(error)) return
         call begin_whole(system, done, flies, part, least)
+        part = min(part, longest)
         cycle
       end if
       part = part/2

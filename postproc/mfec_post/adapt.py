@@ -1,0 +1,458 @@
+"""mfec-post adapt: runs, estimates and remeshes until a number is known to the accuracy that is asked for.
+
+Three errors are told apart, of the mesh, of the penalty and of the increments (doc/theory,
+"Error of a result"), and what is larger is mended.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Optional
+
+import mfec
+import numpy as np
+from mfec.run import launch
+
+from .adapt_deck import LABEL, Goal, GoalError, own_names, prepare
+from .adapt_estimate import estimate
+from .adapt_model import Bodies, raised, read_bodies, write_mesh
+from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, wanted_sizes
+from .results import Results
+
+SAFETY = {1: 1.5, 2: 0.5}
+"""Share of |Q| times the relative squared error that a bar has at least: T4, T10."""
+MOST_RATE = 0.8
+"""The mesh of a loop is not believed to be worth less than this."""
+ENOUGH_FACETS = 4.0
+"""Facets across the contact from which on its differences say anything."""
+SHARE = 0.3
+"""Penalty or increments are mended from this share of the wish on."""
+FIELDS = 4
+"""End times whose errors shape the mesh, at most (doc/theory, eq. (13.11))."""
+SOFTER = 4
+"""A companion's penalty is softer by this factor: a stiffer one costs ten times the run."""
+MOST_LOOPS, MOST_PENALTY, MOST_INCREMENTS = 8, 64, 64
+
+
+@dataclass
+class Loop:
+    """A run with what is known of its values. Bars are None where nothing can be said yet."""
+
+    number: int
+    cells: int
+    penalty_factor: int
+    increments: int
+    relative: float
+    """Squared error of the stresses over all of them, at the last end time."""
+    across: Optional[float]
+    """Facets across the smallest contact."""
+    raw: list[float]
+    """As the run has them."""
+    values: list[float]
+    """Without the penalty's share, once a companion has told it."""
+    mesh: Optional[list[float]] = None
+    penalty: Optional[list[float]] = None
+    steps: Optional[list[float]] = None
+    best: list[float] = field(default_factory=list)
+    run_cpu: float = 0.0
+    cpu: float = 0.0
+    """All of it up to here, companions, meshes and estimates with it."""
+    estimate_cpu: float = 0.0
+
+    def bar(self, k: int) -> Optional[float]:
+        """The bar of the value k."""
+        if self.mesh is None or self.penalty is None or self.steps is None:
+            return None
+        return self.mesh[k] + self.penalty[k] + self.steps[k]
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    """Options of `mfec-post adapt`."""
+    command.add_argument('deck', help='the deck')
+    command.add_argument('--goal', action='append', required=True,
+                         help='set.R1 (reaction), pair:F1 (contact table), or a quotient; repeatable')
+    command.add_argument('--error', default='1%', help='wish: half width of the bar over the value (1%%)')
+    command.add_argument('--geo', help='geometry of the mesh (.geo, .step, .brep): gmsh makes the meshes')
+    command.add_argument('--order', type=int, choices=(1, 2), default=2, help='nodes a cell: 4 or 10 (2)')
+    command.add_argument('--set', action='append', default=[], help='name=value, as of mfec')
+    command.add_argument('--time', type=float, default=600.0, help='seconds after which none begins (600)')
+    command.add_argument('--out', help='folder (default: x_adapt)')
+
+
+def cpu() -> float:
+    """Processor seconds of this process and of its children."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def wish_of(text: str) -> float:
+    """1% or 0.01."""
+    try:
+        wish = float(text[:-1]) / 100 if text.endswith('%') else float(text)
+    except ValueError:
+        wish = 0.0
+    if not 0.0 < wish < 1.0:
+        raise GoalError(f'--error {text}: write a share such as 1% or 0.01')
+    return wish
+
+
+def mesh_bar(loop: Loop, change: float, last: Loop, order: int, k: int) -> float:
+    """Bar of the mesh of a value that has changed since the loop before (doc/theory, eq. (13.13))."""
+    q = min(loop.relative / last.relative, MOST_RATE)
+    value = loop.values[k]
+    bars = [SAFETY[order] * loop.relative * abs(value), 1.5 * abs(change) * q / (1 - q)]
+    if last.mesh is not None:
+        bars.append(q * last.mesh[k])
+    return max(bars)
+
+
+def across_contact(results: Results) -> Optional[float]:
+    """Facets across the contact of the last end time: of the pair with the fewest."""
+    x = np.zeros((results.node_numbers.max() + 1, 3))
+    x[results.node_numbers] = results.points
+    least: Optional[float] = None
+    for pair in results.pairs:
+        points = results.contact(pair)
+        if 'area' not in points:
+            continue
+        active = (points['status'] > 0) & (points['area'] > 0)
+        if not active.any():
+            continue
+        node, area = points['node'][active], points['area'][active]
+        place = np.einsum('pn,pni->pi', points['weight'][active], x[node])
+        centre = np.average(place, axis=0, weights=area)
+        spread = np.linalg.eigvalsh(np.cov((place - centre).T, aweights=area, bias=True))
+        facets = len(np.unique(node, axis=0))
+        edge = np.sqrt(area.sum() / facets * 4 / np.sqrt(3))
+        count = float(np.sqrt(12 * max(spread[1], 0.0)) / edge)
+        least = count if least is None else min(least, count)
+    return least
+
+
+def sag_of(bodies: Bodies, names: set[str]) -> float:
+    """How far a smooth surface through flat facets would rise above them, at most."""
+    sag = 0.0
+    for name in names & set(bodies.surfaces):
+        facets = bodies.surfaces[name]
+        a, b, c = (bodies.points[facets[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        edges = np.sort(facets[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        order = np.lexsort(edges.T)
+        edges, owner = edges[order], order // 3
+        twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
+        turn = np.arccos(np.clip(np.einsum('ij,ij->i', normal[owner[twin]], normal[owner[twin + 1]]), -1, 1))
+        length = np.linalg.norm(a - b, axis=1)[owner[twin]]
+        smooth = turn < np.radians(45)
+        sag = max([sag, *(turn * length / 8)[smooth]])
+    return sag
+
+
+class Adaptation:
+    """All loops of one deck."""
+
+    def __init__(self, given: argparse.Namespace, tell: Callable[[str], None] = print):
+        self.tell = tell
+        self.goals = [Goal(text) for text in given.goal]
+        self.wish = wish_of(given.error)
+        self.order, self.limit = given.order, given.time
+        self.geometry = Path(given.geo).resolve() if given.geo else None
+        self.path = Path(given.deck)
+        self.out = Path(given.out or self.path.stem + '_adapt')
+        self.sets = dict(word.split('=', 1) for word in given.set)
+        self.loops: list[Loop] = []
+        self.notes: list[str] = []
+        self.penalty_factor = self.increments = 1
+        self.share = 0.6 if self.geometry else 1.0
+        self.began, self.cpu = time.monotonic(), cpu()
+        self.estimate_cpu = 0.0
+        self.eta = np.zeros(0)
+        self.companion_of = -1
+        self.fine: list[float] = []
+        self.fine_cpu = 0.0
+
+    # The meshes
+
+    def start(self) -> Bodies:
+        """The deck's mesh as the first; the deck of the runs."""
+        self.out.mkdir(parents=True, exist_ok=True)
+        original = mfec.Deck.read(self.path)
+        launch(original, ['--check'], self.sets, self.out / 'given', None, None)
+        bodies = read_bodies(str(self.out / 'given' / (self.path.stem + '.check.vtkhdf')))
+        self.deck, self.notes = prepare(original, set(bodies.surfaces), self.order, self.geometry is None)
+        self.own = own_names(self.deck)
+        self.pairs = [r for word in ('NTOS', 'GTOS') for r in self.deck.records(word)]
+        self.tell_limits(bodies)
+        return raised(bodies) if self.order == 2 else bodies
+
+    def tell_limits(self, bodies: Bodies) -> None:
+        """What no number here knows of."""
+        elastic = [bodies.materials[int(m)] for m in np.unique(bodies.material)]
+        if any(m.finite for m in elastic):
+            self.notes.append('finite strain: the stresses of small strain shape the mesh; the bar rests '
+                              'on the differences of loops')
+        if any(m.poisson >= 0.45 for m in elastic if not m.rigid):
+            self.notes.append('nearly incompressible: pressures weigh too much in the estimate')
+        if any(m.rigid for m in elastic):
+            self.notes.append('rigid regions keep their meshes, and count as exact')
+
+    def judge_sag(self, bodies: Bodies, u: np.ndarray) -> None:
+        """Flat facets of round surfaces: said, not estimated."""
+        if self.geometry is not None and self.order == 2:
+            return
+        names = {item.strip('\'"') for r in self.pairs for item in r.items[1:3]}
+        sag, way = sag_of(bodies, names), np.abs(u).max()
+        text = 'facets of round contact surfaces sag'
+        if sag > 0.01 * way and not any(text in note for note in self.notes):
+            self.notes.append(f'{text} by up to {sag:.2g} where bodies move by {way:.2g}: no stress tells '
+                              'that error, and finer meshes keep it; give a geometry by --geo')
+
+    def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Path:
+        """The mesh file of a loop."""
+        folder.mkdir(parents=True, exist_ok=True)
+        if self.geometry is not None:
+            path = folder / 'mesh.msh'
+            by_gmsh(self.geometry, bodies, graded(bodies, bodies.sizes) if h is None else h, self.order, path)
+            return path
+        if h is not None:
+            bodies = by_mmg(bodies, h, self.own, folder)
+            bodies = raised(bodies) if self.order == 2 else bodies
+        path = folder / 'mesh.inp'
+        write_mesh(bodies, path, self.own, LABEL)
+        return path
+
+    def factor(self, loop: Loop) -> float:
+        """How many times the cells of a loop the next should have."""
+        bars = loop.mesh or [SAFETY[self.order] * loop.relative * abs(v) for v in loop.values]
+        worst = max(b / (0.4 * self.wish * abs(v)) if v else 1.0 for b, v in zip(bars, loop.values))
+        if loop.across is not None and loop.across < ENOUGH_FACETS:
+            return 3.0
+        return float(np.clip(worst ** (1.5 / self.order), 2.0, 4.0))
+
+    # The runs
+
+    def run(self, folder: Path, mesh: Path, factor: float, increments: int) -> Path:
+        """One run; its results file."""
+        words = ['--mesh', str(mesh.resolve())]
+        words += ['--penalty-factor', f'{factor:g}'] if factor != 1 else []
+        words += ['--increments', str(increments)] if increments != 1 else []
+        launch(self.deck, words, self.sets, folder, None, None)
+        return folder / (self.path.stem + '.vtkhdf')
+
+    def solve(self, number: int, mesh: Path, done: Optional[Path] = None) -> tuple[Loop, Bodies]:
+        """A run with its estimate; `done` is the folder of a companion that was the same run."""
+        folder, begin = self.out / str(number), cpu()
+        if done is not None:
+            done.rename(folder)
+        path = folder / (self.path.stem + '.vtkhdf')
+        if done is None:
+            self.run(folder, mesh, self.penalty_factor, self.increments)
+        run_cpu, begin = cpu() - begin, cpu()
+        bodies = read_bodies(str(path))
+        with Results(str(path)) as results:
+            last_frame, count = results.steps - 1, min(FIELDS, results.steps)
+            frames = np.unique(np.linspace(last_frame, 0, count).round()).astype(int)
+            u = np.stack([results.point_field('displacement', k) for k in frames])
+            across = across_contact(results)
+            raw = [goal.value(results) for goal in self.goals]
+        eta, energy = estimate(bodies, u)
+        if not energy.max() > 0.0:
+            raise GoalError('no body is strained at the end times looked at: nothing to estimate')
+        told = energy > 1e-12 * energy.max()
+        self.eta = (eta[told] / energy[told, None]).max(0)
+        last = -1 if told[-1] else np.flatnonzero(told)[-1]
+        self.judge_sag(bodies, u)
+        self.estimate_cpu += cpu() - begin
+        return Loop(number, len(bodies.cells), self.penalty_factor, self.increments,
+                    float(eta[last].sum() / energy[last]), across, raw, list(raw), run_cpu=run_cpu), bodies
+
+    def companions(self, loop: Loop, last: Loop, mesh: Path) -> None:
+        """What the penalty takes, by a run with a softer one: the values lose it (doc/theory, eq. (13.14));
+        what the increments take, by one with halves of them, the first time."""
+        folder = self.out / str(loop.number)
+        with Results(str(folder / (self.path.stem + '.vtkhdf'))) as results:
+            table = results.history('contact')
+        zero = [0.0] * len(self.goals)
+        loop.penalty, loop.steps = zero, zero
+        if self.pairs:
+            soft = self.accompany(folder / 'soft', mesh, self.penalty_factor / SOFTER, self.increments)
+            share = [(a - b) / (SOFTER - 1) for a, b in zip(loop.raw, soft)]
+            sticks = any(table.get('stick', np.zeros(1)) > 0)
+            loop.values = [a + b for a, b in zip(loop.raw, share)]
+            loop.penalty = [abs(b) * (1.0 if sticks else 0.5) for b in share]
+        if last.steps is not None:
+            loop.steps = [b * last.increments / loop.increments for b in last.steps]
+        elif any(np.abs(table.get('Ft', np.zeros(1))) > 0):
+            self.fine = self.accompany(folder / 'fine', mesh, self.penalty_factor, 2 * self.increments)
+            self.companion_of = loop.number
+            loop.steps = [2.0 * abs(a - b) for a, b in zip(self.fine, loop.raw)]
+
+    def accompany(self, folder: Path, mesh: Path, factor: float, increments: int) -> list[float]:
+        """The goals of a run beside that of a loop; what it has cost is kept."""
+        begin = cpu()
+        path = self.run(folder, mesh, factor, increments)
+        self.fine_cpu = cpu() - begin
+        with Results(str(path)) as results:
+            return [goal.value(results) for goal in self.goals]
+
+    # The loop
+
+    def adapt(self) -> bool:
+        """Loops until all bars are within the wish; whether they are."""
+        bodies = self.start()
+        mesh = self.write(bodies, None, self.out / '0')
+        loop, bodies = self.solve(0, mesh)
+        self.keep(loop)
+        before, remesh = loop.raw, True
+        while not self.is_met(loop):
+            if loop.number + 1 >= MOST_LOOPS or time.monotonic() - self.began > self.limit:
+                return False
+            number, last = loop.number + 1, loop
+            if remesh:
+                asked = self.factor(last)
+                h = wanted_sizes(bodies, self.eta, asked / self.share)
+                mesh = self.write(bodies, h, self.out / str(number))
+            done = None if remesh else self.companion(last)
+            loop, bodies = self.solve(number, mesh, done)
+            if done is not None:
+                loop.run_cpu = self.fine_cpu
+            if remesh:
+                self.share = float(np.clip(self.share * loop.cells / last.cells / asked, 0.3, 2.0))
+            self.judge(loop, last, before, mesh, remesh)
+            self.keep(loop)
+            before, remesh = self.mend(loop)
+        return True
+
+    def judge(self, loop: Loop, last: Loop, before: Sequence[float], mesh: Path, remeshed: bool) -> None:
+        """The bars of a loop, where its contact is fine enough for any."""
+        if loop.across is not None and loop.across < ENOUGH_FACETS:
+            return
+        self.companions(loop, last, mesh)
+        n = range(len(self.goals))
+        if not remeshed:
+            loop.mesh, loop.best = last.mesh, list(loop.values)
+            return
+        now = loop.raw if last.penalty is None else loop.values
+        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, self.order, k) for k in n]
+        q = min(loop.relative / last.relative, MOST_RATE)
+        loop.best = [loop.values[k] + (now[k] - before[k]) * q / (1 - q) for k in n]
+
+    def mend(self, loop: Loop) -> tuple[list[float], bool]:
+        """Raises penalty or increments where they are the larger part. The values of this loop as the next
+        has to be compared with; whether the next mesh is another."""
+        before = list(loop.values)
+        if loop.penalty is None or loop.steps is None or loop.mesh is None:
+            return before, True
+        parts = list(zip(loop.mesh, loop.penalty, loop.steps, (self.wish * abs(v) for v in loop.values)))
+        if any(p > SHARE * w and p >= m for m, p, _, w in parts) and self.penalty_factor < MOST_PENALTY:
+            self.penalty_factor *= SOFTER
+        if any(s > SHARE * w and s >= m for m, _, s, w in parts) and self.increments < MOST_INCREMENTS:
+            self.increments *= 2
+            if self.companion_of == loop.number:
+                before = [b + f - r for b, f, r in zip(before, self.fine, loop.raw)]
+        raised = (self.penalty_factor, self.increments) != (loop.penalty_factor, loop.increments)
+        return before, not raised or any(m > 0.5 * w for m, _, _, w in parts)
+
+    def companion(self, loop: Loop) -> Optional[Path]:
+        """Folder of the companion that has run already what a loop on the same mesh would."""
+        same = self.penalty_factor == loop.penalty_factor and self.companion_of == loop.number
+        return self.out / str(loop.number) / 'fine' if same else None
+
+    def is_met(self, loop: Loop) -> bool:
+        """All bars are within the wish."""
+        return all((bar := loop.bar(k)) is not None and bar <= self.wish * abs(v)
+                   for k, v in enumerate(loop.values))
+
+    # What is said and written
+
+    def keep(self, loop: Loop) -> None:
+        """A loop that is done: its line, and the files as they are now."""
+        loop.cpu, loop.estimate_cpu = cpu() - self.cpu, self.estimate_cpu
+        self.loops.append(loop)
+        self.tell(f'loop {loop.number}: {loop.cells} elements, {loop.cpu:.1f} s of processor'
+                  + (f', {loop.across:.1f} facets across the contact: too few for a bar'
+                     if loop.across is not None and loop.across < ENOUGH_FACETS else ''))
+        for line in self.lines(loop):
+            self.tell('  ' + line)
+        self.write_files()
+
+    def lines(self, loop: Loop) -> list[str]:
+        """The values of a loop with their bars."""
+        lines = []
+        for k, (goal, value) in enumerate(zip(self.goals, loop.values)):
+            bar = loop.bar(k)
+            if bar is None:
+                lines.append(f'{goal.text} = {value:.6g}, no bar yet')
+                continue
+            assert loop.mesh is not None and loop.penalty is not None and loop.steps is not None
+            digits = max(1, 2 - int(np.floor(np.log10(max(bar, 1e-300) / max(abs(value), 1e-300)))))
+            lines.append(f'{goal.text} = {value:.{digits}g} +- {bar:.2g}    mesh {loop.mesh[k]:.2g}  penalty '
+                         f'{loop.penalty[k]:.2g}  increments {loop.steps[k]:.2g}')
+        return lines
+
+    def write_files(self) -> None:
+        """adapt.json and adapt.txt."""
+        record = {'deck': str(self.path), 'goals': [goal.text for goal in self.goals], 'wish': self.wish,
+                  'met': self.is_met(self.loops[-1]), 'notes': self.notes,
+                  'loops': [{**asdict(loop), 'bars': [loop.bar(k) for k in range(len(self.goals))]}
+                            for loop in self.loops]}
+        (self.out / 'adapt.json').write_text(json.dumps(record, indent=1) + '\n', encoding='utf-8')
+        head = ' loop  elements penalty increments   cpu'
+        rows = [f'{head}  values with bars']
+        for loop in self.loops:
+            for k, line in enumerate(self.lines(loop)):
+                rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
+                             f'{loop.increments:10d} {loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
+        (self.out / 'adapt.txt').write_text('\n'.join(rows + self.notes) + '\n', encoding='utf-8')
+
+
+def draw(loops: Sequence[Loop], goals: Sequence[str], wish: float, path: str) -> None:
+    """Values with their bars and the three errors, against elements."""
+    from matplotlib.figure import Figure
+    figure = Figure(figsize=(8, 2.9 * len(goals)), layout='constrained')
+    axes = figure.subplots(len(goals), 2, squeeze=False)
+    for k, (left, right) in enumerate(axes):
+        left.plot([loop.cells for loop in loops], [loop.values[k] for loop in loops], 'o-', color='0.6', ms=3)
+        told = [loop for loop in loops if loop.bar(k) is not None]
+        cells = [loop.cells for loop in told]
+        left.errorbar(cells, [loop.values[k] for loop in told], [loop.bar(k) or 0.0 for loop in told],
+                      fmt='o', capsize=4, color='C0')
+        for label, bars in (('mesh', [loop.mesh for loop in told]),
+                            ('penalty', [loop.penalty for loop in told]),
+                            ('increments', [loop.steps for loop in told])):
+            right.plot(cells, [(bar or goals)[k] for bar in bars], 'o-', ms=4, label=label)
+        if told:
+            right.axhline(wish * abs(told[-1].values[k]), color='0.6', ls='--', label='wish')
+            right.set_yscale('symlog', linthresh=1e-4 * wish * max(abs(told[-1].values[k]), 1e-300))
+            right.legend(fontsize=8)
+        left.set(xlabel='elements', ylabel=goals[k])
+        right.set(xlabel='elements', ylabel='error')
+    figure.savefig(path, dpi=150)
+
+
+def main(given: argparse.Namespace) -> int:
+    """Exit code 0: the wish is met; 1: it is not, but the last bars hold; 2: not to be done."""
+    try:
+        work = Adaptation(given)
+        met = work.adapt()
+        draw(work.loops, [goal.text for goal in work.goals], work.wish, str(work.out / 'adapt.png'))
+    except (GoalError, MeshError, mfec.MfecError, OSError, KeyError) as problem:
+        text = problem.args[0] if isinstance(problem, KeyError) else problem
+        print(f'mfec-post adapt: {text}', file=sys.stderr)
+        return 2
+    print()
+    for line in work.lines(work.loops[-1]):
+        print(line)
+    last = work.loops[-1]
+    print(f'{len(work.loops)} loops, {last.cells} elements, {last.cpu:.1f} s of processor; the last run '
+          f'{last.run_cpu:.1f} s; in {work.out}: adapt.txt, adapt.json, adapt.png')
+    for note in work.notes:
+        print('note: ' + note)
+    if not met:
+        print(f'the wish of {100 * work.wish:g} % is not met: more --time, or more error')
+    return 0 if met else 1
