@@ -32,8 +32,13 @@ SETTINGS = {
 }
 
 
+def use() -> None:
+    """Our settings from here on."""
+    matplotlib.rcParams.update(SETTINGS)
+
+
 def pyplot() -> Any:
     """matplotlib.pyplot with our settings, drawing to files."""
     import matplotlib.pyplot as plt
-    plt.rcParams.update(SETTINGS)
+    use()
     return plt
