@@ -15,7 +15,7 @@ from .scene import Scene, colour_limits, seen_nodes, value_range
 SIZE = (130.0, 98.0)
 """Width and height of a picture in print [mm]."""
 DPI = 300
-TITLE, BAR = 0.36, 0.56
+TITLE, BAR = 0.36, 0.66
 """Height of the lines above and of the scale of colours below [inch]."""
 MANY = 420
 """About so many strokes of a lay or arrows of friction are drawn."""
@@ -96,9 +96,10 @@ def words(figure: Any, scene: Scene, box: tuple[float, float, float, float]) -> 
         handles.append(Line2D([], [], color=style.RED, lw=1.0, marker='>', markersize=4,
                               markevery=[1], label='shear traction'))
     if handles:
-        right, _, _, _ = fraction(figure, (left + width - 0.06, 0, 0, 0))
-        figure.legend(handles=handles, loc='upper right', bbox_to_anchor=(right, top), fontsize=7,
-                      borderaxespad=0, borderpad=0, handlelength=1.2, ncol=1, labelspacing=0.3)
+        right, low, _, _ = fraction(figure, (left + width - 0.05, 0.06, 0, 0))
+        figure.legend(handles=handles, loc='lower right', bbox_to_anchor=(right, low), fontsize=6.5,
+                      borderaxespad=0, borderpad=0, handlelength=1.2, labelspacing=0.3,
+                      handletextpad=0.4)
     corner = figure.add_axes(fraction(figure, (left + 0.02, 0.02, 0.54, 0.54)))
     corner.set_xlim(-1.5, 1.5)
     corner.set_ylim(-1.5, 1.5)
@@ -125,27 +126,27 @@ def scale_of_colours(figure: Any, scene: Scene, mapping: Any,
     from matplotlib.ticker import MaxNLocator, ScalarFormatter
     left, _, width, _ = box
     if scene.names:
-        axes = figure.add_axes(fraction(figure, (left, 0.04, width, 0.46)))
+        axes = figure.add_axes(fraction(figure, (left + 0.16 * width, 0.04, 0.6 * width, 0.5)))
         axes.axis('off')
         handles = [Patch(facecolor=c, edgecolor=style.INK, lw=0.4, label=n)
                    for n, c in zip(scene.names, scene.colours)]
-        axes.legend(handles=handles, loc='center', ncol=min(4, len(handles)), fontsize=8,
-                    title=scene.label, title_fontsize=8, handlelength=1.0, columnspacing=1.2)
+        axes.legend(handles=handles, loc='center', ncol=min(4, len(handles)), fontsize=7.5,
+                    title=scene.label, title_fontsize=7.5, handlelength=1.0, columnspacing=1.2)
         return
     low, high = value_range(scene)
     ends = mapping.get_clim()
     slack = 1e-6 * (ends[1] - ends[0])
     beyond = {(True, True): 'both', (True, False): 'min', (False, True): 'max',
               (False, False): 'neither'}[low < ends[0] - slack, high > ends[1] + slack]
-    axes = figure.add_axes(fraction(figure, (left + 0.24 * width, 0.42, 0.5 * width, 0.09)))
+    axes = figure.add_axes(fraction(figure, (left + 0.24 * width, 0.52, 0.46 * width, 0.09)))
     bar = figure.colorbar(mapping, cax=axes, orientation='horizontal', extend=beyond)
     bar.outline.set_linewidth(0.4)
-    bar.locator = MaxNLocator(5 if width > 4 else 4)
+    bar.locator = MaxNLocator(5 if width > 4 else 3)
     bar.formatter = ScalarFormatter(useOffset=False, useMathText=True)
     bar.formatter.set_powerlimits((-3, 5))
     axes.tick_params(labelsize=7.5, length=2, pad=2)
     axes.xaxis.get_offset_text().set_fontsize(7.5)
-    bar.set_label(f'{scene.label}: {low:.4g} to {high:.4g}', fontsize=8, labelpad=2)
+    bar.set_label(f'{scene.label}\n{low:.4g} to {high:.4g}', fontsize=7.5, labelpad=1)
 
 
 def has_pyvista() -> bool:
@@ -162,8 +163,8 @@ def plotter_of(size: tuple[int, int]) -> Any:
         raise KeyError("pictures want PyVista: pip install 'mfec[pictures]'") from missing
     if not os.environ.get('DISPLAY'):  # VTK looks for a window first and complains
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting='none')
-    plotter.background_color = 'white'
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting='none')
+    plotter.set_background('white')
     plotter.enable_anti_aliasing('ssaa' if size[0] * size[1] < 3e6 else 'msaa')
     return plotter
 
@@ -178,7 +179,7 @@ def rendered(scene: Scene, size: tuple[int, int], dpi: float) -> NDArray:
                                     light_type='scene light', intensity=1.0))
     add_facets(plotter, scene, view[2], reach, dpi)
     for points, facets in scene.tools:
-        tool = surface(points, facets)
+        tool = surface(drawn_back(points, facets, 4e-3 * reach), facets)
         tool = tool.clip_box(fit_box(scene), invert=False).extract_surface() \
             if is_far(points, scene) else tool
         plotter.add_mesh(tool, color=TOOL, opacity=0.45, smooth_shading=True, ambient=0.5,
@@ -237,9 +238,16 @@ def lines(places: NDArray) -> Any:
     """Lines (lines, points of a line, 3) as VTK has them."""
     import pyvista
     count, length = places.shape[:2]
-    cells = np.arange(count * length).reshape(count, length)
-    cells = np.column_stack([np.full(count, length), cells]).ravel()
+    ids = np.arange(count * length).reshape(count, length)
+    cells = np.column_stack([np.full(count, length), ids]).ravel()
     return pyvista.PolyData(places.reshape(-1, 3), lines=cells)
+
+
+def drawn_back(points: NDArray, facets: NDArray, by: float) -> NDArray:
+    """A tool behind where it is, so that bodies that touch it are seen before it."""
+    normals = np.zeros_like(points)
+    np.add.at(normals, facets.ravel(), np.repeat(facet_normals(points, facets), 3, axis=0))
+    return points - by * normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
 
 
 def is_far(points: NDArray, scene: Scene) -> bool:
@@ -259,9 +267,8 @@ def fit_box(scene: Scene) -> list[float]:
 def look(plotter: Any, scene: Scene, view: View, size: tuple[int, int]) -> None:
     """Puts the camera, without perspective, so that all facets and near tools are in the picture."""
     right, up, towards = view
-    points = [scene.points[seen_nodes(scene)]]
-    points += [np.clip(p, *np.array(fit_box(scene)).reshape(3, 2).T) for p, _ in scene.tools]
-    points = np.concatenate(points)
+    points = np.concatenate([scene.points[seen_nodes(scene)]] + [
+        np.clip(p, *np.array(fit_box(scene)).reshape(3, 2).T) for p, _ in scene.tools])
     flat = np.stack([points @ right, points @ up], axis=1)
     low, high = flat.min(axis=0), flat.max(axis=0)
     deep = points @ towards
@@ -297,7 +304,7 @@ def scaled_lines(scene: Scene, towards: NDArray) -> tuple[list, list]:
 def spread(scene: Scene, at: NDArray, vectors: NDArray, spacing: float,
            towards: NDArray) -> tuple[NDArray, NDArray]:
     """Of vectors at nodes one in each cube of a grid, and none on the side that is not drawn."""
-    kept = np.flatnonzero(np.any(vectors != 0, axis=1))
+    kept: NDArray = np.flatnonzero(np.any(vectors != 0, axis=1))
     if scene.is_closed and len(kept):
         normals = np.zeros((len(scene.points), 3))
         np.add.at(normals, scene.facets.ravel(),

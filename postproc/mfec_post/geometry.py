@@ -105,17 +105,19 @@ def facet_size(points: NDArray, facets: NDArray) -> float:
 
 def facets_across(facets: NDArray, mask: NDArray) -> int:
     """How many facets lie across a region of facets at its widest place: layers of nodes are peeled
-    off from its rim."""
+    off from its rim; from where the surface ends if it ends there all around."""
     inside = facets[mask]
     if len(inside) == 0:
         return 0
-    ends = np.sort(inside[:, EDGES[:3]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(ends, axis=0, return_counts=True)
-    depth = np.full(facets.max() + 1, -1)
-    depth[edges[count == 1]] = 0
-    layer = 0
-    if not np.any(count == 1):  # closed: no rim to count from
+    edges, count = edges_of(inside)
+    whole, of_all = edges_of(facets)
+    rim, size = edges[count == 1], facets.max() + 1
+    ends_there = np.isin(rim @ [size, 1], whole[of_all == 1] @ [size, 1])
+    rim = rim if np.all(ends_there) else rim[~ends_there]
+    if len(rim) == 0:  # closed: no rim to count from
         return len(inside)
+    depth, layer = np.full(size, -1), 0
+    depth[rim] = 0
     while True:
         a, b = depth[edges].T
         grown = np.concatenate([edges[(a == layer) & (b < 0), 1], edges[(b == layer) & (a < 0), 0]])
@@ -124,6 +126,12 @@ def facets_across(facets: NDArray, mask: NDArray) -> int:
         layer += 1
         depth[grown] = layer
     return 2 * layer + int(np.any(np.all(depth[inside] == layer, axis=1)))
+
+
+def edges_of(facets: NDArray) -> tuple[NDArray, NDArray]:
+    """The edges of facets, and how many facets each has."""
+    ends = np.sort(facets[:, EDGES[:3]].reshape(-1, 2), axis=1)
+    return np.unique(ends, axis=0, return_counts=True)
 
 
 def camera(azimuth: float, elevation: float) -> View:

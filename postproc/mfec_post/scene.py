@@ -108,7 +108,8 @@ def bodies(results: Results, frame: int = -1, name: str = 'mises', scale: float 
 
 def exact_tools(results: Results, index: int, scale: float) -> list[tuple[NDArray, NDArray]]:
     """The surfaces of exact tools: those of the file of surfaces whose nodes no body has."""
-    path, found = surfaces_beside(results.path), []
+    path = surfaces_beside(results.path)
+    found: list[tuple[NDArray, NDArray]] = []
     if not results.pairs or not os.path.exists(path):
         return found
     of_bodies = results.node_numbers[np.unique(results.cells)]

@@ -130,4 +130,5 @@ class Surfaces:
 
 def means(at_nodes: dict[str, NDArray], facets: NDArray) -> dict[str, NDArray]:
     """Fields of facets from those of their corners, where the file has these alone."""
-    return {name: values[facets].mean(axis=1) for name, values in at_nodes.items() if name not in ('force', 'displacement')}
+    return {name: values[facets].mean(axis=1) for name, values in at_nodes.items()
+            if name not in ('force', 'displacement')}

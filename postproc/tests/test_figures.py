@@ -81,7 +81,11 @@ def test_facets_across_a_strip_are_counted(rows):
     facets = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2)  # (12, 30, 2, 3)
     mask = np.zeros((12, 30, 2), dtype=bool)
     mask[2:2 + rows] = True
-    assert geometry.facets_across(facets.reshape(-1, 3), mask.ravel()) == rows
+    flat = facets.reshape(-1, 3)
+    assert geometry.facets_across(flat, mask.ravel()) == rows
+    narrow = facets[:1].reshape(-1, 3)  # a slice one square wide, pressed over 8: counted along it
+    assert geometry.facets_across(narrow, np.repeat(np.abs(np.arange(30) - 14.5) < 4, 2)) == 8
+    assert geometry.facets_across(flat, np.ones(len(flat), dtype=bool)) == 12  # the whole of it
 
 
 def tube(bore):
