@@ -251,7 +251,7 @@ def hosts(folder, plt):
         axes.plot(corners[:, 0], corners[:, 1], color=style.GREY, lw=0.8)
         mine = host == k + 1
         axes.plot(place[mine, 0], place[mine, 1], 'o', color=colours[k % 4], ms=4,
-                  label=f'host: facet {k + 1}')
+                  label=f'on master facet {k + 1}')
     size = 0.12 / np.linalg.norm(force, axis=1).max()
     axes.quiver(place[::3, 0], place[::3, 1] + 0.08, size * force[::3, 0], size * force[::3, 1],
                 angles='xy', scale_units='xy', scale=1, width=0.003, color=style.INK)
